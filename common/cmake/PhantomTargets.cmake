@@ -1,0 +1,77 @@
+# Target helpers shared by every folder of the tree.
+#
+#   phantom_library(NAME SOURCES … PUBLIC … PRIVATE …)     common/NAME      -> phantom::NAME
+#   phantom_component(NAME SOURCES … LIBRARIES …)          components/NAME  -> library NAME_core, executable NAME
+#   phantom_test(NAME SOURCES … LIBRARIES …)               one GoogleTest executable, NAME_test
+#
+# Includes are written from the repository root: #include "common/voxel/grid.hpp".
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type" FORCE)
+endif()
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
+
+# Executables find deploy/ and their default configuration under <prefix>/share/phantom, where <prefix> is the
+# folder above bin/. In a build tree those are links into the sources.
+set(PHANTOM_SHARE_DIR "${CMAKE_BINARY_DIR}/share/phantom")
+file(MAKE_DIRECTORY "${PHANTOM_SHARE_DIR}/config")
+file(CREATE_LINK "${CMAKE_SOURCE_DIR}/deploy" "${PHANTOM_SHARE_DIR}/deploy" SYMBOLIC)
+
+find_package(Threads REQUIRED)
+
+add_library(phantom_options INTERFACE)
+target_compile_options(phantom_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
+                       -Wnon-virtual-dtor -Woverloaded-virtual)
+if(PHANTOM_WARNINGS_AS_ERRORS)
+  target_compile_options(phantom_options INTERFACE -Werror)
+endif()
+if(PHANTOM_SANITIZE)
+  add_compile_options(-fsanitize=${PHANTOM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=${PHANTOM_SANITIZE})
+endif()
+
+function(phantom_library NAME)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  if(ARG_SOURCES)
+    add_library(phantom_${NAME} STATIC ${ARG_SOURCES})
+    target_include_directories(phantom_${NAME} PUBLIC "${PROJECT_SOURCE_DIR}")
+    target_link_libraries(phantom_${NAME} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:phantom_options>)
+  else()
+    add_library(phantom_${NAME} INTERFACE)
+    target_include_directories(phantom_${NAME} INTERFACE "${PROJECT_SOURCE_DIR}")
+    target_link_libraries(phantom_${NAME} INTERFACE ${ARG_PUBLIC})
+  endif()
+  add_library(phantom::${NAME} ALIAS phantom_${NAME})
+endfunction()
+
+function(phantom_component NAME)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
+  add_library(${NAME}_core STATIC ${ARG_SOURCES})
+  target_include_directories(${NAME}_core PUBLIC "${PROJECT_SOURCE_DIR}")
+  target_link_libraries(${NAME}_core PUBLIC ${ARG_LIBRARIES} phantom::runtime PRIVATE phantom_options)
+  add_executable(${NAME} main.cpp)
+  target_link_libraries(${NAME} PRIVATE ${NAME}_core phantom_options)
+  install(TARGETS ${NAME} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${NAME})
+  if(EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/${NAME}.yaml")
+    file(CREATE_LINK "${CMAKE_CURRENT_SOURCE_DIR}/${NAME}.yaml" "${PHANTOM_SHARE_DIR}/config/${NAME}.yaml" SYMBOLIC)
+    install(FILES ${NAME}.yaml DESTINATION ${CMAKE_INSTALL_DATADIR}/phantom/config COMPONENT ${NAME})
+  endif()
+endfunction()
+
+# Test executables stand in <build>/tests; GoogleTest's cases are registered with CTest one by one.
+function(phantom_test NAME)
+  if(NOT PHANTOM_BUILD_TESTS)
+    return()
+  endif()
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
+  add_executable(${NAME}_test ${ARG_SOURCES})
+  set_target_properties(${NAME}_test PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
+  target_compile_definitions(${NAME}_test PRIVATE PHANTOM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  target_link_libraries(${NAME}_test PRIVATE ${ARG_LIBRARIES} GTest::gtest GTest::gmock GTest::gtest_main phantom_options)
+  include(GoogleTest)
+  gtest_discover_tests(${NAME}_test TEST_PREFIX "${NAME}." DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+endfunction()

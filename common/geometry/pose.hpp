@@ -1,0 +1,29 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace phantom::geometry {
+
+/// Rigid transform X_AB: p_A = rotation · p_B + translation_m. Frames are named at the use: `X_WS`, `X_W_link`.
+struct Pose {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d translation_m = Eigen::Vector3d::Zero();
+
+  Eigen::Vector3d operator*(const Eigen::Vector3d& point_m) const { return rotation * point_m + translation_m; }
+  Pose operator*(const Pose& other) const { return {rotation * other.rotation, *this * other.translation_m}; }
+  Pose inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation_m)}; }
+};
+
+/// Rotation about fixed axes x (roll), then y (pitch), then z (yaw), as in URDF: R = Rz(yaw)·Ry(pitch)·Rx(roll).
+Eigen::Matrix3d rotation_from_rpy(double roll_rad, double pitch_rad, double yaw_rad);
+
+/// Rotation by `angle_rad` about the unit vector `axis` (Rodrigues). Real-time safe: yes.
+Eigen::Matrix3d rotation_about(const Eigen::Vector3d& axis, double angle_rad);
+
+/// Unit quaternion (x, y, z, w) of a rotation matrix, w ≥ 0. Real-time safe: yes.
+Eigen::Vector4d quaternion_xyzw(const Eigen::Matrix3d& rotation);
+
+/// Rotation matrix of a quaternion (x, y, z, w), normalised first. Real-time safe: yes.
+Eigen::Matrix3d rotation_from_quaternion(const Eigen::Vector4d& xyzw);
+
+}  // namespace phantom::geometry

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/core/joints.hpp"
+#include "common/core/status.hpp"
+#include "common/geometry/pose.hpp"
+
+namespace phantom::robot {
+
+enum class JointType { kRevolute, kPrismatic };
+
+/// A moving joint of the chain; units rad or m, rad/s or m/s, N·m or N by type.
+struct Joint {
+  std::string name;
+  JointType type = JointType::kRevolute;
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit vector, in the joint's frame
+  geometry::Pose X_parent_joint;  ///< joint frame at q = 0 in the previous moving link's frame (fixed joints folded in)
+  double lower = 0.0, upper = 0.0, max_speed = 0.0, max_effort = 0.0;
+};
+
+struct LinkMesh {
+  std::filesystem::path file;
+  double scale = 1.0;
+  geometry::Pose X_link_mesh;  ///< in the moving link's frame
+  std::array<float, 3> colour{0.8F, 0.8F, 0.8F};
+};
+
+/// What moves with one joint: its URDF link and all links fixed to it. Index 0 is the base (does not move); link i
+/// follows joint i−1.
+struct Link {
+  std::string name;                                            ///< URDF name of the link that the joint carries
+  std::vector<std::pair<std::string, geometry::Pose>> frames;  ///< every URDF link in it, with X_link_frame
+  std::vector<LinkMesh> meshes;                                ///< visual meshes
+  double mass_kg = 0.0;
+  Eigen::Vector3d centre_of_mass_m = Eigen::Vector3d::Zero();  ///< in this link's frame
+};
+
+/// Poses of the links in the workspace frame, by link index (0 = base).
+using LinkPoses = std::array<geometry::Pose, core::kMaxJoints + 1>;
+
+/// Kinematics of a serial arm: constant after loading.
+class SerialArm {
+ public:
+  /// Reads the chain from the URDF's root to `tip_link`. Errors name the file, the link or joint, and what is allowed:
+  /// a branch that leaves the chain with a moving joint, a joint type other than revolute, continuous, prismatic or fixed,
+  /// more than 16 moving joints, a missing mesh file, a missing limit. package:// and relative mesh paths resolve from
+  /// the URDF's folder. `X_WB` is the base link in the workspace frame.
+  static core::Expected<SerialArm> from_urdf(const std::filesystem::path& urdf, const std::string& tip_link,
+                                             const geometry::Pose& X_WB);
+
+  std::size_t joint_count() const noexcept { return joints_.size(); }
+  const std::vector<Joint>& joints() const noexcept { return joints_; }
+  const std::vector<Link>& links() const noexcept { return links_; }
+  const geometry::Pose& base_pose() const noexcept { return X_WB_; }
+  /// Index of the moving link that holds the URDF link `name`, with the frame's pose in it.
+  std::optional<std::pair<std::size_t, geometry::Pose>> find_frame(const std::string& name) const;
+
+  /// Forward kinematics (thesis eq. 2.2): X_WL of every link. q in rad or m. Real-time safe: yes.
+  void link_poses(const core::JointArray& q, LinkPoses& X_WL) const noexcept;
+  /// Joint axis (unit) and a point on it in W, from link poses. Real-time safe: yes.
+  Eigen::Vector3d axis_W(std::size_t joint, const LinkPoses& X_WL) const noexcept;
+  Eigen::Vector3d axis_point_W(std::size_t joint, const LinkPoses& X_WL) const noexcept;
+  /// Velocity of a point fixed to link `link`, now at `p_W_m`. Real-time safe: yes.
+  Eigen::Vector3d point_velocity_W(std::size_t link, const Eigen::Vector3d& p_W_m, const LinkPoses& X_WL,
+                                   const core::JointArray& v) const noexcept;
+  /// Adds to `tau` the joint torques (N·m or N) of a force `f_W_N` acting on link `link` at `p_W_m` (Jᵀf).
+  /// Real-time safe: yes.
+  void add_force(std::size_t link, const Eigen::Vector3d& p_W_m, const Eigen::Vector3d& f_W_N, const LinkPoses& X_WL,
+                 core::JointArray& tau) const noexcept;
+  /// Torques that hold the arm's weight still (gravity along −z of W). Real-time safe: yes.
+  core::JointArray gravity_torque(const LinkPoses& X_WL) const noexcept;
+
+ private:
+  geometry::Pose X_WB_;
+  std::vector<Joint> joints_;
+  std::vector<Link> links_;
+};
+
+}  // namespace phantom::robot

@@ -1,0 +1,34 @@
+#include "common/runtime/deployment.hpp"
+
+#include "common/runtime/config_reader.hpp"
+
+namespace phantom::runtime {
+
+Deployment load_deployment(const std::filesystem::path& path) {
+  const ConfigReader file = ConfigReader::from_file(path);
+  Deployment deployment;
+  deployment.file = path;
+  deployment.name = file.text("name");
+  deployment.domain = file.integer("domain", {0, 232, ""});
+  deployment.qos_profiles = file.path("qos_profiles");
+  deployment.cell = file.path("cell");
+  const ConfigReader network = file.optional_section("network");
+  if (network.has("interfaces")) deployment.interfaces = network.texts("interfaces");
+  if (network.has("initial_peers")) deployment.initial_peers = network.texts("initial_peers");
+  deployment.shared_memory = network.flag("shared_memory", false);
+  for (const auto& host_section : file.sections("hosts")) {
+    DeployedHost host{host_section.text("name"), {}};
+    for (const auto& item : host_section.sections("processes")) {
+      DeployedProcess process;
+      process.component = item.text("component");
+      if (item.has("arguments")) process.arguments = item.texts("arguments");
+      process.nice = item.integer("nice", 0, {-20, 19, ""});
+      host.processes.push_back(std::move(process));
+    }
+    deployment.hosts.push_back(std::move(host));
+  }
+  file.finish();
+  return deployment;
+}
+
+}  // namespace phantom::runtime

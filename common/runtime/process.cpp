@@ -1,0 +1,118 @@
+#include "common/runtime/process.hpp"
+
+#include <CLI/CLI.hpp>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdlib>
+#include <iostream>
+
+#include "common/core/clock.hpp"
+#include "common/runtime/config_reader.hpp"
+
+namespace phantom::runtime {
+namespace {
+
+std::atomic<bool> g_stop{false};
+int g_stop_event = -1;  // readable once a stop is requested; made before the handlers are installed
+
+void on_signal(int) { request_stop(); }
+
+void install_signal_handlers() {
+  g_stop_event = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+}
+
+void set_up_logging(const ProcessOptions& options) {
+  auto logger = spdlog::stderr_color_mt(options.component);
+  logger->set_pattern("%H:%M:%S.%e %^%-8l%$ %n: %v");
+  spdlog::set_default_logger(logger);
+  spdlog::set_level(spdlog::level::from_str(options.log_level));
+}
+
+void add_common_options(CLI::App& app, ProcessOptions& options) {
+  app.set_version_flag("--version", std::string("phantom 0.1.0"));
+  app.add_option("--config", options.config, "parameters of this component (YAML); default: the shipped ones");
+  app.add_option("--deployment", options.deployment, "topology: domain, hosts, transports, cell (YAML)");
+  app.add_option("--domain", options.domain, "DDS domain, instead of the topology's")->check(CLI::Range(0, 232));
+  app.add_option("--log-level", options.log_level, "trace, debug, info, warning, error or off")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "off"}));
+  app.add_flag("--check", options.check, "validate configuration, files and devices, then exit");
+  app.add_option("--report-dir", options.report_dir, "folder for the files that this session leaves behind");
+}
+
+int fail(const ProcessOptions& options, int code, const std::string& what) {
+  std::cerr << options.component << ": " << what << '\n';
+  return code;
+}
+
+}  // namespace
+
+bool stop_requested() noexcept { return g_stop.load(std::memory_order_relaxed); }
+
+void request_stop() noexcept {
+  g_stop.store(true, std::memory_order_relaxed);
+  const std::uint64_t one = 1;
+  if (g_stop_event >= 0) [[maybe_unused]] const auto written = write(g_stop_event, &one, sizeof one);
+}
+
+bool sleep_unless_stopped(double duration_s) {
+  const core::Nanoseconds until = core::monotonic_ns() + core::from_seconds(duration_s);
+  while (!stop_requested()) {
+    const core::Nanoseconds left = until - core::monotonic_ns();
+    if (left <= 0) return true;
+    pollfd wait{g_stop_event, POLLIN, 0};
+    const timespec timeout{left / core::kNsPerSecond, left % core::kNsPerSecond};
+    ppoll(&wait, 1, &timeout, nullptr);
+  }
+  return false;
+}
+
+std::filesystem::path share_path(const std::filesystem::path& relative) {
+  if (const char* given = std::getenv("PHANTOM_SHARE")) return std::filesystem::path(given) / relative;
+  const auto self = std::filesystem::read_symlink("/proc/self/exe");
+  return self.parent_path().parent_path() / "share" / "phantom" / relative;
+}
+
+int process_main(int argc, char** argv, const ProcessDescription& description) {
+  ProcessOptions options;
+  options.component = description.name;
+  CLI::App app(description.summary, description.name);
+  add_common_options(app, options);
+  if (description.add_options) description.add_options(app);
+  app.footer(description.details +
+             "\nExit codes: 0 done, 1 failed while running, 2 wrong arguments or configuration, 3 a needed device, file "
+             "or peer is missing.");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& problem) {
+    const bool asked = problem.get_exit_code() == 0;  // --help, --version
+    app.exit(problem);
+    return asked ? kExitDone : kExitUsage;
+  }
+  if (options.config.empty()) options.config = share_path("config/" + description.name + ".yaml");
+  if (options.deployment.empty()) options.deployment = share_path("deploy/topologies/single_host.yaml");
+  set_up_logging(options);
+  install_signal_handlers();
+  try {
+    return description.run(options);
+  } catch (const ConfigError& problem) {
+    return fail(options, kExitUsage, problem.what());
+  } catch (const MissingError& problem) {
+    return fail(options, kExitMissing, problem.what());
+  } catch (const std::exception& problem) {
+    return fail(options, kExitFailed, problem.what());
+  }
+}
+
+}  // namespace phantom::runtime

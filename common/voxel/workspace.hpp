@@ -1,0 +1,109 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "common/voxel/grid.hpp"
+
+namespace phantom::voxel {
+
+/// Neighbour order of a voxel (spec 1.3; as exported in the NRRD field `order`).
+inline constexpr std::int8_t kOrderFree = 0;
+inline constexpr std::int8_t kOrderGuard = 99;
+inline constexpr std::int8_t kOrderBoundary = 100;
+inline constexpr std::int8_t kOrderInterior = 101;  // 1…q: neighbour layers; −1…−n: layers inside the body
+
+/// The unit of storage and of the topic: a cube of 32³ voxels, stored as 8³ tiles of 4³ voxels (one byte each: a cache
+/// line), so that a coherent skin touches few lines.
+inline constexpr std::int32_t kBrickEdge = 32;
+inline constexpr std::size_t kBrickVoxels = 32768;
+
+/// Offset of voxel (x,y,z), each 0…31, inside a brick: tiles in x-fastest order, voxels within a tile likewise.
+constexpr std::size_t brick_offset(std::uint32_t x, std::uint32_t y, std::uint32_t z) noexcept {
+  return (((z >> 2) << 6 | (y >> 2) << 3 | x >> 2) << 6) | (z & 3) << 4 | (y & 3) << 2 | (x & 3);
+}
+
+/// Address of a brick: voxel index / 32.
+struct BrickKey {
+  std::int32_t x = 0, y = 0, z = 0;
+  friend bool operator==(const BrickKey&, const BrickKey&) = default;
+  friend auto operator<=>(const BrickKey&, const BrickKey&) = default;
+};
+
+/// The workspace voxel array (WVA): all objects of a cell merged, in bricks of which only those that hold something
+/// exist. One whole version; treated as immutable once it is shared (std::shared_ptr<const Workspace>).
+///
+/// A voxel's μ is a code into a palette that rises with the code (code 0 is free space, μ = 0), so "higher μ prevails"
+/// is a byte-wise maximum and sensing reads one byte. Slot 0 of every array is the empty brick: a lookup never
+/// branches on whether a brick exists.
+class Workspace {
+ public:
+  Workspace() = default;
+  /// `palette_Pa_s_per_m`: μ by code; first entry 0, strictly rising, at most 256 entries.
+  Workspace(const GridSpec& grid, std::vector<float> palette_Pa_s_per_m);
+
+  const GridSpec& grid() const noexcept { return grid_; }
+  const std::vector<float>& palette() const noexcept { return palette_; }  ///< Pa·s/m, by code
+  std::uint64_t version = 0;  ///< set by whoever builds it; rises with every change
+
+  /// Voxel lookups; everything outside the grid is free space. Real-time safe: yes.
+  std::uint8_t mu_code(Index3 v) const noexcept { return grid_.contains(v) ? mu_codes_[address(v)] : std::uint8_t{0}; }
+  float mu(Index3 v) const noexcept { return palette_[mu_code(v)]; }
+  std::int8_t order(Index3 v) const noexcept { return grid_.contains(v) ? orders_[address(v)] : kOrderFree; }
+  std::uint16_t object(Index3 v) const noexcept { return grid_.contains(v) ? objects_[address(v)] : std::uint16_t{0}; }
+
+  /// Bricks along x, y, z.
+  const std::array<std::int32_t, 3>& size_bricks() const noexcept { return size_bricks_; }
+  bool has_brick(BrickKey key) const noexcept { return directory_[directory_index(key)] != 0; }
+  std::vector<BrickKey> bricks() const;  ///< those that exist, in z, y, x order
+  std::size_t brick_count() const noexcept { return slots_in_use_ - 1 - free_slots_.size(); }
+  std::size_t bytes() const noexcept;
+
+  /// One brick's arrays, kBrickVoxels long, in brick_offset order; the empty brick's if it does not exist.
+  struct BrickView {
+    const std::uint8_t* mu_code;
+    const std::int8_t* order;
+    const std::uint16_t* object;
+  };
+  struct MutableBrick {
+    std::uint8_t* mu_code;
+    std::int8_t* order;
+    std::uint16_t* object;
+  };
+  BrickView brick(BrickKey key) const noexcept;
+  /// Makes the brick if need be (zeroed). Pointers last until the next call that makes one. Not real-time safe.
+  MutableBrick make_brick(BrickKey key);
+  void remove_brick(BrickKey key);
+
+  /// Hash of grid, palette and all bricks, independent of the order in which they were made.
+  std::uint64_t content_hash() const;
+
+  /// Raw arrays for the sensing kernel: μ code of voxel v is codes[directory[brick index]·kBrickVoxels + brick_offset].
+  const std::uint32_t* directory() const noexcept { return directory_.data(); }
+  const std::uint8_t* codes() const noexcept { return mu_codes_.data(); }
+
+  std::size_t directory_index(BrickKey key) const noexcept {
+    return (static_cast<std::size_t>(key.z) * static_cast<std::size_t>(size_bricks_[1]) + static_cast<std::size_t>(key.y)) *
+               static_cast<std::size_t>(size_bricks_[0]) + static_cast<std::size_t>(key.x);
+  }
+
+ private:
+  std::size_t address(Index3 v) const noexcept {
+    const auto x = static_cast<std::uint32_t>(v.x), y = static_cast<std::uint32_t>(v.y), z = static_cast<std::uint32_t>(v.z);
+    const std::size_t slot = directory_[directory_index({v.x >> 5, v.y >> 5, v.z >> 5})];
+    return slot * kBrickVoxels + brick_offset(x & 31, y & 31, z & 31);
+  }
+
+  GridSpec grid_;
+  std::vector<float> palette_;
+  std::array<std::int32_t, 3> size_bricks_{0, 0, 0};
+  std::vector<std::uint32_t> directory_;  // slot of each brick; 0: the empty brick
+  std::vector<std::uint8_t> mu_codes_;
+  std::vector<std::int8_t> orders_;
+  std::vector<std::uint16_t> objects_;
+  std::size_t slots_in_use_ = 1;  // slot 0 included
+  std::vector<std::uint32_t> free_slots_;
+};
+
+}  // namespace phantom::voxel
