@@ -1,0 +1,94 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "common/core/clock.hpp"
+#include "common/dds/participant.hpp"
+#include "common/dds/topics.hpp"
+
+namespace phantom::dds {
+
+/// Identity of a keyed topic's instance within one reader.
+using InstanceId = std::array<std::uint8_t, 16>;
+
+/// What came with a sample.
+struct SampleInfo {
+  core::Nanoseconds received_ns = 0;  ///< CLOCK_MONOTONIC of this host when it was taken
+  InstanceId instance{};
+};
+
+/// Untyped ends; use Writer<T> and Reader<T>.
+class RawWriter {
+ public:
+  RawWriter(Participant& participant, const TopicDescription& topic);
+  ~RawWriter();
+  RawWriter(RawWriter&&) noexcept;
+  bool write(void* sample);
+  bool dispose(void* sample);
+  std::uint32_t matched() const;
+  /// Asserts MANUAL_BY_TOPIC liveliness without a sample.
+  void assert_liveliness();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+class RawReader {
+ public:
+  using OnSample = std::function<void(const void*, const SampleInfo&)>;
+  using OnDisposed = std::function<void(const InstanceId&)>;
+  RawReader(Participant& participant, const TopicDescription& topic, OnSample on_sample, OnDisposed on_disposed);
+  ~RawReader();
+  RawReader(RawReader&&) noexcept;
+  /// Counts a sample that the component's validation refused (shown as `refused`). Thread-safe.
+  void count_refused();
+  std::uint32_t matched() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Publishes T on its topic. write() may block for tens of milliseconds while a reader joins: never call it from a servo
+/// thread. Thread-safe.
+template <class T>
+class Writer {
+ public:
+  /// Throws DdsError if the QoS profile is missing or contradicts the contract.
+  Writer(Participant& participant, const TopicSpec<T>& topic) : raw_(participant, topic) {}
+  /// False if the sample could not be queued.
+  bool write(const T& sample) { return raw_.write(const_cast<T*>(&sample)); }
+  /// Ends the instance with `sample`'s key (keyed topics).
+  bool dispose(const T& sample) { return raw_.dispose(const_cast<T*>(&sample)); }
+  std::uint32_t matched() const { return raw_.matched(); }
+  void assert_liveliness() { raw_.assert_liveliness(); }
+
+ private:
+  RawWriter raw_;
+};
+
+/// Receives T. `on_sample` runs on a middleware thread, one sample at a time: copy what you need (core::Snapshot, a queue)
+/// and return; do not block, do not throw.
+template <class T>
+class Reader {
+ public:
+  using OnSample = std::function<void(const T&, const SampleInfo&)>;
+  Reader(Participant& participant, const TopicSpec<T>& topic, OnSample on_sample, RawReader::OnDisposed on_disposed = {})
+      : raw_(participant, topic,
+             [callback = std::move(on_sample)](const void* sample, const SampleInfo& info) {
+               callback(*static_cast<const T*>(sample), info);
+             },
+             std::move(on_disposed)) {}
+  void count_refused() { raw_.count_refused(); }
+  std::uint32_t matched() const { return raw_.matched(); }
+
+ private:
+  RawReader raw_;
+};
+
+}  // namespace phantom::dds

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "common/core/clock.hpp"
+#include "common/dds/participant.hpp"
+#include "phantom_idl/types.h"
+
+namespace phantom::dds {
+
+/// Makes the stamps of one writer: rising sequence numbers, both clocks, this process's session. Not thread-safe.
+class Stamper {
+ public:
+  explicit Stamper(const Participant& participant) : session_(participant.session()) {}
+  msg::Stamp next();
+
+ private:
+  std::uint64_t session_;
+  std::uint64_t sequence_number_ = 0;
+};
+
+/// The echo to send back for `stamp`.
+msg::Echo echo_of(const msg::Stamp& stamp);
+
+/// Order check of one periodic topic: accepts a sample if it is newer than the last accepted, or from a new session of the
+/// writer. `accept` is real-time safe.
+class SequenceGuard {
+ public:
+  bool accept(const msg::Stamp& stamp) noexcept;
+  std::uint64_t lost() const noexcept { return lost_; }  ///< numbers that never came
+
+ private:
+  std::uint64_t session_ = 0, last_ = 0, lost_ = 0;
+};
+
+}  // namespace phantom::dds
