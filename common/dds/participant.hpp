@@ -1,26 +1,20 @@
 #pragma once
 
-#include <filesystem>
+#include <cstdint>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "common/core/health.hpp"
+#include "common/core/network.hpp"
 
 namespace phantom::dds {
 
 /// Something about DDS that cannot be used: a profile file that does not load, a QoS profile that contradicts the topic's
 /// contract, a resource refused. what() names the topic, the file, and what is allowed. Start-up only.
-class DdsError;
-
-/// Where and how a process takes part.
-struct ParticipantOptions {
-  std::string component;                   ///< executable's name; becomes the participant's
-  int domain = 0;
-  std::filesystem::path qos_profiles;      ///< XML file with the topics' profiles
-  std::vector<std::string> interfaces;     ///< IP addresses to use; empty: all
-  std::vector<std::string> initial_peers;  ///< addresses to announce to; empty: multicast discovery
-  bool shared_memory = false;              ///< add the shared-memory transport to UDP
+class DdsError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
 };
 
 /// What DDS reported about one endpoint since it was made.
@@ -38,8 +32,8 @@ struct EndpointStatistics {
 /// One DDS participant: the process's membership in the domain. Writers and readers keep it alive.
 class Participant {
  public:
-  /// Throws DdsError.
-  explicit Participant(const ParticipantOptions& options);
+  /// Joins `network.domain` as `component` (the executable's name). Throws DdsError.
+  Participant(const std::string& component, const core::NetworkOptions& network);
   ~Participant();
   Participant(Participant&&) = delete;
 

@@ -4,18 +4,21 @@
 
 namespace phantom::runtime {
 
-Deployment load_deployment(const std::filesystem::path& path) {
+Deployment load_deployment(const ProcessOptions& options) {
+  const auto& path = options.deployment;
   const ConfigReader file = ConfigReader::from_file(path);
   Deployment deployment;
   deployment.file = path;
   deployment.name = file.text("name");
-  deployment.domain = file.integer("domain", {0, 232, ""});
-  deployment.qos_profiles = file.path("qos_profiles");
+  core::NetworkOptions& net = deployment.network;
+  net.domain = file.integer("domain", {0, 232, ""});
+  if (options.domain >= 0) net.domain = options.domain;
+  net.qos_profiles = file.path("qos_profiles");
   deployment.cell = file.path("cell");
   const ConfigReader network = file.optional_section("network");
-  if (network.has("interfaces")) deployment.interfaces = network.texts("interfaces");
-  if (network.has("initial_peers")) deployment.initial_peers = network.texts("initial_peers");
-  deployment.shared_memory = network.flag("shared_memory", false);
+  if (network.has("interfaces")) net.interfaces = network.texts("interfaces");
+  if (network.has("initial_peers")) net.initial_peers = network.texts("initial_peers");
+  net.shared_memory = network.flag("shared_memory", false);
   for (const auto& host_section : file.sections("hosts")) {
     DeployedHost host{host_section.text("name"), {}};
     for (const auto& item : host_section.sections("processes")) {

@@ -4,6 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "common/core/network.hpp"
+#include "common/runtime/process.hpp"
+
 namespace phantom::runtime {
 
 /// One process of a topology, as the launcher starts it.
@@ -22,16 +25,13 @@ struct DeployedHost {
 struct Deployment {
   std::string name;
   std::filesystem::path file;
-  int domain = 0;
-  std::filesystem::path qos_profiles;      ///< Fast DDS XML profiles, one pair a topic
-  std::filesystem::path cell;              ///< cell.yaml
-  std::vector<std::string> interfaces;     ///< IP addresses that DDS may use; empty: all
-  std::vector<std::string> initial_peers;  ///< "address" of hosts to announce to; empty: multicast discovery
-  bool shared_memory = false;              ///< shared-memory transport between processes of one host
+  core::NetworkOptions network;
+  std::filesystem::path cell;  ///< cell.yaml
   std::vector<DeployedHost> hosts;
 };
 
-/// Reads and checks a topology file. Paths in it are relative to it. Throws ConfigError.
-Deployment load_deployment(const std::filesystem::path& path);
+/// Reads and checks the topology file that the options name; --domain wins over the file's. Paths in it are relative to
+/// it. Throws ConfigError.
+Deployment load_deployment(const ProcessOptions& options);
 
 }  // namespace phantom::runtime

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace phantom::core {
+
+/// Where and how a process takes part in the data space. Read from the topology file; used by common/dds.
+struct NetworkOptions {
+  int domain = 0;                          ///< DDS domain, 0…232
+  std::filesystem::path qos_profiles;      ///< XML file with a writer's and a reader's profile per topic
+  std::vector<std::string> interfaces;     ///< IP addresses of this host to use; empty: all
+  std::vector<std::string> initial_peers;  ///< addresses of hosts to announce to; empty: multicast discovery
+  bool shared_memory = false;              ///< shared-memory transport between processes of one host, besides UDP
+};
+
+}  // namespace phantom::core
