@@ -2,19 +2,19 @@
 
 #include <cstdint>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "common/core/errors.hpp"
 #include "common/core/network.hpp"
 
 namespace phantom::dds {
 
 /// Something about DDS that cannot be used: a profile file that does not load, a QoS profile that contradicts the topic's
 /// contract, a resource refused. what() names the topic, the file, and what is allowed. Start-up only.
-class DdsError : public std::runtime_error {
+class DdsError : public core::ConfigError {
  public:
-  using std::runtime_error::runtime_error;
+  using core::ConfigError::ConfigError;
 };
 
 /// What DDS reported about one endpoint since it was made.
@@ -28,6 +28,10 @@ struct EndpointStatistics {
   std::uint64_t liveliness_lost = 0;
   std::uint64_t incompatible_qos = 0;
 };
+
+/// Loads the profiles and compares every topic's with its contract (common/dds/topics.hpp). Throws DdsError naming file,
+/// topic, policy, what it says and what is allowed. Participant's constructor does the same; --check calls it alone.
+void check_qos_profiles(const std::filesystem::path& qos_profiles);
 
 /// One DDS participant: the process's membership in the domain. Writers and readers keep it alive.
 class Participant {

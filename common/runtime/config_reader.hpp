@@ -6,19 +6,15 @@
 #include <initializer_list>
 #include <limits>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "common/core/errors.hpp"
 #include "common/geometry/pose.hpp"
 
 namespace phantom::runtime {
 
-/// A configuration that cannot be used. what() names file, line, key, value and what is allowed. Start-up only.
-class ConfigError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
+using core::ConfigError;
 
 /// Closed interval that a number must lie in; `unit` is for the message only.
 struct Range {

@@ -2,8 +2,9 @@
 
 #include <filesystem>
 #include <functional>
-#include <stdexcept>
 #include <string>
+
+#include "common/core/errors.hpp"
 
 namespace CLI {
 class App;
@@ -14,11 +15,7 @@ namespace phantom::runtime {
 /// Exit codes of every executable (documented in --help).
 enum ExitCode { kExitDone = 0, kExitFailed = 1, kExitUsage = 2, kExitMissing = 3 };
 
-/// Something outside is missing: a device, a file, a peer. Ends the process with exit code 3. Start-up only.
-class MissingError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
+using core::MissingError;
 
 /// The options that every executable has.
 struct ProcessOptions {

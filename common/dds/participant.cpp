@@ -1,0 +1,172 @@
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/topic/Topic.hpp>
+#include <fastdds/dds/topic/TypeSupport.hpp>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
+#include <spdlog/spdlog.h>
+
+#include <random>
+#include <set>
+
+#include "common/dds/participant_impl.hpp"
+#include "common/dds/qos.hpp"
+#include "common/dds/topic_list.hpp"
+
+namespace phantom::dds {
+namespace {
+
+namespace edds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastdds::rtps;
+
+constexpr std::uint32_t kSocketBufferBytes = 4 << 20;     // a late joiner's workspace comes as one burst
+constexpr std::uint32_t kSharedSegmentBytes = 16 << 20;
+constexpr std::uint32_t kParticipantsPerHost = 64;        // ports tried for an initial peer given by address alone
+
+// The factory keeps profiles for the process's life and refuses a second file with the same names, so each file is loaded
+// once.
+void load_profiles(const std::filesystem::path& file) {
+  static std::mutex mutex;
+  static std::set<std::filesystem::path> loaded;
+  const std::lock_guard lock(mutex);
+  if (!std::filesystem::is_regular_file(file)) throw DdsError(file.string() + ": QoS profiles: no such file");
+  if (!loaded.insert(std::filesystem::canonical(file)).second) return;
+  auto* factory = edds::DomainParticipantFactory::get_instance();
+  if (factory->load_XML_profiles_file(file.string()) != ReturnCode_t::RETCODE_OK) {
+    throw DdsError(file.string() + ": QoS profiles: the file is refused by Fast DDS (one bad element rejects the whole "
+                                   "file; the lines above name it)");
+  }
+}
+
+edds::DomainParticipantQos participant_qos(const std::string& component, const core::NetworkOptions& network) {
+  edds::DomainParticipantQos qos = edds::PARTICIPANT_QOS_DEFAULT;
+  qos.name(component);
+  qos.transport().use_builtin_transports = false;
+  auto udp = std::make_shared<rtps::UDPv4TransportDescriptor>();
+  udp->interfaceWhiteList = network.interfaces;
+  udp->sendBufferSize = kSocketBufferBytes;
+  udp->receiveBufferSize = kSocketBufferBytes;
+  udp->maxInitialPeersRange = kParticipantsPerHost;
+  qos.transport().user_transports.push_back(udp);
+  if (network.shared_memory) {
+    auto shared = std::make_shared<rtps::SharedMemTransportDescriptor>();
+    shared->segment_size(kSharedSegmentBytes);
+    qos.transport().user_transports.push_back(shared);
+  }
+  auto& discovery = qos.wire_protocol().builtin.discovery_config;
+  discovery.leaseDuration = {5, 0};
+  discovery.leaseDuration_announcementperiod = {1, 0};
+  for (const auto& peer : network.initial_peers) {
+    eprosima::fastrtps::rtps::Locator_t locator;
+    locator.kind = LOCATOR_KIND_UDPv4;
+    if (!eprosima::fastrtps::rtps::IPLocator::setIPv4(locator, peer)) {
+      throw DdsError("network.initial_peers: '" + peer + "' is not an IPv4 address");
+    }
+    qos.wire_protocol().builtin.initialPeersList.push_back(locator);
+  }
+  return qos;
+}
+
+std::uint64_t random_session() {
+  std::random_device device;
+  const std::uint64_t high = device();
+  return (high << 32 | device()) | 1U;
+}
+
+}  // namespace
+
+Participant::Impl::~Impl() {
+  if (participant == nullptr) return;
+  participant->delete_contained_entities();
+  edds::DomainParticipantFactory::get_instance()->delete_participant(participant);
+}
+
+edds::Topic* Participant::Impl::topic(const TopicDescription& description) {
+  const std::lock_guard lock(mutex);
+  if (auto* known = participant->lookup_topicdescription(description.name)) return static_cast<edds::Topic*>(known);
+  const edds::TypeSupport type = description.make_type();
+  type.register_type(participant, description.type_name);
+  auto* made = participant->create_topic(description.name, description.type_name, edds::TOPIC_QOS_DEFAULT);
+  if (made == nullptr) throw DdsError(std::string("topic ") + description.name + ": refused by Fast DDS");
+  return made;
+}
+
+std::shared_ptr<EndpointCounters> Participant::Impl::add_counters(const TopicDescription& topic, bool writer) {
+  auto added = std::make_shared<EndpointCounters>();
+  added->topic = &topic;
+  added->writer = writer;
+  const std::lock_guard lock(mutex);
+  counters.push_back(added);
+  return added;
+}
+
+void report_incompatible(const std::string& component, const EndpointCounters& counters, int policy_id) {
+  spdlog::error("topic {}: {}'s {} and another participant's {} do not fit: {} differs (policy {}); nothing flows between "
+                "them. Both must use the topic's QoS profile.",
+                counters.topic->name, component, counters.writer ? "writer" : "reader",
+                counters.writer ? "reader" : "writer", policy_name(policy_id), policy_id);
+}
+
+void check_qos_profiles(const std::filesystem::path& qos_profiles) {
+  load_profiles(qos_profiles);
+  auto* factory = edds::DomainParticipantFactory::get_instance();
+  // A participant that is never enabled announces nothing and opens no port.
+  edds::DomainParticipantFactoryQos factory_qos;
+  factory->get_qos(factory_qos);
+  const bool enable = factory_qos.entity_factory().autoenable_created_entities;
+  factory_qos.entity_factory().autoenable_created_entities = false;
+  factory->set_qos(factory_qos);
+  auto* participant = factory->create_participant(0, edds::PARTICIPANT_QOS_DEFAULT);
+  factory_qos.entity_factory().autoenable_created_entities = enable;
+  factory->set_qos(factory_qos);
+  if (participant == nullptr) throw DdsError("a DDS participant could not be made");
+  struct Cleanup {
+    edds::DomainParticipant* participant;
+    ~Cleanup() {
+      participant->delete_contained_entities();
+      edds::DomainParticipantFactory::get_instance()->delete_participant(participant);
+    }
+  } cleanup{participant};
+  auto* publisher = participant->create_publisher(edds::PUBLISHER_QOS_DEFAULT);
+  auto* subscriber = participant->create_subscriber(edds::SUBSCRIBER_QOS_DEFAULT);
+  for (const TopicDescription* topic : all_topics()) {
+    try {
+      writer_qos(*publisher, *topic);
+      reader_qos(*subscriber, *topic);
+    } catch (const DdsError& problem) {
+      throw DdsError(qos_profiles.string() + ": " + problem.what());
+    }
+  }
+}
+
+Participant::Participant(const std::string& component, const core::NetworkOptions& network)
+    : impl_(std::make_shared<Impl>()) {
+  check_qos_profiles(network.qos_profiles);
+  impl_->component = component;
+  impl_->session = random_session();
+  impl_->participant = edds::DomainParticipantFactory::get_instance()->create_participant(
+      static_cast<eprosima::fastdds::dds::DomainId_t>(network.domain), participant_qos(component, network));
+  if (impl_->participant == nullptr) {
+    throw DdsError("domain " + std::to_string(network.domain) +
+                   ": Fast DDS could not join; check that network.interfaces are addresses of this host");
+  }
+  impl_->publisher = impl_->participant->create_publisher(edds::PUBLISHER_QOS_DEFAULT);
+  impl_->subscriber = impl_->participant->create_subscriber(edds::SUBSCRIBER_QOS_DEFAULT);
+}
+
+Participant::~Participant() = default;
+
+const std::string& Participant::component() const { return impl_->component; }
+std::uint64_t Participant::session() const { return impl_->session; }
+
+std::vector<EndpointStatistics> Participant::endpoints() const {
+  const std::lock_guard lock(impl_->mutex);
+  std::vector<EndpointStatistics> statistics;
+  for (const auto& c : impl_->counters) {
+    statistics.push_back({c->topic->name, c->writer, c->matched, c->samples, c->refused, c->deadline_missed,
+                          c->liveliness_lost, c->incompatible_qos});
+  }
+  return statistics;
+}
+
+}  // namespace phantom::dds

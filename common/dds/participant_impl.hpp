@@ -1,0 +1,44 @@
+#pragma once
+
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "common/dds/participant.hpp"
+#include "common/dds/topics.hpp"
+
+namespace phantom::dds {
+
+/// Counters of one endpoint, written by middleware threads.
+struct EndpointCounters {
+  const TopicDescription* topic = nullptr;
+  bool writer = false;
+  std::atomic<std::uint32_t> matched{0};
+  std::atomic<std::uint64_t> samples{0}, refused{0}, deadline_missed{0}, liveliness_lost{0}, incompatible_qos{0};
+};
+
+/// Private to common/dds.
+struct Participant::Impl {
+  std::string component;
+  std::uint64_t session = 0;
+  eprosima::fastdds::dds::DomainParticipant* participant = nullptr;
+  eprosima::fastdds::dds::Publisher* publisher = nullptr;
+  eprosima::fastdds::dds::Subscriber* subscriber = nullptr;
+  std::mutex mutex;
+  std::vector<std::shared_ptr<EndpointCounters>> counters;
+
+  ~Impl();
+  /// The DDS topic of this participant, made at the first call. Throws DdsError.
+  eprosima::fastdds::dds::Topic* topic(const TopicDescription& description);
+  std::shared_ptr<EndpointCounters> add_counters(const TopicDescription& topic, bool writer);
+};
+
+/// Logs once per endpoint and policy that another participant's endpoint does not fit.
+void report_incompatible(const std::string& component, const EndpointCounters& counters, int policy_id);
+
+}  // namespace phantom::dds

@@ -1,0 +1,86 @@
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/DataReaderListener.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <fastdds/dds/topic/Topic.hpp>
+#include <fastdds/dds/topic/TypeSupport.hpp>
+
+#include <cstring>
+
+#include "common/dds/endpoint.hpp"
+#include "common/dds/participant_impl.hpp"
+#include "common/dds/qos.hpp"
+
+namespace phantom::dds {
+
+namespace edds = eprosima::fastdds::dds;
+
+struct RawReader::Impl : edds::DataReaderListener {
+  std::shared_ptr<Participant::Impl> participant;
+  std::shared_ptr<EndpointCounters> counters;
+  edds::TypeSupport type;
+  void* sample = nullptr;  // reused for every take: DDS calls a reader's listener from one thread at a time
+  OnSample on_sample;
+  OnDisposed on_disposed;
+  edds::DataReader* reader = nullptr;
+
+  ~Impl() override {
+    if (sample != nullptr) type.delete_data(sample);
+  }
+
+  void on_data_available(edds::DataReader* from) override {
+    edds::SampleInfo info;
+    while (from->take_next_sample(sample, &info) == ReturnCode_t::RETCODE_OK) {
+      SampleInfo given;
+      given.received_ns = core::monotonic_ns();
+      std::memcpy(given.instance.data(), info.instance_handle.value, given.instance.size());
+      if (info.valid_data) {
+        counters->samples.fetch_add(1, std::memory_order_relaxed);
+        on_sample(sample, given);
+      } else if (info.instance_state == edds::NOT_ALIVE_DISPOSED_INSTANCE_STATE && on_disposed) {
+        on_disposed(given.instance);
+      }
+    }
+  }
+  void on_subscription_matched(edds::DataReader*, const edds::SubscriptionMatchedStatus& status) override {
+    counters->matched = static_cast<std::uint32_t>(status.current_count);
+  }
+  void on_requested_deadline_missed(edds::DataReader*, const edds::RequestedDeadlineMissedStatus& status) override {
+    counters->deadline_missed = static_cast<std::uint64_t>(status.total_count);
+  }
+  void on_liveliness_changed(edds::DataReader*, const edds::LivelinessChangedStatus& status) override {
+    if (status.not_alive_count_change > 0) {
+      counters->liveliness_lost.fetch_add(static_cast<std::uint64_t>(status.not_alive_count_change));
+    }
+  }
+  void on_requested_incompatible_qos(edds::DataReader*, const edds::RequestedIncompatibleQosStatus& status) override {
+    if (counters->incompatible_qos.exchange(static_cast<std::uint64_t>(status.total_count)) == 0) {
+      report_incompatible(participant->component, *counters, static_cast<int>(status.last_policy_id));
+    }
+  }
+};
+
+RawReader::RawReader(Participant& participant, const TopicDescription& topic, OnSample on_sample,
+                     OnDisposed on_disposed)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->participant = participant.impl();
+  impl_->counters = participant.impl()->add_counters(topic, false);
+  impl_->type = topic.make_type();
+  impl_->sample = impl_->type.create_data();
+  impl_->on_sample = std::move(on_sample);
+  impl_->on_disposed = std::move(on_disposed);
+  auto* subscriber = participant.impl()->subscriber;
+  impl_->reader = subscriber->create_datareader(participant.impl()->topic(topic), reader_qos(*subscriber, topic),
+                                                impl_.get());
+  if (impl_->reader == nullptr) throw DdsError(std::string("topic ") + topic.name + ": Fast DDS refused the reader");
+}
+
+RawReader::~RawReader() {
+  if (impl_ && impl_->reader != nullptr) impl_->participant->subscriber->delete_datareader(impl_->reader);
+}
+
+RawReader::RawReader(RawReader&&) noexcept = default;
+
+void RawReader::count_refused() { impl_->counters->refused.fetch_add(1, std::memory_order_relaxed); }
+std::uint32_t RawReader::matched() const { return impl_->counters->matched; }
+
+}  // namespace phantom::dds

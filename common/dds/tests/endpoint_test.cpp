@@ -1,0 +1,144 @@
+#include "common/dds/endpoint.hpp"
+
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <vector>
+
+#include "common/dds/participant_impl.hpp"
+#include "common/dds/stamp.hpp"
+#include "common/dds/status_reporter.hpp"
+#include "common/dds/tests/test_network.hpp"
+
+namespace phantom::dds {
+namespace {
+
+TEST(Endpoint, PeriodicStateArrivesWholeAndInOrder) {
+  Participant there("there", test_network()), here("here", test_network());
+  Waiter waiter;
+  std::vector<msg::SlaveState> got;
+  Reader<msg::SlaveState> reader(here, kSlaveState, [&](const msg::SlaveState& sample, const SampleInfo& info) {
+    EXPECT_GT(info.received_ns, 0);
+    waiter.change([&] { got.push_back(sample); });
+  });
+  Writer<msg::SlaveState> writer(there, kSlaveState);
+  ASSERT_TRUE(eventually([&] { return writer.matched() == 1 && reader.matched() == 1; }));
+
+  Stamper stamper(there);
+  msg::SlaveState state;
+  state.joint_count(7);
+  for (std::size_t i = 0; i < 7; ++i) state.position_rad()[i] = 0.25 * static_cast<double>(i);
+  state.contact_object(3);
+  ASSERT_TRUE(eventually([&] {  // best effort: a sample may be lost, a stream is not
+    state.stamp(stamper.next());
+    writer.write(state);
+    return waiter.wait([&] { return got.size() >= 5; }, std::chrono::seconds(0));
+  }));
+  SequenceGuard guard;
+  for (const auto& sample : got) {
+    EXPECT_TRUE(guard.accept(sample.stamp()));
+    EXPECT_EQ(sample.stamp().session(), there.session());
+    EXPECT_EQ(sample.position_rad(), state.position_rad());
+    EXPECT_EQ(sample.contact_object(), 3);
+  }
+}
+
+TEST(Endpoint, ALateJoinerGetsTheNewestOfEveryKeyAndNoDisposedOnes) {
+  Participant server("server", test_network());
+  Writer<msg::WorkspaceBrick> writer(server, kWorkspaceBrick);
+  msg::WorkspaceBrick brick;
+  for (int version = 1; version <= 2; ++version) {
+    for (int x = 0; x < 200; ++x) {
+      brick.bx(x);
+      brick.version(static_cast<std::uint64_t>(version));
+      brick.voxels_zstd(std::vector<std::uint8_t>(5000, static_cast<std::uint8_t>(x)));
+      ASSERT_TRUE(writer.write(brick));
+    }
+  }
+  brick.bx(7);
+  ASSERT_TRUE(writer.dispose(brick));
+
+  Participant late("late", test_network());
+  Waiter waiter;
+  std::map<int, msg::WorkspaceBrick> got;
+  Reader<msg::WorkspaceBrick> reader(late, kWorkspaceBrick, [&](const msg::WorkspaceBrick& sample, const SampleInfo&) {
+    waiter.change([&] { got[sample.bx()] = sample; });
+  });
+  EXPECT_TRUE(waiter.wait([&] { return got.size() >= 199; }));
+  waiter.change([&] {
+    for (const auto& [x, sample] : got) {
+      EXPECT_EQ(sample.version(), 2u);
+      EXPECT_EQ(sample.voxels_zstd(), std::vector<std::uint8_t>(5000, static_cast<std::uint8_t>(x)));
+    }
+    EXPECT_FALSE(got.contains(7));
+  });
+}
+
+TEST(Endpoint, ADisposedInstanceIsTold) {
+  Participant there("there", test_network()), here("here", test_network());
+  Waiter waiter;
+  InstanceId seen{}, disposed{};
+  Reader<msg::WorkspaceObject> reader(
+      here, kWorkspaceObject,
+      [&](const msg::WorkspaceObject&, const SampleInfo& info) { waiter.change([&] { seen = info.instance; }); },
+      [&](const InstanceId& instance) { waiter.change([&] { disposed = instance; }); });
+  Writer<msg::WorkspaceObject> writer(there, kWorkspaceObject);
+  msg::WorkspaceObject object;
+  object.id(12);
+  writer.write(object);
+  ASSERT_TRUE(waiter.wait([&] { return seen != InstanceId{}; }));
+  writer.dispose(object);
+  ASSERT_TRUE(waiter.wait([&] { return disposed != InstanceId{}; }));
+  EXPECT_EQ(disposed, seen);
+}
+
+TEST(Endpoint, AMismatchingQosIsCountedAtBothEndsAndNothingFlows) {
+  Participant there("there", test_network()), here("here", test_network());
+  Reader<msg::Percept> reader(here, kPercept, [](const msg::Percept&, const SampleInfo&) { FAIL() << "must not flow"; });
+  // A foreign writer that promises no deadline, on a topic whose readers ask for one.
+  auto* publisher = there.impl()->publisher;
+  auto qos = eprosima::fastdds::dds::DATAWRITER_QOS_DEFAULT;
+  qos.data_sharing().off();
+  auto* foreign = publisher->create_datawriter(there.impl()->topic(kPercept), qos);
+  ASSERT_NE(foreign, nullptr);
+  const auto refusals = [&] {
+    for (const auto& endpoint : here.endpoints()) {
+      if (endpoint.topic == std::string("percept")) return endpoint.incompatible_qos;
+    }
+    return std::uint64_t{0};
+  };
+  EXPECT_TRUE(eventually([&] { return refusals() == 1; }));
+  EXPECT_EQ(reader.matched(), 0u);
+  msg::Percept sample;
+  foreign->write(&sample);
+  publisher->delete_datawriter(foreign);
+}
+
+TEST(StatusReporter, TellsHealthLoopsAndEndpoints) {
+  Participant there("phantom_sensing", test_network()), here("watcher", test_network());
+  StatusReporter reporter(there);
+  Waiter waiter;
+  std::vector<msg::ComponentStatus> got;
+  Reader<msg::ComponentStatus> reader(here, kComponentStatus, [&](const msg::ComponentStatus& sample, const SampleInfo&) {
+    waiter.change([&] { got.push_back(sample); });
+  });
+  core::Health health;
+  health.state = core::ComponentState::kDegraded;
+  health.message = std::string(400, 'x');
+  health.loops.push_back({.name = "servo", .period_s = 0.001, .rate_hz = 999.5, .ticks = 10, .slips = 2});
+  health.figures.push_back({"sensors", 8000, ""});
+  reporter.publish(health);
+  ASSERT_TRUE(waiter.wait([&] { return !got.empty(); }));
+  EXPECT_EQ(got[0].component_name(), "phantom_sensing");
+  EXPECT_EQ(got[0].state(), msg::COMPONENT_DEGRADED);
+  EXPECT_EQ(got[0].message().size(), 256u) << "cut to the bound of the type, not refused";
+  ASSERT_EQ(got[0].loops().size(), 1u);
+  EXPECT_EQ(got[0].loops()[0].slips(), 2u);
+  ASSERT_EQ(got[0].topics().size(), 1u);
+  EXPECT_EQ(got[0].topics()[0].topic(), "component_status");
+  EXPECT_EQ(got[0].figures()[0].value(), 8000);
+}
+
+}  // namespace
+}  // namespace phantom::dds

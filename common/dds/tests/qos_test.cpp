@@ -1,0 +1,78 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "common/dds/endpoint.hpp"
+#include "common/dds/tests/test_network.hpp"
+#include "common/dds/topic_list.hpp"
+
+namespace phantom::dds {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+std::string shipped_profiles() {
+  std::ifstream file(PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml");
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+// Fast DDS keeps profiles for a process's life, so every case runs in a process of its own: a death test that exits with
+// the message.
+void expect_refused(const std::string& profiles, const testing::Matcher<const std::string&>& message) {
+  testing::FLAGS_gtest_death_test_style = "threadsafe";
+  const auto path = std::filesystem::temp_directory_path() / ("phantom_qos_" + std::to_string(getpid()) + ".xml");
+  std::ofstream(path) << profiles;
+  EXPECT_EXIT(
+      {
+        try {
+          check_qos_profiles(path);
+        } catch (const DdsError& problem) {
+          std::cerr << problem.what();
+          std::_Exit(2);
+        }
+        std::_Exit(0);
+      },
+      testing::ExitedWithCode(2), message);
+  std::filesystem::remove(path);
+}
+
+TEST(Qos, ShippedProfilesKeepEveryTopicsContract) {
+  EXPECT_NO_THROW(check_qos_profiles(PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml"));
+  EXPECT_EQ(all_topics().size(), 11u);
+}
+
+TEST(Qos, AProfileThatContradictsTheContractIsRefusedInWords) {
+  expect_refused(replaced(shipped_profiles(), "<nanosec>20000000</nanosec>", "<nanosec>30000000</nanosec>"),
+                 AllOf(HasSubstr("'master_state' (data_writer)"), HasSubstr("deadline is 30 ms"), HasSubstr("says 20 ms")));
+  expect_refused(replaced(shipped_profiles(), "BEST_EFFORT", "RELIABLE"),
+                 AllOf(HasSubstr("master_state"), HasSubstr("reliability is RELIABLE")));
+  expect_refused(replaced(shipped_profiles(), "<data_sharing><kind>OFF</kind></data_sharing>", ""),
+                 AllOf(HasSubstr("master_state"), HasSubstr("data sharing is on")));
+}
+
+TEST(Qos, AMissingProfileFileOrProfileIsRefused) {
+  expect_refused(replaced(shipped_profiles(), "profile_name=\"percept\"", "profile_name=\"precept\""),
+                 HasSubstr("no data_writer profile called 'percept'"));
+  EXPECT_THROW(check_qos_profiles("/nowhere/phantom.xml"), DdsError);
+}
+
+TEST(Qos, AnAddressThatIsNoneIsRefused) {
+  auto network = test_network();
+  network.initial_peers = {"the.other.host"};
+  EXPECT_THROW(Participant("p", network), DdsError);
+}
+
+}  // namespace
+}  // namespace phantom::dds

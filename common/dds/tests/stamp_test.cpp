@@ -1,0 +1,43 @@
+#include "common/dds/stamp.hpp"
+
+#include <gtest/gtest.h>
+
+namespace phantom::dds {
+namespace {
+
+msg::Stamp stamp(std::uint64_t session, std::uint64_t number) {
+  msg::Stamp out;
+  out.session(session);
+  out.sequence_number(number);
+  return out;
+}
+
+TEST(SequenceGuard, RefusesOldRepeatedAndUnnumberedSamples) {
+  SequenceGuard guard;
+  EXPECT_FALSE(guard.accept(stamp(1, 0))) << "0 is the invalid number";
+  EXPECT_TRUE(guard.accept(stamp(1, 5)));
+  EXPECT_FALSE(guard.accept(stamp(1, 5)));
+  EXPECT_FALSE(guard.accept(stamp(1, 4)));
+  EXPECT_TRUE(guard.accept(stamp(1, 8)));
+  EXPECT_EQ(guard.lost(), 2u);
+}
+
+TEST(SequenceGuard, AcceptsARestartedWriterFromItsFirstSample) {
+  SequenceGuard guard;
+  EXPECT_TRUE(guard.accept(stamp(1, 1000)));
+  EXPECT_TRUE(guard.accept(stamp(2, 1)));
+  EXPECT_FALSE(guard.accept(stamp(2, 1)));
+  EXPECT_EQ(guard.lost(), 0u);
+}
+
+TEST(Echo, ReturnsWhatItsWriterStamped) {
+  msg::Stamp given = stamp(9, 77);
+  given.monotonic_ns(123456789);
+  const msg::Echo echo = echo_of(given);
+  EXPECT_EQ(echo.session(), 9u);
+  EXPECT_EQ(echo.sequence_number(), 77u);
+  EXPECT_EQ(echo.monotonic_ns(), 123456789);
+}
+
+}  // namespace
+}  // namespace phantom::dds

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <unistd.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+
+#include "common/core/network.hpp"
+
+namespace phantom::dds {
+
+/// Loopback only, in a domain that other test processes running at the same time hardly share.
+inline core::NetworkOptions test_network() {
+  core::NetworkOptions network;
+  network.domain = 100 + static_cast<int>(getpid() % 100);
+  network.qos_profiles = PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml";
+  network.interfaces = {"127.0.0.1"};
+  return network;
+}
+
+/// Waits for a condition that another thread brings about; the limit only bounds a failing test.
+class Waiter {
+ public:
+  template <class Change>
+  void change(Change&& apply) {
+    {
+      const std::lock_guard lock(mutex_);
+      apply();
+    }
+    changed_.notify_all();
+  }
+  template <class Predicate>
+  bool wait(Predicate&& predicate, std::chrono::seconds limit = std::chrono::seconds(30)) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, limit, predicate);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+};
+
+/// Calls `probe` until it is true or the limit has passed.
+template <class Probe>
+bool eventually(Probe&& probe, std::chrono::seconds limit = std::chrono::seconds(30)) {
+  const auto end = std::chrono::steady_clock::now() + limit;
+  while (!probe()) {
+    if (std::chrono::steady_clock::now() > end) return false;
+    usleep(2000);
+  }
+  return true;
+}
+
+}  // namespace phantom::dds

@@ -1,0 +1,76 @@
+#include "common/dds/topics.hpp"
+
+#include <fastdds/dds/topic/TypeSupport.hpp>
+
+#include "common/dds/topic_list.hpp"
+#include "phantom_idl/perceptPubSubTypes.h"
+#include "phantom_idl/statusPubSubTypes.h"
+#include "phantom_idl/teleoperationPubSubTypes.h"
+#include "phantom_idl/workspacePubSubTypes.h"
+
+namespace phantom::dds {
+namespace {
+
+using eprosima::fastdds::dds::TypeSupport;
+
+// Type information is not announced: it makes other vendors refuse the endpoint, and a type object with a sequence of
+// structs crashes participants that lack the type.
+template <class PubSubType>
+TypeSupport make_type() {
+  TypeSupport type(new PubSubType());
+  type->auto_fill_type_object(false);
+  type->auto_fill_type_information(false);
+  return type;
+}
+
+// A periodic state: the newest counts, a lost one is not repeated. Lifespan compares clocks of two hosts, so it is long
+// against any honest clock error; staleness is decided by the receiver's own monotonic watchdog.
+constexpr QosContract periodic(int deadline_ms, int liveliness_ms) {
+  return {.reliability = Reliability::kBestEffort,
+          .durability = Durability::kVolatile,
+          .history_depth = 1,
+          .deadline_ms = deadline_ms,
+          .liveliness_ms = liveliness_ms,
+          .lifespan_ms = 1000};
+}
+constexpr QosContract kEvent{.reliability = Reliability::kReliable, .history_depth = 64};
+constexpr QosContract kDurable{
+    .reliability = Reliability::kReliable, .durability = Durability::kTransientLocal, .history_depth = 1};
+constexpr QosContract kStatus{.reliability = Reliability::kReliable,
+                              .durability = Durability::kTransientLocal,
+                              .history_depth = 1,
+                              .deadline_ms = 2000};
+
+}  // namespace
+
+const TopicSpec<msg::MasterState> kMasterState{
+    {"master_state", "phantom::msg::MasterState", periodic(20, 200), &make_type<msg::MasterStatePubSubType>}};
+const TopicSpec<msg::SlaveState> kSlaveState{
+    {"slave_state", "phantom::msg::SlaveState", periodic(20, 200), &make_type<msg::SlaveStatePubSubType>}};
+const TopicSpec<msg::DragField> kDragField{
+    {"drag_field", "phantom::msg::DragField", periodic(20, 200), &make_type<msg::DragFieldPubSubType>}};
+const TopicSpec<msg::Percept> kPercept{
+    {"percept", "phantom::msg::Percept", periodic(100, 500), &make_type<msg::PerceptPubSubType>}};
+const TopicSpec<msg::HitAlert> kHitAlert{
+    {"hit_alert", "phantom::msg::HitAlert", kEvent, &make_type<msg::HitAlertPubSubType>}};
+const TopicSpec<msg::OperatorCommand> kOperatorCommand{
+    {"operator_command", "phantom::msg::OperatorCommand", kEvent, &make_type<msg::OperatorCommandPubSubType>}};
+const TopicSpec<msg::WorkspaceBrick> kWorkspaceBrick{
+    {"workspace_brick", "phantom::msg::WorkspaceBrick", kDurable, &make_type<msg::WorkspaceBrickPubSubType>}};
+const TopicSpec<msg::WorkspaceVersion> kWorkspaceVersion{
+    {"workspace_version", "phantom::msg::WorkspaceVersion", kDurable, &make_type<msg::WorkspaceVersionPubSubType>}};
+const TopicSpec<msg::WorkspaceObject> kWorkspaceObject{
+    {"workspace_object", "phantom::msg::WorkspaceObject", kDurable, &make_type<msg::WorkspaceObjectPubSubType>}};
+const TopicSpec<msg::MeshChunk> kMeshChunk{
+    {"mesh_chunk", "phantom::msg::MeshChunk", kDurable, &make_type<msg::MeshChunkPubSubType>}};
+const TopicSpec<msg::ComponentStatus> kComponentStatus{
+    {"component_status", "phantom::msg::ComponentStatus", kStatus, &make_type<msg::ComponentStatusPubSubType>}};
+
+std::span<const TopicDescription* const> all_topics() {
+  static const TopicDescription* const topics[] = {
+      &kMasterState,    &kSlaveState,       &kDragField,       &kPercept,   &kHitAlert,       &kOperatorCommand,
+      &kWorkspaceBrick, &kWorkspaceVersion, &kWorkspaceObject, &kMeshChunk, &kComponentStatus};
+  return topics;
+}
+
+}  // namespace phantom::dds
