@@ -1,0 +1,99 @@
+#include "common/runtime/cell.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "common/runtime/config_reader.hpp"
+
+namespace phantom::runtime {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+// A cell in a folder of its own, with one line of it replaced per case.
+class CellFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / ("phantom_cell_" + std::to_string(getpid()));
+    std::filesystem::create_directories(folder_);
+    std::ofstream(folder_ / "drum.stl") << "solid drum\nendsolid drum\n";
+    std::ofstream(folder_ / "arm.urdf") << "<robot name='a'/>\n";
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  CellConfig load(const std::string& from = "", const std::string& to = "") {
+    std::string text = kCell;
+    if (!from.empty()) {
+      const auto at = text.find(from);
+      EXPECT_NE(at, std::string::npos) << from;
+      text.replace(at, from.size(), to);
+    }
+    std::ofstream(folder_ / "cell.yaml") << text;
+    return load_cell(folder_ / "cell.yaml");
+  }
+  void expect_refused(const std::string& from, const std::string& to, const std::string& message) {
+    EXPECT_THAT([&] { load(from, to); }, ThrowsMessage<ConfigError>(HasSubstr(message))) << to;
+  }
+
+  static constexpr const char* kCell = R"(name: bench
+workspace: {min_m: [-1, -1, 0], max_m: [1, 1, 1.5], voxel_size_m: 0.005}
+profile: {thickness_vox: [4, 4, 4], mu_Pa_s_per_m: [32, 20, 13], mu_skin_Pa_s_per_m: 100}
+objects:
+  - name: drum
+    mesh: drum.stl
+    mesh_scale: 0.001
+    pose: {xyz_m: [0.3, 0, 0.1]}
+    real_deviation: {xyz_m: [0.004, 0, 0]}
+arms:
+  - name: arm
+    urdf: arm.urdf
+    tip_link: tool
+    home: [0, 0.5]
+    skin:
+      - link: upper
+        segments: [{from_m: [0, 0, 0], to_m: [0, 0, 0.4], from_radius_m: 0.05, to_radius_m: 0.04, sides: 32}]
+    interest_points: [{name: elbow, link: upper, position_m: [0, 0, 0.4]}]
+)";
+  std::filesystem::path folder_;
+};
+
+TEST_F(CellFile, LoadsWithUnitsFramesAndDefaults) {
+  const CellConfig cell = load();
+  EXPECT_EQ(cell.objects.at(0).X_WO.translation_m.x(), 0.3);
+  EXPECT_EQ(cell.objects[0].X_deviation.translation_m.x(), 0.004);
+  EXPECT_EQ(cell.objects[0].profile.mu_Pa_s_per_m, (std::vector<double>{32, 20, 13})) << "the cell's profile is inherited";
+  const auto& segment = cell.arm().skin.at(0).segments.at(0);
+  EXPECT_EQ(segment.sides, 32);
+  EXPECT_FALSE(segment.rings.has_value()) << "absent means automatic";
+  EXPECT_EQ(cell.arm("arm").interest_points.at(0).name, "elbow");
+}
+
+TEST_F(CellFile, EachFaultIsNamed) {
+  expect_refused("drum.stl", "gone.stl", "objects[0].mesh: 'gone.stl' is not a file");
+  expect_refused("[32, 20, 13]", "[32, 20, 25]", "does not fall outwards at layer 3");
+  expect_refused("[32, 20, 13]", "[32, 20]", "has 2 layers, thickness_vox has 3");
+  expect_refused("mu_skin_Pa_s_per_m: 100", "mu_skin_Pa_s_per_m: 10", "below the first layer's");
+  expect_refused("voxel_size_m: 0.005", "voxel_size_mm: 5", "voxel_size_m: is missing");
+  expect_refused("voxel_size_m: 0.005", "voxel_size_m: 5", "allowed: 0.0001 to 1 m");
+  expect_refused("max_m: [1, 1, 1.5]", "max_m: [1, 1, -1.5]", "workspace.max_m");
+  expect_refused("tip_link: tool", "tiplink: tool", "tip_link: is missing");
+  expect_refused("mesh_scale: 0.001", "mesh_unit: mm", "unknown key");
+  expect_refused("to_m: [0, 0, 0.4]", "to_m: [0, 0, 0]", "is the same point as from_m");
+  expect_refused("sides: 32", "sides: 2", "allowed: 3 to 10000 sensors");
+}
+
+TEST_F(CellFile, AnUnknownArmIsNamedWithThoseThereAre) {
+  const CellConfig cell = load();
+  EXPECT_THAT([&] { cell.arm("left"); }, ThrowsMessage<ConfigError>(HasSubstr("no arm called 'left'; allowed: arm")));
+}
+
+TEST_F(CellFile, ObjectsWithOneNameAreRefused) {
+  expect_refused("arms:\n", "  - {name: drum, mesh: drum.stl}\narms:\n", "two entries called 'drum'");
+}
+
+}  // namespace
+}  // namespace phantom::runtime
