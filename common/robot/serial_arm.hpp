@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-
 #include <array>
 #include <filesystem>
 #include <optional>
@@ -21,8 +20,10 @@ struct Joint {
   std::string name;
   JointType type = JointType::kRevolute;
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit vector, in the joint's frame
-  geometry::Pose X_parent_joint;  ///< joint frame at q = 0 in the previous moving link's frame (fixed joints folded in)
-  double lower = 0.0, upper = 0.0, max_speed = 0.0, max_effort = 0.0;
+  geometry::Pose
+      X_parent_joint;  ///< joint frame at q = 0 in the previous moving link's frame (fixed joints folded in)
+  double lower = 0.0, upper = 0.0;  ///< −∞ and ∞ for a continuous joint
+  double max_speed = 0.0, max_effort = 0.0;
 };
 
 struct LinkMesh {
@@ -32,10 +33,10 @@ struct LinkMesh {
   std::array<float, 3> colour{0.8F, 0.8F, 0.8F};
 };
 
-/// What moves with one joint: its URDF link and all links fixed to it. Index 0 is the base (does not move); link i
-/// follows joint i−1.
+/// What moves with one joint: its URDF link and all links fixed to it. Index 0 is the base (does not move);
+/// link i follows joint i−1.
 struct Link {
-  std::string name;                                            ///< URDF name of the link that the joint carries
+  std::string name;  ///< URDF name of the link that the joint carries
   std::vector<std::pair<std::string, geometry::Pose>> frames;  ///< every URDF link in it, with X_link_frame
   std::vector<LinkMesh> meshes;                                ///< visual meshes
   double mass_kg = 0.0;
@@ -48,10 +49,11 @@ using LinkPoses = std::array<geometry::Pose, core::kMaxJoints + 1>;
 /// Kinematics of a serial arm: constant after loading.
 class SerialArm {
  public:
-  /// Reads the chain from the URDF's root to `tip_link`. Errors name the file, the link or joint, and what is allowed:
-  /// a branch that leaves the chain with a moving joint, a joint type other than revolute, continuous, prismatic or fixed,
-  /// more than 16 moving joints, a missing mesh file, a missing limit. package:// and relative mesh paths resolve from
-  /// the URDF's folder. `X_WB` is the base link in the workspace frame.
+  /// Reads the chain from the URDF's root to `tip_link`. Errors name the file, the link or joint, and what is
+  /// allowed: a branch that leaves the chain with a moving joint, a joint type other than revolute,
+  /// continuous, prismatic or fixed, more than 16 moving joints, a missing mesh file, a missing limit.
+  /// Visuals that are not meshes are left out. package:// and relative mesh paths resolve from the URDF's
+  /// folder. `X_WB` is the base link in the workspace frame.
   static core::Expected<SerialArm> from_urdf(const std::filesystem::path& urdf, const std::string& tip_link,
                                              const geometry::Pose& X_WB);
 
@@ -72,8 +74,8 @@ class SerialArm {
                                    const core::JointArray& v) const noexcept;
   /// Adds to `tau` the joint torques (N·m or N) of a force `f_W_N` acting on link `link` at `p_W_m` (Jᵀf).
   /// Real-time safe: yes.
-  void add_force(std::size_t link, const Eigen::Vector3d& p_W_m, const Eigen::Vector3d& f_W_N, const LinkPoses& X_WL,
-                 core::JointArray& tau) const noexcept;
+  void add_force(std::size_t link, const Eigen::Vector3d& p_W_m, const Eigen::Vector3d& f_W_N,
+                 const LinkPoses& X_WL, core::JointArray& tau) const noexcept;
   /// Torques that hold the arm's weight still (gravity along −z of W). Real-time safe: yes.
   core::JointArray gravity_torque(const LinkPoses& X_WL) const noexcept;
 

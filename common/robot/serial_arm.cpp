@@ -1,0 +1,75 @@
+#include "common/robot/serial_arm.hpp"
+
+#include <Eigen/Geometry>
+
+namespace phantom::robot {
+namespace {
+
+constexpr double kGravity_m_s2 = 9.80665;  // standard gravity
+
+/// Motion of a joint about or along its axis.
+geometry::Pose joint_motion(const Joint& joint, double q) {
+  if (joint.type == JointType::kPrismatic) return {Eigen::Matrix3d::Identity(), q * joint.axis};
+  return {geometry::rotation_about(joint.axis, q), Eigen::Vector3d::Zero()};
+}
+
+}  // namespace
+
+std::optional<std::pair<std::size_t, geometry::Pose>> SerialArm::find_frame(const std::string& name) const {
+  for (std::size_t i = 0; i < links_.size(); ++i) {
+    for (const auto& [frame, X_link_frame] : links_[i].frames) {
+      if (frame == name) return std::pair{i, X_link_frame};
+    }
+  }
+  return std::nullopt;
+}
+
+void SerialArm::link_poses(const core::JointArray& q, LinkPoses& X_WL) const noexcept {
+  X_WL[0] = X_WB_;
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    X_WL[i + 1] = X_WL[i] * joints_[i].X_parent_joint * joint_motion(joints_[i], q[i]);
+  }
+}
+
+// A joint's own motion changes neither the direction of its axis nor, for a revolute joint, the frame's
+// origin: the moved link's frame serves as the joint's.
+Eigen::Vector3d SerialArm::axis_W(std::size_t joint, const LinkPoses& X_WL) const noexcept {
+  return X_WL[joint + 1].rotation * joints_[joint].axis;
+}
+
+Eigen::Vector3d SerialArm::axis_point_W(std::size_t joint, const LinkPoses& X_WL) const noexcept {
+  return X_WL[joint + 1].translation_m;
+}
+
+Eigen::Vector3d SerialArm::point_velocity_W(std::size_t link, const Eigen::Vector3d& p_W_m,
+                                            const LinkPoses& X_WL, const core::JointArray& v) const noexcept {
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+  for (std::size_t j = 0; j < link; ++j) {
+    const Eigen::Vector3d axis = axis_W(j, X_WL);
+    velocity +=
+        v[j] * (joints_[j].type == JointType::kPrismatic ? axis : axis.cross(p_W_m - axis_point_W(j, X_WL)));
+  }
+  return velocity;
+}
+
+void SerialArm::add_force(std::size_t link, const Eigen::Vector3d& p_W_m, const Eigen::Vector3d& f_W_N,
+                          const LinkPoses& X_WL, core::JointArray& tau) const noexcept {
+  for (std::size_t j = 0; j < link; ++j) {
+    const Eigen::Vector3d axis = axis_W(j, X_WL);
+    tau[j] += joints_[j].type == JointType::kPrismatic
+                  ? axis.dot(f_W_N)
+                  : axis.dot((p_W_m - axis_point_W(j, X_WL)).cross(f_W_N));
+  }
+}
+
+core::JointArray SerialArm::gravity_torque(const LinkPoses& X_WL) const noexcept {
+  core::JointArray tau{};
+  for (std::size_t i = 1; i < links_.size(); ++i) {
+    if (links_[i].mass_kg <= 0.0) continue;
+    add_force(i, X_WL[i] * links_[i].centre_of_mass_m, {0.0, 0.0, links_[i].mass_kg * kGravity_m_s2}, X_WL,
+              tau);
+  }
+  return tau;
+}
+
+}  // namespace phantom::robot
