@@ -1,0 +1,57 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "common/geometry/pose.hpp"
+
+namespace phantom::geometry {
+
+/// Axis-aligned box; empty (min > max) until something is put in.
+struct BoundingBox {
+  Eigen::Vector3f min_m = Eigen::Vector3f::Constant(std::numeric_limits<float>::infinity());
+  Eigen::Vector3f max_m = Eigen::Vector3f::Constant(-std::numeric_limits<float>::infinity());
+
+  bool empty() const { return min_m.x() > max_m.x(); }
+  void extend(const Eigen::Vector3f& point_m) {
+    min_m = min_m.cwiseMin(point_m);
+    max_m = max_m.cwiseMax(point_m);
+  }
+  bool intersects(const BoundingBox& other) const {
+    return (min_m.array() <= other.max_m.array()).all() && (other.min_m.array() <= max_m.array()).all();
+  }
+};
+
+/// Triangle soup with shared vertices. Frame: that of the object, unless the variable says otherwise.
+/// Triangles run counter-clockwise seen from outside where the source keeps to that; nothing here relies on
+/// it.
+struct TriangleMesh {
+  std::vector<Eigen::Vector3f> vertices_m;
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices into vertices_m
+
+  /// Box around the vertices that triangles use or not; empty for a mesh without vertices.
+  BoundingBox bounding_box() const;
+  /// The mesh with every vertex moved by `X_AB`: from frame B into frame A.
+  TriangleMesh transformed(const Pose& X_AB) const;
+  /// FNV-1a 64 over the vertices (float32 xyz, little endian) and then the triangles (uint32 abc, little
+  /// endian): the key of the topic mesh_chunk.
+  std::uint64_t content_hash() const;
+  /// Appends another mesh's triangles.
+  void append(const TriangleMesh& other);
+};
+
+/// Volume enclosed by a closed mesh whose triangles face outwards, m³ (divergence theorem).
+double enclosed_volume_m3(const TriangleMesh& mesh);
+
+/// The bytes that content_hash() covers and that mesh_chunk carries (compressed): vertices, then triangles.
+std::vector<std::uint8_t> mesh_bytes(const TriangleMesh& mesh);
+
+/// Back from mesh_bytes(). False if the size does not fit the counts or an index lies outside the vertices.
+bool mesh_from_bytes(const std::uint8_t* bytes, std::size_t size, std::uint32_t vertex_count,
+                     std::uint32_t triangle_count, TriangleMesh& mesh);
+
+}  // namespace phantom::geometry

@@ -1,0 +1,171 @@
+#include "common/geometry/mesh_io.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <random>
+#include <string>
+
+#include "common/geometry/primitives.hpp"
+
+namespace phantom::geometry {
+namespace {
+
+using ::testing::HasSubstr;
+
+class MeshFiles : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = ::testing::TempDir() + "mesh_io_XXXXXX";
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path write(const std::string& name, const std::string& text) {
+    const auto path = folder_ / name;
+    std::ofstream(path, std::ios::binary) << text;
+    return path;
+  }
+  static std::string ascii_stl(const TriangleMesh& mesh) {
+    std::ostringstream text;
+    text.precision(9);
+    text << "solid part\n";
+    for (const auto& t : mesh.triangles) {
+      text << "facet normal 0 0 0\nouter loop\n";
+      for (const auto v : t) text << "vertex " << mesh.vertices_m[v].transpose() << "\n";
+      text << "endloop\nendfacet\n";
+    }
+    text << "endsolid part\n";
+    return text.str();
+  }
+  /// Expects a refusal that names the file and says `reason`.
+  static void expect_refused(const std::filesystem::path& path, const std::string& reason,
+                             const MeshImportOptions& options = {}) {
+    const auto mesh = load_mesh(path, options);
+    ASSERT_FALSE(mesh) << path;
+    EXPECT_THAT(mesh.status().message(), HasSubstr(path.string()));
+    EXPECT_THAT(mesh.status().message(), HasSubstr(reason));
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(MeshFiles, JoinsTheVerticesOfAnStl) {
+  const auto mesh = load_mesh(write("box.stl", ascii_stl(make_box({0.2, 0.3, 0.4}))));
+  ASSERT_TRUE(mesh) << mesh.status().message();
+  EXPECT_EQ(mesh->vertices_m.size(), 8U);
+  EXPECT_EQ(mesh->triangles.size(), 12U);
+  EXPECT_NEAR(enclosed_volume_m3(*mesh), 0.024, 1e-8);
+}
+
+TEST_F(MeshFiles, ScalesMillimetresToMetres) {
+  const auto mesh = load_mesh(write("box.stl", ascii_stl(make_box({200, 300, 400}))), {.scale = 0.001});
+  ASSERT_TRUE(mesh) << mesh.status().message();
+  EXPECT_NEAR(enclosed_volume_m3(*mesh), 0.024, 1e-8);
+}
+
+TEST_F(MeshFiles, TurnsYUpIntoZUp) {
+  const auto mesh = load_mesh(write("box.stl", ascii_stl(make_box({0.2, 0.3, 0.4}))), {.y_up = true});
+  ASSERT_TRUE(mesh) << mesh.status().message();
+  const BoundingBox box = mesh->bounding_box();
+  EXPECT_TRUE((box.max_m - box.min_m).isApprox(Eigen::Vector3f(0.2F, 0.4F, 0.3F), 1e-6F));
+  EXPECT_GT(enclosed_volume_m3(*mesh), 0);  // a rotation, not a mirror
+}
+
+TEST_F(MeshFiles, TriangulatesPolygons) {
+  const auto mesh = load_mesh(write("quad.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"));
+  ASSERT_TRUE(mesh) << mesh.status().message();
+  EXPECT_EQ(mesh->triangles.size(), 2U);
+  EXPECT_EQ(mesh->vertices_m.size(), 4U);
+}
+
+TEST_F(MeshFiles, AppliesNodeTransforms) {
+  const auto mesh = load_mesh(write("node.dae", R"(<?xml version="1.0" encoding="utf-8"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+ <asset><unit name="meter" meter="1"/><up_axis>Y_UP</up_axis></asset>
+ <library_geometries><geometry id="g"><mesh>
+  <source id="p"><float_array id="pa" count="9">0 0 0 1 0 0 0 1 0</float_array><technique_common>
+   <accessor source="#pa" count="3" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+   <param name="Z" type="float"/></accessor></technique_common></source>
+  <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+  <triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>
+ </mesh></geometry></library_geometries>
+ <library_visual_scenes><visual_scene id="s"><node id="n"><translate>5 6 7</translate>
+  <instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
+ <scene><instance_visual_scene url="#s"/></scene></COLLADA>)"));
+  ASSERT_TRUE(mesh) << mesh.status().message();
+  EXPECT_TRUE(mesh->bounding_box().min_m.isApprox(Eigen::Vector3f(5, 6, 7)));
+}
+
+TEST_F(MeshFiles, NamesAMissingFile) {
+  const auto mesh = load_mesh(folder_ / "nowhere.stl");
+  ASSERT_FALSE(mesh);
+  EXPECT_EQ(mesh.status().code(), core::ErrorCode::kNotFound);
+  expect_refused(folder_ / "nowhere.stl", "no such file");
+}
+
+TEST_F(MeshFiles, RefusesWhatHoldsNoMesh) {
+  expect_refused(folder_, "not a regular file");
+  expect_refused(write("empty.stl", ""), "is empty");
+  expect_refused(write("garbage.stl", std::string(5000, '\x5a')), "is not a readable mesh");
+  expect_refused(write("part.unknown", "hello"), "is not a readable mesh");
+  expect_refused(write("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"), "");
+  expect_refused(write("sliver.stl",
+                       "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0 0 0\n"
+                       "vertex 1 0 0\nendloop\nendfacet\nendsolid s\n"),
+                 "holds no triangles");
+}
+
+TEST_F(MeshFiles, RefusesCoordinatesThatAreNotFinite) {
+  expect_refused(write("nan.off", "OFF\n3 1 0\n0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n"), "");
+  expect_refused(write("huge.obj", "v 0 0 0\nv 1e30 0 0\nv 0 1e30 0\nf 1 2 3\n"), "not a finite number",
+                 {.scale = 1e20});
+}
+
+TEST_F(MeshFiles, RefusesTooManyTriangles) {
+  expect_refused(write("sphere.stl", ascii_stl(make_sphere(1.0, 2))), "more than 100 triangles",
+                 {.max_triangles = 100});
+}
+
+TEST_F(MeshFiles, RefusesAHeaderThatClaimsMoreThanThereIs) {
+  std::string binary_stl(84, '\0');
+  binary_stl[80] = '\xff';
+  binary_stl[81] = '\xff';
+  binary_stl[82] = '\xff';
+  binary_stl[83] = '\x3f';
+  expect_refused(write("claims.stl", binary_stl), "");
+  expect_refused(write("claims.ply",
+                       "ply\nformat ascii 1.0\nelement vertex 2000000000\nproperty float x\nproperty "
+                       "float y\nproperty float z\nelement face 2000000000\nproperty list uchar int "
+                       "vertex_indices\nend_header\n0 0 0\n"),
+                 "", {.max_cpu_s = 2, .max_memory_bytes = 256 << 20});
+}
+
+TEST_F(MeshFiles, SurvivesATruncatedPlyHeader) {
+  expect_refused(write("cut.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty flo"), "",
+                 {.max_cpu_s = 2, .max_memory_bytes = 256 << 20});
+}
+
+/// Whatever stands in a file, the caller gets a mesh or a reason and lives on.
+TEST_F(MeshFiles, SurvivesRandomDamage) {
+  std::mt19937 random(11);
+  const std::string whole[] = {ascii_stl(make_box({1, 1, 1})), "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+                               "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"};
+  const char* names[] = {"damaged.stl", "damaged.off", "damaged.obj"};
+  for (int round = 0; round < 30; ++round) {
+    const int kind = round % 3;
+    std::string text = whole[kind];
+    for (int i = 0; i < 3; ++i) text[random() % text.size()] = static_cast<char>(random() % 256);
+    text.resize(1 + random() % text.size());
+    const auto mesh = load_mesh(write(names[kind], text), {.max_cpu_s = 2, .max_memory_bytes = 512 << 20});
+    if (!mesh) {
+      EXPECT_THAT(mesh.status().message(), HasSubstr(names[kind]));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace phantom::geometry
