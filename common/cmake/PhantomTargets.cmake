@@ -24,7 +24,7 @@ file(CREATE_LINK "${CMAKE_SOURCE_DIR}/deploy" "${PHANTOM_SHARE_DIR}/deploy" SYMB
 find_package(Threads REQUIRED)
 
 add_library(phantom_options INTERFACE)
-target_compile_options(phantom_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
+target_compile_options(phantom_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wno-missing-field-initializers
                        -Wnon-virtual-dtor -Woverloaded-virtual)
 if(PHANTOM_WARNINGS_AS_ERRORS)
   target_compile_options(phantom_options INTERFACE -Werror)

@@ -1,0 +1,99 @@
+#include "components/phantom_session/collector.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+namespace phantom::phantom_session {
+namespace {
+
+template <class... Values>
+std::string format(const char* pattern, Values... values) {
+  char text[256];
+  std::snprintf(text, sizeof text, pattern, values...);
+  return text;
+}
+
+}  // namespace
+
+Collector::Collector(double onset_threshold_Nm, double row_interval_s, Narrate narrate)
+    : onset_threshold_Nm_(onset_threshold_Nm), row_interval_s_(row_interval_s), narrate_(std::move(narrate)) {}
+
+void Collector::narrate(double t_s, const std::string& what) const {
+  if (narrate_) narrate_(format("%7.2f s  ", t_s) + what);
+}
+
+std::string Collector::object_name(int object) const {
+  const auto found = object_names_.find(object);
+  return found != object_names_.end() ? found->second : "object " + std::to_string(object);
+}
+
+void Collector::begin_reach(const MasterSample& sample) {
+  reaches_.push_back({.number = sample.reach, .percept = sample.percept_enabled, .start_s = sample.t_s});
+  narrate(sample.t_s, format("reach %d begins, percept %s", sample.reach, sample.percept_enabled ? "on" : "off"));
+}
+
+void Collector::on_master(const MasterSample& sample) {
+  master_ = sample;
+  if (sample.reach >= 0 && (reaches_.empty() || reaches_.back().number != sample.reach)) begin_reach(sample);
+  if (sample.reach < 0 || reaches_.empty()) return;
+  Reach& reach = reaches_.back();
+  if (reach.contact_s || !sample.percept_enabled) return;
+  const double torque_Nm = std::abs(sample.percept_torque_Nm);
+  reach.peak_torque_Nm = std::max(reach.peak_torque_Nm, torque_Nm);
+  if (!reach.onset_distance_m && torque_Nm > onset_threshold_Nm_ && slave_.clearance_m >= 0.0) {
+    reach.onset_distance_m = slave_.clearance_m;
+    narrate(sample.t_s, format("  drag felt at %.0f mm from the nearest object", 1e3 * slave_.clearance_m));
+  }
+}
+
+void Collector::on_slave(const SlaveSample& sample) {
+  const bool begins = sample.contact && !slave_.contact;
+  if (begins && !reaches_.empty() && !reaches_.back().contact_s) {
+    Reach& reach = reaches_.back();
+    reach.contact_s = sample.t_s;
+    reach.contact_speed_m_s = slave_.tool_speed_m_s;
+    reach.contact_object = sample.contact_object;
+    narrate(sample.t_s, "  contact with " + object_name(sample.contact_object) +
+                            format(" at %.0f mm/s, percept torque had risen to %.2f N·m", 1e3 * reach.contact_speed_m_s,
+                                   reach.peak_torque_Nm));
+  }
+  slave_ = sample;
+  add_row(sample.t_s);
+}
+
+void Collector::add_row(double t_s) {
+  if (!rows_.empty() && t_s - rows_.back().t_s < row_interval_s_) return;
+  rows_.push_back({t_s, master_.reach, master_.percept_enabled, slave_.clearance_m, master_.percept_torque_Nm,
+                   master_.feedback_torque_Nm, master_.operator_torque_Nm, percept_.mu_Pa_s_per_m, percept_.closeness,
+                   slave_.tool_speed_m_s, slave_.contact_force_N});
+}
+
+void Collector::on_percept(const PerceptSample& sample) { percept_ = sample; }
+
+void Collector::on_hit(const HitSample& sample) {
+  if (sample.cleared) return;
+  hits_.push_back(sample);
+  narrate(sample.t_s, "  hit threatens: " + sample.link + " near " + object_name(sample.object) + " (" + sample.rule + ")");
+}
+
+void Collector::on_status(const StatusSample& sample) {
+  const auto known = statuses_.find(sample.component);
+  if (narrate_ && !sample.message.empty() && (known == statuses_.end() || known->second.message != sample.message)) {
+    narrate_("           " + sample.component + ": " + sample.message);
+  }
+  statuses_[sample.component] = sample;
+}
+
+bool Collector::all_ready(const std::vector<std::string>& components, std::string* missing) const {
+  std::string names;
+  for (const auto& name : components) {
+    const auto found = statuses_.find(name);
+    const bool ready = found != statuses_.end() && (found->second.state == core::ComponentState::kReady ||
+                                                    found->second.state == core::ComponentState::kRunning);
+    if (!ready) names += (names.empty() ? "" : ", ") + name;
+  }
+  if (missing != nullptr) *missing = names;
+  return names.empty();
+}
+
+}  // namespace phantom::phantom_session

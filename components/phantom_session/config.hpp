@@ -1,0 +1,18 @@
+#pragma once
+
+#include <filesystem>
+
+namespace phantom::phantom_session {
+
+/// phantom_session.yaml, checked.
+struct Config {
+  double ready_timeout_s = 120.0;
+  double stop_grace_s = 5.0;
+  double onset_threshold_Nm = 0.02;
+  double row_interval_s = 0.01;
+};
+
+/// Throws ConfigError.
+Config load_config(const std::filesystem::path& path);
+
+}  // namespace phantom::phantom_session

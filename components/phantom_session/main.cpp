@@ -1,0 +1,45 @@
+#include <CLI/CLI.hpp>
+
+#include <iostream>
+
+#include "common/dds/participant.hpp"
+#include "components/phantom_session/session.hpp"
+
+int main(int argc, char** argv) {
+  using namespace phantom;
+  phantom_session::SessionRequest request;
+  std::string operator_model, law;
+  runtime::ProcessDescription description;
+  description.name = "phantom_session";
+  description.summary =
+      "Runs the processes of a topology's host as one session: starts them, tells what happens, watches that none dies, "
+      "ends them in order and leaves a report.";
+  description.details =
+      "Example: phantom_session --seconds 30 --report-dir report\n"
+      "The report folder gets index.html, summary.json, plots, pictures, the sound and every process's log.";
+  description.add_options = [&](CLI::App& app) {
+    app.add_option("--seconds", request.seconds, "length of the session once all are ready; 0: until Ctrl-C")
+        ->check(CLI::Range(0.0, 1e6));
+    app.add_option("--host", request.host, "whose processes to run, if the topology has several hosts");
+    app.add_option("--operator", operator_model, "operator model of master_io");
+    app.add_option("--law", law, "bilateral law of master_io");
+  };
+  description.run = [&](const runtime::ProcessOptions& given) {
+    runtime::ProcessOptions options = given;
+    if (options.report_dir.empty()) options.report_dir = "phantom-report";
+    options.report_dir = std::filesystem::absolute(options.report_dir);
+    if (!operator_model.empty()) request.master_options.insert(request.master_options.end(), {"--operator", operator_model});
+    if (!law.empty()) request.master_options.insert(request.master_options.end(), {"--law", law});
+    const auto config = phantom_session::load_config(options.config);
+    const auto deployment = runtime::load_deployment(options);
+    phantom_session::plan(deployment, options, request);
+    dds::check_qos_profiles(deployment.network.qos_profiles);
+    if (options.check) {
+      std::cout << "configuration is valid\n";
+      return static_cast<int>(runtime::kExitDone);
+    }
+    std::filesystem::create_directories(options.report_dir);
+    return phantom_session::run_session(options, deployment, config, request);
+  };
+  return runtime::process_main(argc, argv, description);
+}

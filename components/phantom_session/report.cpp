@@ -1,0 +1,197 @@
+#include "components/phantom_session/report.hpp"
+
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "common/runtime/process.hpp"
+#include "components/phantom_session/report_page.hpp"
+
+namespace phantom::phantom_session {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kPlotLimit_s = 60.0;
+
+// What `component` left in the folder, or null if it left nothing that can be read.
+Json component_file(const std::filesystem::path& folder, const std::string& component) {
+  std::ifstream file(folder / (component + ".json"));
+  if (!file) return nullptr;
+  Json content = Json::parse(file, nullptr, false);
+  if (content.is_discarded()) {
+    spdlog::warn("{}.json in the report folder is not JSON; left out of the summary", component);
+    return nullptr;
+  }
+  return content;
+}
+
+Json member(const Json& object, const char* key) { return object.is_object() && object.contains(key) ? object[key] : Json(); }
+
+Json median(std::vector<double> values) {
+  if (values.empty()) return nullptr;
+  std::sort(values.begin(), values.end());
+  const std::size_t middle = values.size() / 2;
+  return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
+}
+
+Json processes_json(const std::vector<ProcessOutcome>& processes) {
+  Json out = Json::object();
+  for (const auto& process : processes) {
+    out[process.name] = {{"exit", process.exit_code ? Json(*process.exit_code) : Json()}, {"restarts", 0}};
+  }
+  return out;
+}
+
+Json loops_json(const Collector& collector) {
+  Json out = Json::object();
+  for (const auto& [component, status] : collector.statuses()) {
+    for (const auto& loop : status.loops) {
+      out[component + "." + loop.name] = {
+          {"rate_hz", loop.rate_hz},      {"nominal_hz", 1.0 / loop.period_s}, {"p50_us", loop.wakeup_p50_us},
+          {"p99_us", loop.wakeup_p99_us}, {"max_us", loop.wakeup_max_us},      {"work_p50_us", loop.work_p50_us},
+          {"ticks", loop.ticks},          {"slips", loop.slips}};
+    }
+  }
+  return out;
+}
+
+Json deadlines_json(const Collector& collector) {
+  Json out = Json::object();
+  for (const auto& [component, status] : collector.statuses()) {
+    for (const auto& [topic, missed] : status.deadline_missed) out[topic] = out.value(topic, std::uint64_t{0}) + missed;
+  }
+  return out;
+}
+
+Json percept_json(const Collector& collector) {
+  std::vector<double> onsets, with, without;
+  double peak_Nm = 0.0;
+  for (const Reach& reach : collector.reaches()) {
+    peak_Nm = std::max(peak_Nm, reach.peak_torque_Nm);
+    if (reach.onset_distance_m) onsets.push_back(*reach.onset_distance_m);
+    if (reach.contact_s) (reach.percept ? with : without).push_back(reach.contact_speed_m_s);
+  }
+  return {{"onset_distance_m", median(onsets)},
+          {"peak_torque_nm", peak_Nm},
+          {"contact_speed_with", median(with)},
+          {"contact_speed_without", median(without)}};
+}
+
+Json reaches_json(const Collector& collector) {
+  Json out = Json::array();
+  for (const Reach& reach : collector.reaches()) {
+    out.push_back({{"n", reach.number},
+                   {"t", reach.start_s},
+                   {"percept", reach.percept},
+                   {"onset_distance_m", reach.onset_distance_m ? Json(*reach.onset_distance_m) : Json()},
+                   {"peak_torque_nm", reach.peak_torque_Nm},
+                   {"contact_t", reach.contact_s ? Json(*reach.contact_s) : Json()},
+                   {"contact_speed_m_s", reach.contact_s ? Json(reach.contact_speed_m_s) : Json()},
+                   {"object", reach.contact_s ? Json(collector.object_name(reach.contact_object)) : Json()}});
+  }
+  return out;
+}
+
+Json hits_json(const Collector& collector) {
+  Json out = Json::array();
+  for (const HitSample& hit : collector.hits()) {
+    out.push_back({{"t", hit.t_s},
+                   {"alert", hit.alert},
+                   {"link", hit.link},
+                   {"object", collector.object_name(hit.object)},
+                   {"rule", hit.rule}});
+  }
+  return out;
+}
+
+Json summary(const ReportInputs& in) {
+  const Json master = component_file(in.folder, "master_io");
+  const Json viewer = component_file(in.folder, "synthetic_viewer");
+  const Json audio = component_file(in.folder, "audio_percept");
+  const Json server = component_file(in.folder, "wva_server");
+  Json workspace = Json::object();
+  for (const char* key : {"version", "bricks", "bytes", "build_seconds"}) workspace[key] = member(server, key);
+  const Json views = member(viewer, "views");
+  return {{"seconds", in.seconds},
+          {"page", in.page},
+          {"components", processes_json(in.processes)},
+          {"loops", loops_json(in.collector)},
+          {"round_trip", member(master, "round_trip")},
+          {"deadline_missed", deadlines_json(in.collector)},
+          {"percept", percept_json(in.collector)},
+          {"reaches", reaches_json(in.collector)},
+          {"hits", hits_json(in.collector)},
+          {"views", views.is_array() ? views : Json::array()},
+          {"audio", member(audio, "wav")},
+          {"workspace", workspace}};
+}
+
+std::ofstream open_file(const std::filesystem::path& path) {
+  std::ofstream file(path);
+  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
+  return file;
+}
+
+void write_series(const std::filesystem::path& folder, const Collector& collector) {
+  std::map<int, const Reach*> reaches;
+  for (const Reach& reach : collector.reaches()) reaches[reach.number] = &reach;
+  auto file = open_file(folder / "series.csv");
+  file << "t_s,reach,percept_enabled,approaching,clearance_m,percept_torque_Nm,feedback_torque_Nm,operator_torque_Nm,"
+          "mu_Pa_s_per_m,closeness,tool_speed_m_s,contact_force_N\n";
+  for (const Row& row : collector.rows()) {
+    const auto found = reaches.find(row.reach);
+    // On its way in: until the first contact of the reach.
+    const bool approaching = found != reaches.end() && (!found->second->contact_s || row.t_s < *found->second->contact_s);
+    file << row.t_s << ',' << row.reach << ',' << row.percept_enabled << ',' << approaching << ',' << row.clearance_m << ','
+         << row.percept_torque_Nm << ',' << row.feedback_torque_Nm << ',' << row.operator_torque_Nm << ','
+         << row.mu_Pa_s_per_m << ',' << row.closeness << ',' << row.tool_speed_m_s << ',' << row.contact_force_N << '\n';
+  }
+}
+
+void write_reaches(const std::filesystem::path& folder, const Collector& collector) {
+  auto file = open_file(folder / "reaches.csv");
+  file << "reach,percept,object,contact_speed_m_s,onset_distance_m,peak_torque_Nm\n";
+  for (const Reach& reach : collector.reaches()) {
+    if (!reach.contact_s) continue;
+    file << reach.number << ',' << reach.percept << ',' << collector.object_name(reach.contact_object) << ','
+         << reach.contact_speed_m_s << ',' << reach.onset_distance_m.value_or(NAN) << ',' << reach.peak_torque_Nm << '\n';
+  }
+}
+
+}  // namespace
+
+std::string summary_json(const ReportInputs& inputs) { return summary(inputs).dump(2) + "\n"; }
+
+void write_report(const ReportInputs& inputs) {
+  write_series(inputs.folder, inputs.collector);
+  write_reaches(inputs.folder, inputs.collector);
+  const std::string text = summary_json(inputs);
+  open_file(inputs.folder / "summary.json") << text;
+  open_file(inputs.folder / "index.html") << report_page(text);
+}
+
+bool draw_plots(const std::filesystem::path& folder) {
+  const std::filesystem::path gnuplot = "/usr/bin/gnuplot";
+  if (access(gnuplot.c_str(), X_OK) != 0) {
+    spdlog::warn("gnuplot is not installed: the report has its CSV files but no plots");
+    return false;
+  }
+  Supervisor drawing;
+  drawing.start({"gnuplot", gnuplot, {"-e", "folder='" + folder.string() + "'", runtime::share_path("config/report.gp").string()},
+                 0, folder / "logs" / "gnuplot.log"});
+  const auto end = core::monotonic_ns() + core::from_seconds(kPlotLimit_s);
+  while (core::monotonic_ns() < end) {
+    const auto ended = drawing.newly_dead();
+    if (!ended.empty()) return ended.front().exit_code == 0;
+    usleep(20'000);
+  }
+  return false;
+}
+
+}  // namespace phantom::phantom_session

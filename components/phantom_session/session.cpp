@@ -1,0 +1,166 @@
+#include "components/phantom_session/session.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <iostream>
+
+#include "common/runtime/config_reader.hpp"
+#include "components/phantom_session/collector.hpp"
+#include "components/phantom_session/dds_adapter.hpp"
+#include "components/phantom_session/report.hpp"
+#include "components/phantom_session/supervisor.hpp"
+
+namespace phantom::phantom_session {
+namespace {
+
+constexpr double kPoll_s = 0.05;
+constexpr int kLogLinesShown = 12;
+
+const runtime::DeployedHost& find_host(const runtime::Deployment& deployment, const std::string& name) {
+  if (name.empty() && deployment.hosts.size() == 1) return deployment.hosts.front();
+  std::string known;
+  for (const auto& host : deployment.hosts) {
+    if (host.name == name) return host;
+    known += (known.empty() ? "" : ", ") + host.name;
+  }
+  throw runtime::ConfigError(deployment.file.string() + ": hosts: no host called '" + name + "'; allowed: " + known);
+}
+
+// One session from start to report; keeps what the steps share.
+class Session {
+ public:
+  Session(const runtime::ProcessOptions& options, const runtime::Deployment& deployment, const Config& config,
+          const SessionRequest& request)
+      : options_(options),
+        config_(config),
+        request_(request),
+        planned_(plan(deployment, options, request)),
+        collector_(config.onset_threshold_Nm, config.row_interval_s, [](const std::string& line) { say(line); }),
+        adapter_(deployment.network, collector_) {}
+
+  int run() {
+    start_all();
+    bool healthy = wait_until_ready();
+    double seconds = 0.0;
+    if (healthy) {
+      say("All components are ready." + (page_.empty() ? "" : " Operator's page: " + page_));
+      const auto start_ns = core::monotonic_ns();
+      healthy = watch();
+      seconds = core::seconds(core::monotonic_ns() - start_ns);
+    }
+    say("Ending the session.");
+    supervisor_.stop_all(config_.stop_grace_s);
+    for (const auto& outcome : supervisor_.outcomes()) {
+      if (outcome.ended_by_us && outcome.exit_code != 0) {
+        say(outcome.name + " did not end in order (exit " + std::to_string(*outcome.exit_code) + "); see " + log_of(outcome.name).string());
+        healthy = false;
+      }
+    }
+    report(seconds);
+    return healthy ? runtime::kExitDone : runtime::kExitFailed;
+  }
+
+ private:
+  static void say(const std::string& line) { std::cout << line << std::endl; }
+  std::filesystem::path log_of(const std::string& name) const { return options_.report_dir / "logs" / (name + ".log"); }
+
+  void start_all() {
+    const auto bin = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+    for (const auto& planned : planned_) {
+      const std::string& name = planned.process.component;
+      supervisor_.start({name, bin / name, planned.arguments, planned.process.nice, log_of(name)});
+      names_.push_back(name);
+    }
+    say("Started " + std::to_string(names_.size()) + " processes; their logs are in " + (options_.report_dir / "logs").string());
+  }
+
+  // Says who died and why; true if nobody did.
+  bool all_alive() {
+    const auto dead = supervisor_.newly_dead();
+    for (const auto& process : dead) {
+      say(process.name + " ended unexpectedly with code " + std::to_string(*process.exit_code) + ". Its last words:\n" +
+          last_lines(log_of(process.name), kLogLinesShown));
+    }
+    return dead.empty();
+  }
+
+  // The viewer prints its page's address once it serves.
+  void look_for_page() {
+    static const std::string kMark = "operator's page: ";
+    std::ifstream log(log_of("synthetic_viewer"));
+    for (std::string line; page_.empty() && std::getline(log, line);) {
+      if (const auto at = line.find(kMark); at != std::string::npos) page_ = line.substr(at + kMark.size());
+    }
+  }
+
+  bool wait_until_ready() {
+    const auto limit_ns = core::monotonic_ns() + core::from_seconds(config_.ready_timeout_s);
+    std::string missing;
+    while (runtime::sleep_unless_stopped(kPoll_s)) {
+      if (!all_alive()) return false;
+      if (page_.empty()) look_for_page();
+      const bool ready = [&] {
+        const auto guard = adapter_.lock();
+        return collector_.all_ready(names_, &missing);
+      }();
+      if (ready) return true;
+      if (core::monotonic_ns() > limit_ns) {
+        say("Not ready after " + std::to_string(static_cast<int>(config_.ready_timeout_s)) + " s: " + missing);
+        return false;
+      }
+    }
+    return false;
+  }
+
+  // Until the time is up or the user stops it (true), or a component dies (false).
+  bool watch() {
+    const auto end_ns = core::monotonic_ns() + core::from_seconds(request_.seconds);
+    while (runtime::sleep_unless_stopped(kPoll_s)) {
+      if (!all_alive()) return false;
+      if (request_.seconds > 0.0 && core::monotonic_ns() >= end_ns) return true;
+    }
+    return true;
+  }
+
+  void report(double seconds) {
+    const auto guard = adapter_.lock();
+    write_report({options_.report_dir, seconds, page_, supervisor_.outcomes(), collector_});
+    draw_plots(options_.report_dir);
+    say("Report: " + (options_.report_dir / "index.html").string() + " (figures in summary.json)");
+  }
+
+  const runtime::ProcessOptions& options_;
+  const Config& config_;
+  const SessionRequest& request_;
+  std::vector<PlannedProcess> planned_;
+  Collector collector_;
+  DdsAdapter adapter_;
+  Supervisor supervisor_;
+  std::vector<std::string> names_;
+  std::string page_;
+};
+
+}  // namespace
+
+std::vector<PlannedProcess> plan(const runtime::Deployment& deployment, const runtime::ProcessOptions& options,
+                                 const SessionRequest& request) {
+  std::vector<PlannedProcess> planned;
+  for (const auto& process : find_host(deployment, request.host).processes) {
+    PlannedProcess entry{process, {"--deployment", deployment.file.string(), "--domain",
+                                   std::to_string(deployment.network.domain), "--report-dir", options.report_dir.string(),
+                                   "--log-level", options.log_level}};
+    entry.arguments.insert(entry.arguments.end(), process.arguments.begin(), process.arguments.end());
+    if (process.component == "master_io") {
+      entry.arguments.insert(entry.arguments.end(), request.master_options.begin(), request.master_options.end());
+    }
+    planned.push_back(std::move(entry));
+  }
+  return planned;
+}
+
+int run_session(const runtime::ProcessOptions& options, const runtime::Deployment& deployment, const Config& config,
+                const SessionRequest& request) {
+  return Session(options, deployment, config, request).run();
+}
+
+}  // namespace phantom::phantom_session

@@ -1,0 +1,78 @@
+#include "components/phantom_session/collector.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace phantom::phantom_session {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+MasterSample master(double t_s, int reach, bool percept, double torque_Nm) {
+  return {.t_s = t_s, .reach = reach, .percept_enabled = percept, .percept_torque_Nm = torque_Nm};
+}
+SlaveSample slave(double t_s, double clearance_m, double speed_m_s, bool contact = false, int object = 0) {
+  return {.t_s = t_s, .contact = contact, .contact_object = object, .tool_speed_m_s = speed_m_s, .clearance_m = clearance_m};
+}
+
+TEST(Collector, FindsOnsetPeakAndContactOfEachReach) {
+  std::vector<std::string> lines;
+  Collector collector(0.05, 0.001, [&](const std::string& line) { lines.push_back(line); });
+  collector.on_object_name(4, "gate_valve");
+  for (int i = 0; i <= 100; ++i) {  // closing in at 100 mm/s from 100 mm; torque rises as distance falls
+    const double t_s = 0.01 * i, clearance_m = 0.1 - 0.001 * i;
+    collector.on_slave(slave(t_s, clearance_m, 0.1, i == 100, i == 100 ? 4 : 0));
+    collector.on_master(master(t_s, 0, true, clearance_m > 0.06 ? 0.0 : 1.0 - 10 * clearance_m));
+  }
+  collector.on_master(master(1.01, 0, true, 9.0));  // after the contact: no percept figure any more
+  ASSERT_EQ(collector.reaches().size(), 1u);
+  const Reach& reach = collector.reaches()[0];
+  ASSERT_TRUE(reach.onset_distance_m);
+  EXPECT_NEAR(*reach.onset_distance_m, 0.06, 0.0011);
+  ASSERT_TRUE(reach.contact_s);
+  EXPECT_NEAR(*reach.contact_s, 1.0, 1e-9);
+  EXPECT_NEAR(reach.contact_speed_m_s, 0.1, 1e-9);
+  EXPECT_NEAR(reach.peak_torque_Nm, 0.99, 0.011);
+  EXPECT_THAT(lines, Contains(HasSubstr("contact with gate_valve at 100 mm/s")));
+}
+
+TEST(Collector, WithoutPerceptThereIsNoOnsetButAContactSpeed) {
+  Collector collector(0.05, 0.001, {});
+  collector.on_master(master(0, 3, false, 0.0));
+  collector.on_slave(slave(0.1, 0.01, 0.2));
+  collector.on_slave(slave(0.2, 0.0, 0.05, true, 2));
+  collector.on_slave(slave(0.3, 0.01, 0.1));
+  collector.on_slave(slave(0.4, 0.0, 0.7, true, 2));  // bounces: the first contact counts
+  ASSERT_EQ(collector.reaches().size(), 1u);
+  EXPECT_FALSE(collector.reaches()[0].onset_distance_m);
+  EXPECT_EQ(collector.reaches()[0].peak_torque_Nm, 0.0);
+  EXPECT_NEAR(collector.reaches()[0].contact_speed_m_s, 0.2, 1e-9);
+}
+
+TEST(Collector, RowsKeepTheirInterval) {
+  Collector collector(0.05, 0.01, {});
+  for (int i = 0; i < 1000; ++i) collector.on_slave(slave(0.001 * i, 0.1, 0));
+  EXPECT_NEAR(static_cast<double>(collector.rows().size()), 100.0, 10.0);
+}
+
+TEST(Collector, OnlyRaisedHitsCount) {
+  Collector collector(0.05, 0.01, {});
+  collector.on_hit({.t_s = 1, .alert = 1, .rule = "very close", .link = "forearm", .object = 9});
+  collector.on_hit({.t_s = 2, .alert = 1, .cleared = true});
+  ASSERT_EQ(collector.hits().size(), 1u);
+  EXPECT_EQ(collector.object_name(9), "object 9") << "a name that never came is told as a number";
+}
+
+TEST(Collector, ReadinessNamesWhoIsMissing) {
+  Collector collector(0.05, 0.01, {});
+  std::string missing;
+  collector.on_status({.component = "slave_io", .state = core::ComponentState::kRunning});
+  collector.on_status({.component = "master_io", .state = core::ComponentState::kDegraded});
+  EXPECT_FALSE(collector.all_ready({"slave_io", "master_io", "wva_server"}, &missing));
+  EXPECT_EQ(missing, "master_io, wva_server");
+  EXPECT_TRUE(collector.all_ready({"slave_io"}, &missing));
+}
+
+}  // namespace
+}  // namespace phantom::phantom_session

@@ -1,0 +1,96 @@
+#include "components/phantom_session/report.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "components/phantom_session/report_page.hpp"
+
+namespace phantom::phantom_session {
+namespace {
+
+class Report : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / ("phantom_report_" + std::to_string(getpid()));
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  void leave(const std::string& name, const std::string& text) { std::ofstream(folder_ / name) << text; }
+  nlohmann::json summary() {
+    return nlohmann::json::parse(summary_json({folder_, 30.0, "http://127.0.0.1:8080/", {{"slave_io", 0, true}}, collector_}));
+  }
+  void reach(int number, bool percept, double speed_m_s) {
+    collector_.on_slave({.t_s = t_s_ += 1, .tool_speed_m_s = speed_m_s, .clearance_m = 0.05});
+    collector_.on_master({.t_s = t_s_, .reach = number, .percept_enabled = percept, .percept_torque_Nm = percept ? 0.7 : 0});
+    collector_.on_slave({.t_s = t_s_ += 1, .contact = true, .contact_object = 1, .clearance_m = 0.0});
+  }
+
+  std::filesystem::path folder_;
+  Collector collector_{0.05, 0.01, {}};
+  double t_s_ = 0.0;
+};
+
+TEST_F(Report, SummaryHoldsWhatTheComponentsLeftAndWhatWasSeen) {
+  leave("master_io.json", R"({"round_trip": {"p50_us": 900, "n": 25000}})");
+  leave("wva_server.json", R"({"version": 1, "bricks": 300, "bytes": 123, "build_seconds": 0.5})");
+  leave("audio_percept.json", R"({"wav": "audio.wav"})");
+  leave("synthetic_viewer.json", R"({"views": [{"t": 3, "node": "NE", "png": "hit_001.png"}]})");
+  collector_.on_object_name(1, "drum");
+  reach(0, true, 0.04);
+  reach(1, false, 0.10);
+  reach(2, true, 0.06);
+  collector_.on_status({.component = "slave_io",
+                        .state = core::ComponentState::kRunning,
+                        .loops = {{.name = "servo", .period_s = 0.001, .rate_hz = 999.0, .ticks = 5}},
+                        .deadline_missed = {{"master_state", 2}}});
+  collector_.on_status({.component = "viewer", .deadline_missed = {{"master_state", 1}}});
+  const auto s = summary();
+  EXPECT_EQ(s["round_trip"]["n"], 25000);
+  EXPECT_EQ(s["workspace"]["bricks"], 300);
+  EXPECT_EQ(s["audio"], "audio.wav");
+  EXPECT_EQ(s["views"][0]["node"], "NE");
+  EXPECT_EQ(s["components"]["slave_io"]["exit"], 0);
+  EXPECT_NEAR(s["percept"]["contact_speed_with"].get<double>(), 0.05, 1e-12);
+  EXPECT_NEAR(s["percept"]["contact_speed_without"].get<double>(), 0.10, 1e-12);
+  EXPECT_NEAR(s["percept"]["onset_distance_m"].get<double>(), 0.05, 1e-12);
+  EXPECT_EQ(s["loops"]["slave_io.servo"]["rate_hz"], 999.0);
+  EXPECT_EQ(s["deadline_missed"]["master_state"], 3) << "added up over the readers";
+  EXPECT_EQ(s["reaches"][1]["object"], "drum");
+}
+
+TEST_F(Report, WhatNobodyMeasuredIsNullNotZero) {
+  leave("audio_percept.json", "{ this is not json");
+  const auto s = summary();
+  EXPECT_TRUE(s["round_trip"].is_null());
+  EXPECT_TRUE(s["audio"].is_null());
+  EXPECT_TRUE(s["workspace"]["version"].is_null());
+  EXPECT_TRUE(s["percept"]["contact_speed_with"].is_null());
+  EXPECT_NO_THROW(report_page(s.dump()));
+}
+
+TEST_F(Report, FilesAreWrittenAndThePageEscapesNames) {
+  collector_.on_object_name(1, "<drum & lid>");
+  reach(0, true, 0.04);
+  write_report({folder_, 1.0, "", {}, collector_});
+  std::ifstream page(folder_ / "index.html");
+  std::ostringstream text;
+  text << page.rdbuf();
+  EXPECT_NE(text.str().find("&lt;drum &amp; lid&gt;"), std::string::npos);
+  EXPECT_EQ(text.str().find("<drum"), std::string::npos);
+  std::ifstream series(folder_ / "series.csv");
+  std::string head, row;
+  std::getline(series, head);
+  std::getline(series, row);
+  EXPECT_EQ(std::count(head.begin(), head.end(), ','), std::count(row.begin(), row.end(), ','));
+}
+
+TEST_F(Report, AnUnwritableFolderIsSaid) {
+  EXPECT_THROW(write_report({folder_ / "gone", 1.0, "", {}, collector_}), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace phantom::phantom_session

@@ -1,0 +1,39 @@
+#include "components/phantom_session/session.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "common/runtime/config_reader.hpp"
+
+namespace phantom::phantom_session {
+namespace {
+
+runtime::Deployment two_hosts() {
+  runtime::Deployment deployment;
+  deployment.file = "t.yaml";
+  deployment.network.domain = 9;
+  deployment.hosts = {{"master", {{"master_io", {"--log-level", "debug"}, 0}}}, {"view", {{"synthetic_viewer", {}, 10}}}};
+  return deployment;
+}
+
+TEST(Plan, GivesEachProcessTheCommonOptionsThenItsOwn) {
+  SessionRequest request{.host = "master", .master_options = {"--operator", "constant_velocity"}};
+  const auto planned = plan(two_hosts(), {}, request);
+  ASSERT_EQ(planned.size(), 1u);
+  EXPECT_THAT(planned[0].arguments, testing::IsSupersetOf({"--deployment", "t.yaml", "--domain", "9", "--operator"}));
+  EXPECT_EQ(planned[0].arguments.back(), "constant_velocity");
+  request.host = "view";
+  EXPECT_THAT(plan(two_hosts(), {}, request)[0].arguments, testing::Not(testing::Contains("--operator")));
+}
+
+TEST(Plan, AnUnknownHostIsNamedWithThoseThereAre) {
+  EXPECT_THAT([] { plan(two_hosts(), {}, {.host = "desk"}); },
+              testing::ThrowsMessage<runtime::ConfigError>("t.yaml: hosts: no host called 'desk'; allowed: master, view"));
+}
+
+TEST(Config, ShippedIsValid) {
+  EXPECT_NO_THROW(load_config(PHANTOM_SOURCE_DIR "/components/phantom_session/phantom_session.yaml"));
+}
+
+}  // namespace
+}  // namespace phantom::phantom_session

@@ -1,0 +1,66 @@
+#include "components/phantom_session/supervisor.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <csignal>
+
+#include "common/core/errors.hpp"
+
+namespace phantom::phantom_session {
+namespace {
+
+class SupervisorTest : public testing::Test {
+ protected:
+  ProcessSpec shell(const std::string& name, const std::string& script) {
+    return {name, "/bin/sh", {"-c", script}, 0, folder_ / (name + ".log")};
+  }
+  // Waits until a process ended by itself.
+  std::vector<ProcessOutcome> await_death(Supervisor& supervisor) {
+    for (;;) {
+      auto dead = supervisor.newly_dead();
+      if (!dead.empty()) return dead;
+      usleep(1000);
+    }
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::filesystem::path folder_ = std::filesystem::temp_directory_path() / ("phantom_sup_" + std::to_string(getpid()));
+};
+
+TEST_F(SupervisorTest, TellsOnceWhoDiedWithWhatCodeAndKeepsItsWords) {
+  Supervisor supervisor;
+  supervisor.start(shell("dies", "echo one; echo out of memory >&2; exit 3"));
+  const auto dead = await_death(supervisor);
+  ASSERT_EQ(dead.size(), 1u);
+  EXPECT_EQ(dead[0].exit_code, 3);
+  EXPECT_FALSE(dead[0].ended_by_us);
+  EXPECT_TRUE(supervisor.newly_dead().empty());
+  EXPECT_EQ(last_lines(folder_ / "dies.log", 1), "    out of memory\n");
+}
+
+TEST_F(SupervisorTest, ASignalIsToldAs128PlusItsNumber) {
+  Supervisor supervisor;
+  supervisor.start(shell("crashes", "kill -SEGV $$"));
+  EXPECT_EQ(await_death(supervisor)[0].exit_code, 128 + SIGSEGV);
+}
+
+TEST_F(SupervisorTest, EndsTheWillingWithTermAndTheUnwillingWithKill) {
+  Supervisor supervisor;
+  supervisor.start(shell("willing", "trap 'exit 0' TERM; touch " + (folder_ / "a").string() + "; while :; do sleep 0.01; done"));
+  supervisor.start(shell("unwilling", "trap '' TERM; touch " + (folder_ / "b").string() + "; while :; do sleep 0.01; done"));
+  while (!std::filesystem::exists(folder_ / "a") || !std::filesystem::exists(folder_ / "b")) usleep(1000);
+  supervisor.stop_all(0.5);
+  const auto outcomes = supervisor.outcomes();
+  EXPECT_EQ(outcomes[0].exit_code, 0);
+  EXPECT_EQ(outcomes[1].exit_code, 128 + SIGKILL);
+  EXPECT_TRUE(outcomes[0].ended_by_us);
+  EXPECT_TRUE(supervisor.newly_dead().empty()) << "asked to end: no accident";
+}
+
+TEST_F(SupervisorTest, AMissingExecutableIsNamed) {
+  Supervisor supervisor;
+  EXPECT_THROW(supervisor.start({"x", "/nowhere/x", {}, 0, folder_ / "x.log"}), core::MissingError);
+}
+
+}  // namespace
+}  // namespace phantom::phantom_session
