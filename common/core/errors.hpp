@@ -4,14 +4,15 @@
 
 namespace phantom::core {
 
-/// A configuration or deployment file that cannot be used. what() names file, line, key, value and what is allowed.
-/// Thrown at start-up only; ends the process with exit code 2.
+/// A configuration or deployment file that cannot be used. what() names file, line, key, value and what is
+/// allowed. Thrown at start-up only; ends the process with exit code 2.
 class ConfigError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Something outside is missing: a device, a file, a peer. Thrown at start-up only; ends the process with exit code 3.
+/// Something outside is missing: a device, a file, a peer. Thrown at start-up only; ends the process with
+/// exit code 3.
 class MissingError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

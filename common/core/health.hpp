@@ -12,15 +12,15 @@ enum class ComponentState { kStarting, kReady, kRunning, kDegraded, kStopped, kF
 /// What a periodic loop did since it started.
 struct LoopStatistics {
   std::string name;
-  double period_s = 0.0;        ///< nominal
-  double rate_hz = 0.0;         ///< ticks done ÷ time since the start
-  double wakeup_p50_us = 0.0;   ///< lateness of the wake-up against its due time
+  double period_s = 0.0;       ///< nominal
+  double rate_hz = 0.0;        ///< ticks done ÷ time since the start
+  double wakeup_p50_us = 0.0;  ///< lateness of the wake-up against its due time
   double wakeup_p99_us = 0.0;
   double wakeup_max_us = 0.0;
-  double work_p50_us = 0.0;     ///< time spent in the loop's body
+  double work_p50_us = 0.0;  ///< time spent in the loop's body
   double work_max_us = 0.0;
   std::uint64_t ticks = 0;
-  std::uint64_t slips = 0;      ///< periods that passed without a tick
+  std::uint64_t slips = 0;  ///< periods that passed without a tick
 };
 
 /// A figure worth showing beside the state, e.g. {"sensors", 8123, ""} or {"model_age_ms", 12, "ms"}.

@@ -35,7 +35,8 @@ void DurationHistogram::merge(const DurationHistogram& other) noexcept {
 
 std::int64_t DurationHistogram::quantile_ns(double q) const noexcept {
   if (count_ == 0) return 0;
-  const auto rank = static_cast<std::uint64_t>(std::ceil(std::clamp(q, 0.0, 1.0) * static_cast<double>(count_)));
+  const auto rank =
+      static_cast<std::uint64_t>(std::ceil(std::clamp(q, 0.0, 1.0) * static_cast<double>(count_)));
   std::uint64_t seen = 0;
   for (int bin = 0; bin < kBins; ++bin) {
     seen += bins_[static_cast<std::size_t>(bin)];

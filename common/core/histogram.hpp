@@ -18,7 +18,8 @@ class DurationHistogram {
   std::uint64_t count() const noexcept { return count_; }
   std::int64_t max_ns() const noexcept { return max_ns_; }
   double mean_ns() const noexcept { return count_ == 0 ? 0.0 : sum_ns_ / static_cast<double>(count_); }
-  /// Duration that a share `q` (0…1) of the recorded ones does not exceed, rounded up to its bin's edge; 0 if empty.
+  /// Duration that a share `q` (0…1) of the recorded ones does not exceed, rounded up to its bin's edge; 0 if
+  /// empty.
   std::int64_t quantile_ns(double q) const noexcept;
 
  private:

@@ -12,7 +12,7 @@ struct NetworkOptions {
   std::filesystem::path qos_profiles;      ///< XML file with a writer's and a reader's profile per topic
   std::vector<std::string> interfaces;     ///< IP addresses of this host to use; empty: all
   std::vector<std::string> initial_peers;  ///< addresses of hosts to announce to; empty: multicast discovery
-  bool shared_memory = false;              ///< shared-memory transport between processes of one host, besides UDP
+  bool shared_memory = false;  ///< shared-memory transport between processes of one host, besides UDP
 };
 
 }  // namespace phantom::core

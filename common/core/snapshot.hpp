@@ -9,12 +9,13 @@ namespace phantom::core {
 
 /// Newest-value exchange between one writer thread and one reader thread (triple buffer).
 ///
-/// Neither side ever waits, locks or allocates; the reader always sees a whole value, the newest written before the
-/// call. Values that the reader did not fetch in time are overwritten: this carries state, not events.
-/// Thread-safe: one writer, one reader. Real-time safe: yes, both ends.
+/// Neither side ever waits, locks or allocates; the reader always sees a whole value, the newest written
+/// before the call. Values that the reader did not fetch in time are overwritten: this carries state, not
+/// events. Thread-safe: one writer, one reader. Real-time safe: yes, both ends.
 template <class T>
 class Snapshot {
-  static_assert(std::is_trivially_copyable_v<T>, "a snapshot is copied bytewise: keep it free of owning members");
+  static_assert(std::is_trivially_copyable_v<T>,
+                "a snapshot is copied bytewise: keep it free of owning members");
 
  public:
   Snapshot() = default;

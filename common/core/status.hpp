@@ -10,12 +10,12 @@ namespace phantom::core {
 /// What kind of thing went wrong; the message says what, where, and what is allowed.
 enum class ErrorCode {
   kOk,
-  kInvalidArgument,   ///< a value, file or message that is not what it must be
-  kNotFound,          ///< a file, device or peer that is not there
-  kResourceExhausted, ///< a limit (size, memory, time) was reached
-  kFailedPrecondition,///< the call is right but not in this state
-  kUnavailable,       ///< may work later: a peer or a device that does not answer
-  kInternal,          ///< a promise of our own was broken
+  kInvalidArgument,     ///< a value, file or message that is not what it must be
+  kNotFound,            ///< a file, device or peer that is not there
+  kResourceExhausted,   ///< a limit (size, memory, time) was reached
+  kFailedPrecondition,  ///< the call is right but not in this state
+  kUnavailable,         ///< may work later: a peer or a device that does not answer
+  kInternal,            ///< a promise of our own was broken
 };
 
 /// Outcome of an operation at an I/O edge. Cheap when OK. Not for the real-time path (the message allocates).
@@ -25,7 +25,9 @@ class [[nodiscard]] Status {
   Status(ErrorCode code, std::string message) : code_(code), message_(std::move(message)) {}
 
   static Status ok() { return {}; }
-  static Status invalid_argument(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message)}; }
+  static Status invalid_argument(std::string message) {
+    return {ErrorCode::kInvalidArgument, std::move(message)};
+  }
   static Status not_found(std::string message) { return {ErrorCode::kNotFound, std::move(message)}; }
 
   bool is_ok() const { return code_ == ErrorCode::kOk; }
@@ -42,20 +44,37 @@ class [[nodiscard]] Status {
 template <class T>
 class [[nodiscard]] Expected {
  public:
-  Expected(T value) : value_(std::move(value)) {}                                        // NOLINT: implicit by intent
-  Expected(Status status) : status_(std::move(status)) { assert(!status_.is_ok()); }     // NOLINT: implicit by intent
+  Expected(T value) : value_(std::move(value)) {}  // NOLINT: implicit by intent
+  Expected(Status status) : status_(std::move(status)) {
+    assert(!status_.is_ok());
+  }  // NOLINT: implicit by intent
 
   bool has_value() const { return value_.has_value(); }
   explicit operator bool() const { return has_value(); }
   const Status& status() const { return status_; }
 
-  T& value() & { assert(value_); return *value_; }
-  const T& value() const& { assert(value_); return *value_; }
-  T&& value() && { assert(value_); return std::move(*value_); }
+  T& value() & {
+    assert(value_);
+    return *value_;
+  }
+  const T& value() const& {
+    assert(value_);
+    return *value_;
+  }
+  T&& value() && {
+    assert(value_);
+    return std::move(*value_);
+  }
   T& operator*() & { return value(); }
   const T& operator*() const& { return value(); }
-  T* operator->() { assert(value_); return &*value_; }
-  const T* operator->() const { assert(value_); return &*value_; }
+  T* operator->() {
+    assert(value_);
+    return &*value_;
+  }
+  const T* operator->() const {
+    assert(value_);
+    return &*value_;
+  }
 
  private:
   std::optional<T> value_;

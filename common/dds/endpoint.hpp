@@ -42,7 +42,8 @@ class RawReader {
  public:
   using OnSample = std::function<void(const void*, const SampleInfo&)>;
   using OnDisposed = std::function<void(const InstanceId&)>;
-  RawReader(Participant& participant, const TopicDescription& topic, OnSample on_sample, OnDisposed on_disposed);
+  RawReader(Participant& participant, const TopicDescription& topic, OnSample on_sample,
+            OnDisposed on_disposed);
   ~RawReader();
   RawReader(RawReader&&) noexcept;
   /// Counts a sample that the component's validation refused (shown as `refused`). Thread-safe.
@@ -54,8 +55,8 @@ class RawReader {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Publishes T on its topic. write() may block for tens of milliseconds while a reader joins: never call it from a servo
-/// thread. Thread-safe.
+/// Publishes T on its topic. write() may block for tens of milliseconds while a reader joins: never call it
+/// from a servo thread. Thread-safe.
 template <class T>
 class Writer {
  public:
@@ -72,18 +73,20 @@ class Writer {
   RawWriter raw_;
 };
 
-/// Receives T. `on_sample` runs on a middleware thread, one sample at a time: copy what you need (core::Snapshot, a queue)
-/// and return; do not block, do not throw.
+/// Receives T. `on_sample` runs on a middleware thread, one sample at a time: copy what you need
+/// (core::Snapshot, a queue) and return; do not block, do not throw.
 template <class T>
 class Reader {
  public:
   using OnSample = std::function<void(const T&, const SampleInfo&)>;
-  Reader(Participant& participant, const TopicSpec<T>& topic, OnSample on_sample, RawReader::OnDisposed on_disposed = {})
-      : raw_(participant, topic,
-             [callback = std::move(on_sample)](const void* sample, const SampleInfo& info) {
-               callback(*static_cast<const T*>(sample), info);
-             },
-             std::move(on_disposed)) {}
+  Reader(Participant& participant, const TopicSpec<T>& topic, OnSample on_sample,
+         RawReader::OnDisposed on_disposed = {})
+      : raw_(
+            participant, topic,
+            [callback = std::move(on_sample)](const void* sample, const SampleInfo& info) {
+              callback(*static_cast<const T*>(sample), info);
+            },
+            std::move(on_disposed)) {}
   void count_refused() { raw_.count_refused(); }
   std::uint32_t matched() const { return raw_.matched(); }
 

@@ -1,11 +1,11 @@
-#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
-#include <fastdds/dds/topic/Topic.hpp>
-#include <fastdds/dds/topic/TypeSupport.hpp>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 #include <spdlog/spdlog.h>
 
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/topic/Topic.hpp>
+#include <fastdds/dds/topic/TypeSupport.hpp>
 #include <random>
 #include <set>
 
@@ -19,12 +19,12 @@ namespace {
 namespace edds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastdds::rtps;
 
-constexpr std::uint32_t kSocketBufferBytes = 4 << 20;     // a late joiner's workspace comes as one burst
+constexpr std::uint32_t kSocketBufferBytes = 4 << 20;  // a late joiner's workspace comes as one burst
 constexpr std::uint32_t kSharedSegmentBytes = 16 << 20;
-constexpr std::uint32_t kParticipantsPerHost = 64;        // ports tried for an initial peer given by address alone
+constexpr std::uint32_t kParticipantsPerHost = 64;  // ports tried for an initial peer given by address alone
 
-// The factory keeps profiles for the process's life and refuses a second file with the same names, so each file is loaded
-// once.
+// The factory keeps profiles for the process's life and refuses a second file with the same names, so each
+// file is loaded once.
 void load_profiles(const std::filesystem::path& file) {
   static std::mutex mutex;
   static std::set<std::filesystem::path> loaded;
@@ -33,12 +33,14 @@ void load_profiles(const std::filesystem::path& file) {
   if (!loaded.insert(std::filesystem::canonical(file)).second) return;
   auto* factory = edds::DomainParticipantFactory::get_instance();
   if (factory->load_XML_profiles_file(file.string()) != ReturnCode_t::RETCODE_OK) {
-    throw DdsError(file.string() + ": QoS profiles: the file is refused by Fast DDS (one bad element rejects the whole "
-                                   "file; the lines above name it)");
+    throw DdsError(file.string() +
+                   ": QoS profiles: the file is refused by Fast DDS (one bad element rejects the whole "
+                   "file; the lines above name it)");
   }
 }
 
-edds::DomainParticipantQos participant_qos(const std::string& component, const core::NetworkOptions& network) {
+edds::DomainParticipantQos participant_qos(const std::string& component,
+                                           const core::NetworkOptions& network) {
   edds::DomainParticipantQos qos = edds::PARTICIPANT_QOS_DEFAULT;
   qos.name(component);
   qos.transport().use_builtin_transports = false;
@@ -83,7 +85,8 @@ Participant::Impl::~Impl() {
 
 edds::Topic* Participant::Impl::topic(const TopicDescription& description) {
   const std::lock_guard lock(mutex);
-  if (auto* known = participant->lookup_topicdescription(description.name)) return static_cast<edds::Topic*>(known);
+  if (auto* known = participant->lookup_topicdescription(description.name))
+    return static_cast<edds::Topic*>(known);
   const edds::TypeSupport type = description.make_type();
   type.register_type(participant, description.type_name);
   auto* made = participant->create_topic(description.name, description.type_name, edds::TOPIC_QOS_DEFAULT);
@@ -91,7 +94,8 @@ edds::Topic* Participant::Impl::topic(const TopicDescription& description) {
   return made;
 }
 
-std::shared_ptr<EndpointCounters> Participant::Impl::add_counters(const TopicDescription& topic, bool writer) {
+std::shared_ptr<EndpointCounters> Participant::Impl::add_counters(const TopicDescription& topic,
+                                                                  bool writer) {
   auto added = std::make_shared<EndpointCounters>();
   added->topic = &topic;
   added->writer = writer;
@@ -101,10 +105,12 @@ std::shared_ptr<EndpointCounters> Participant::Impl::add_counters(const TopicDes
 }
 
 void report_incompatible(const std::string& component, const EndpointCounters& counters, int policy_id) {
-  spdlog::error("topic {}: {}'s {} and another participant's {} do not fit: {} differs (policy {}); nothing flows between "
-                "them. Both must use the topic's QoS profile.",
-                counters.topic->name, component, counters.writer ? "writer" : "reader",
-                counters.writer ? "reader" : "writer", policy_name(policy_id), policy_id);
+  spdlog::error(
+      "topic {}: {}'s {} and another participant's {} do not fit: {} differs (policy {}); nothing flows "
+      "between "
+      "them. Both must use the topic's QoS profile.",
+      counters.topic->name, component, counters.writer ? "writer" : "reader",
+      counters.writer ? "reader" : "writer", policy_name(policy_id), policy_id);
 }
 
 void check_qos_profiles(const std::filesystem::path& qos_profiles) {

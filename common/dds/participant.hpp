@@ -10,8 +10,9 @@
 
 namespace phantom::dds {
 
-/// Something about DDS that cannot be used: a profile file that does not load, a QoS profile that contradicts the topic's
-/// contract, a resource refused. what() names the topic, the file, and what is allowed. Start-up only.
+/// Something about DDS that cannot be used: a profile file that does not load, a QoS profile that contradicts
+/// the topic's contract, a resource refused. what() names the topic, the file, and what is allowed. Start-up
+/// only.
 class DdsError : public core::ConfigError {
  public:
   using core::ConfigError::ConfigError;
@@ -29,8 +30,9 @@ struct EndpointStatistics {
   std::uint64_t incompatible_qos = 0;
 };
 
-/// Loads the profiles and compares every topic's with its contract (common/dds/topics.hpp). Throws DdsError naming file,
-/// topic, policy, what it says and what is allowed. Participant's constructor does the same; --check calls it alone.
+/// Loads the profiles and compares every topic's with its contract (common/dds/topics.hpp). Throws DdsError
+/// naming file, topic, policy, what it says and what is allowed. Participant's constructor does the same;
+/// --check calls it alone.
 void check_qos_profiles(const std::filesystem::path& qos_profiles);
 
 /// One DDS participant: the process's membership in the domain. Writers and readers keep it alive.

@@ -1,10 +1,9 @@
 #pragma once
 
+#include <atomic>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
-
-#include <atomic>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -19,7 +18,8 @@ struct EndpointCounters {
   const TopicDescription* topic = nullptr;
   bool writer = false;
   std::atomic<std::uint32_t> matched{0};
-  std::atomic<std::uint64_t> samples{0}, refused{0}, deadline_missed{0}, liveliness_lost{0}, incompatible_qos{0};
+  std::atomic<std::uint64_t> samples{0}, refused{0}, deadline_missed{0}, liveliness_lost{0},
+      incompatible_qos{0};
 };
 
 /// Private to common/dds.

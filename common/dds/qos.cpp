@@ -18,7 +18,9 @@ std::string in_milliseconds(const Duration_t& duration) {
   return std::to_string(duration.to_ns() / 1'000'000) + " ms";
 }
 
-std::string in_milliseconds(int value_ms) { return value_ms == 0 ? "none" : std::to_string(value_ms) + " ms"; }
+std::string in_milliseconds(int value_ms) {
+  return value_ms == 0 ? "none" : std::to_string(value_ms) + " ms";
+}
 
 // Compares one end's profile with the topic's contract and says the first difference in words.
 class ContractCheck {
@@ -27,8 +29,8 @@ class ContractCheck {
 
   void same(const char* policy, const std::string& profile, const std::string& contract) const {
     if (profile == contract) return;
-    throw DdsError("QoS profile '" + std::string(topic_.name) + "' (" + end_ + "): " + policy + " is " + profile +
-                   "; the topic's contract says " + contract);
+    throw DdsError("QoS profile '" + std::string(topic_.name) + "' (" + end_ + "): " + policy + " is " +
+                   profile + "; the topic's contract says " + contract);
   }
 
   template <class Qos>
@@ -36,16 +38,19 @@ class ContractCheck {
     const QosContract& contract = topic_.qos;
     same("reliability", qos.reliability().kind == edds::RELIABLE_RELIABILITY_QOS ? "RELIABLE" : "BEST_EFFORT",
          contract.reliability == Reliability::kReliable ? "RELIABLE" : "BEST_EFFORT");
-    same("durability", qos.durability().kind == edds::TRANSIENT_LOCAL_DURABILITY_QOS ? "TRANSIENT_LOCAL" : "VOLATILE",
+    same("durability",
+         qos.durability().kind == edds::TRANSIENT_LOCAL_DURABILITY_QOS ? "TRANSIENT_LOCAL" : "VOLATILE",
          contract.durability == Durability::kTransientLocal ? "TRANSIENT_LOCAL" : "VOLATILE");
-    same("history kind", qos.history().kind == edds::KEEP_LAST_HISTORY_QOS ? "KEEP_LAST" : "KEEP_ALL", "KEEP_LAST");
+    same("history kind", qos.history().kind == edds::KEEP_LAST_HISTORY_QOS ? "KEEP_LAST" : "KEEP_ALL",
+         "KEEP_LAST");
     same("history depth", std::to_string(qos.history().depth), std::to_string(contract.history_depth));
     same("deadline", in_milliseconds(qos.deadline().period), in_milliseconds(contract.deadline_ms));
     same("lifespan", in_milliseconds(qos.lifespan().duration), in_milliseconds(contract.lifespan_ms));
     same("liveliness kind",
          qos.liveliness().kind == edds::MANUAL_BY_TOPIC_LIVELINESS_QOS ? "MANUAL_BY_TOPIC" : "AUTOMATIC",
          contract.liveliness_ms > 0 ? "MANUAL_BY_TOPIC" : "AUTOMATIC");
-    same("liveliness lease", in_milliseconds(qos.liveliness().lease_duration), in_milliseconds(contract.liveliness_ms));
+    same("liveliness lease", in_milliseconds(qos.liveliness().lease_duration),
+         in_milliseconds(contract.liveliness_ms));
     same("data sharing", qos.data_sharing().kind() == edds::OFF ? "OFF" : "on", "OFF");
   }
 
@@ -68,7 +73,8 @@ edds::DataWriterQos writer_qos(edds::Publisher& publisher, const TopicDescriptio
   }
   const ContractCheck check(topic, "data_writer");
   check.policies(qos);
-  check.same("publish mode", qos.publish_mode().kind == edds::SYNCHRONOUS_PUBLISH_MODE ? "SYNCHRONOUS" : "ASYNCHRONOUS",
+  check.same("publish mode",
+             qos.publish_mode().kind == edds::SYNCHRONOUS_PUBLISH_MODE ? "SYNCHRONOUS" : "ASYNCHRONOUS",
              "SYNCHRONOUS");
   return qos;
 }
@@ -84,13 +90,20 @@ edds::DataReaderQos reader_qos(edds::Subscriber& subscriber, const TopicDescript
 
 const char* policy_name(int policy_id) {
   switch (policy_id) {
-    case edds::DURABILITY_QOS_POLICY_ID: return "durability";
-    case edds::DEADLINE_QOS_POLICY_ID: return "deadline";
-    case edds::LIVELINESS_QOS_POLICY_ID: return "liveliness";
-    case edds::RELIABILITY_QOS_POLICY_ID: return "reliability";
-    case edds::OWNERSHIP_QOS_POLICY_ID: return "ownership";
-    case edds::DATAREPRESENTATION_QOS_POLICY_ID: return "data representation";
-    default: return "another policy";
+    case edds::DURABILITY_QOS_POLICY_ID:
+      return "durability";
+    case edds::DEADLINE_QOS_POLICY_ID:
+      return "deadline";
+    case edds::LIVELINESS_QOS_POLICY_ID:
+      return "liveliness";
+    case edds::RELIABILITY_QOS_POLICY_ID:
+      return "reliability";
+    case edds::OWNERSHIP_QOS_POLICY_ID:
+      return "ownership";
+    case edds::DATAREPRESENTATION_QOS_POLICY_ID:
+      return "data representation";
+    default:
+      return "another policy";
   }
 }
 

@@ -9,7 +9,8 @@
 
 namespace phantom::dds {
 
-/// QoS of the profile named as the topic, checked against its contract. Throws DdsError. Private to common/dds.
+/// QoS of the profile named as the topic, checked against its contract. Throws DdsError. Private to
+/// common/dds.
 eprosima::fastdds::dds::DataWriterQos writer_qos(eprosima::fastdds::dds::Publisher& publisher,
                                                  const TopicDescription& topic);
 eprosima::fastdds::dds::DataReaderQos reader_qos(eprosima::fastdds::dds::Subscriber& subscriber,

@@ -1,10 +1,9 @@
+#include <cstring>
 #include <fastdds/dds/subscriber/DataReader.hpp>
 #include <fastdds/dds/subscriber/DataReaderListener.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
-
-#include <cstring>
 
 #include "common/dds/endpoint.hpp"
 #include "common/dds/participant_impl.hpp"
@@ -44,7 +43,8 @@ struct RawReader::Impl : edds::DataReaderListener {
   void on_subscription_matched(edds::DataReader*, const edds::SubscriptionMatchedStatus& status) override {
     counters->matched = static_cast<std::uint32_t>(status.current_count);
   }
-  void on_requested_deadline_missed(edds::DataReader*, const edds::RequestedDeadlineMissedStatus& status) override {
+  void on_requested_deadline_missed(edds::DataReader*,
+                                    const edds::RequestedDeadlineMissedStatus& status) override {
     counters->deadline_missed = static_cast<std::uint64_t>(status.total_count);
   }
   void on_liveliness_changed(edds::DataReader*, const edds::LivelinessChangedStatus& status) override {
@@ -52,7 +52,8 @@ struct RawReader::Impl : edds::DataReaderListener {
       counters->liveliness_lost.fetch_add(static_cast<std::uint64_t>(status.not_alive_count_change));
     }
   }
-  void on_requested_incompatible_qos(edds::DataReader*, const edds::RequestedIncompatibleQosStatus& status) override {
+  void on_requested_incompatible_qos(edds::DataReader*,
+                                     const edds::RequestedIncompatibleQosStatus& status) override {
     if (counters->incompatible_qos.exchange(static_cast<std::uint64_t>(status.total_count)) == 0) {
       report_incompatible(participant->component, *counters, static_cast<int>(status.last_policy_id));
     }
@@ -69,9 +70,10 @@ RawReader::RawReader(Participant& participant, const TopicDescription& topic, On
   impl_->on_sample = std::move(on_sample);
   impl_->on_disposed = std::move(on_disposed);
   auto* subscriber = participant.impl()->subscriber;
-  impl_->reader = subscriber->create_datareader(participant.impl()->topic(topic), reader_qos(*subscriber, topic),
-                                                impl_.get());
-  if (impl_->reader == nullptr) throw DdsError(std::string("topic ") + topic.name + ": Fast DDS refused the reader");
+  impl_->reader = subscriber->create_datareader(participant.impl()->topic(topic),
+                                                reader_qos(*subscriber, topic), impl_.get());
+  if (impl_->reader == nullptr)
+    throw DdsError(std::string("topic ") + topic.name + ": Fast DDS refused the reader");
 }
 
 RawReader::~RawReader() {

@@ -6,7 +6,8 @@
 
 namespace phantom::dds {
 
-/// Makes the stamps of one writer: rising sequence numbers, both clocks, this process's session. Not thread-safe.
+/// Makes the stamps of one writer: rising sequence numbers, both clocks, this process's session. Not
+/// thread-safe.
 class Stamper {
  public:
   explicit Stamper(const Participant& participant) : session_(participant.session()) {}
@@ -20,8 +21,8 @@ class Stamper {
 /// The echo to send back for `stamp`.
 msg::Echo echo_of(const msg::Stamp& stamp);
 
-/// Order check of one periodic topic: accepts a sample if it is newer than the last accepted, or from a new session of the
-/// writer. `accept` is real-time safe.
+/// Order check of one periodic topic: accepts a sample if it is newer than the last accepted, or from a new
+/// session of the writer. `accept` is real-time safe.
 class SequenceGuard {
  public:
   bool accept(const msg::Stamp& stamp) noexcept;

@@ -11,12 +11,18 @@ constexpr std::size_t kMaxLoops = 8, kMaxTopics = 32, kMaxFigures = 32, kMaxMess
 
 msg::ComponentState to_msg(core::ComponentState state) {
   switch (state) {
-    case core::ComponentState::kStarting: return msg::COMPONENT_STARTING;
-    case core::ComponentState::kReady: return msg::COMPONENT_READY;
-    case core::ComponentState::kRunning: return msg::COMPONENT_RUNNING;
-    case core::ComponentState::kDegraded: return msg::COMPONENT_DEGRADED;
-    case core::ComponentState::kStopped: return msg::COMPONENT_STOPPED;
-    case core::ComponentState::kFault: return msg::COMPONENT_FAULT;
+    case core::ComponentState::kStarting:
+      return msg::COMPONENT_STARTING;
+    case core::ComponentState::kReady:
+      return msg::COMPONENT_READY;
+    case core::ComponentState::kRunning:
+      return msg::COMPONENT_RUNNING;
+    case core::ComponentState::kDegraded:
+      return msg::COMPONENT_DEGRADED;
+    case core::ComponentState::kStopped:
+      return msg::COMPONENT_STOPPED;
+    case core::ComponentState::kFault:
+      return msg::COMPONENT_FAULT;
   }
   return msg::COMPONENT_FAULT;
 }
@@ -73,7 +79,10 @@ std::string host_name() {
 }  // namespace
 
 StatusReporter::StatusReporter(Participant& participant)
-    : participant_(participant), stamper_(participant), writer_(participant, kComponentStatus), host_(host_name()) {}
+    : participant_(participant),
+      stamper_(participant),
+      writer_(participant, kComponentStatus),
+      host_(host_name()) {}
 
 void StatusReporter::publish(const core::Health& health) {
   msg::ComponentStatus status;

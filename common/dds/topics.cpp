@@ -13,8 +13,8 @@ namespace {
 
 using eprosima::fastdds::dds::TypeSupport;
 
-// Type information is not announced: it makes other vendors refuse the endpoint, and a type object with a sequence of
-// structs crashes participants that lack the type.
+// Type information is not announced: it makes other vendors refuse the endpoint, and a type object with a
+// sequence of structs crashes participants that lack the type.
 template <class PubSubType>
 TypeSupport make_type() {
   TypeSupport type(new PubSubType());
@@ -23,8 +23,8 @@ TypeSupport make_type() {
   return type;
 }
 
-// A periodic state: the newest counts, a lost one is not repeated. Lifespan compares clocks of two hosts, so it is long
-// against any honest clock error; staleness is decided by the receiver's own monotonic watchdog.
+// A periodic state: the newest counts, a lost one is not repeated. Lifespan compares clocks of two hosts, so
+// it is long against any honest clock error; staleness is decided by the receiver's own monotonic watchdog.
 constexpr QosContract periodic(int deadline_ms, int liveliness_ms) {
   return {.reliability = Reliability::kBestEffort,
           .durability = Durability::kVolatile,
@@ -53,23 +53,26 @@ const TopicSpec<msg::Percept> kPercept{
     {"percept", "phantom::msg::Percept", periodic(100, 500), &make_type<msg::PerceptPubSubType>}};
 const TopicSpec<msg::HitAlert> kHitAlert{
     {"hit_alert", "phantom::msg::HitAlert", kEvent, &make_type<msg::HitAlertPubSubType>}};
-const TopicSpec<msg::OperatorCommand> kOperatorCommand{
-    {"operator_command", "phantom::msg::OperatorCommand", kEvent, &make_type<msg::OperatorCommandPubSubType>}};
+const TopicSpec<msg::OperatorCommand> kOperatorCommand{{"operator_command", "phantom::msg::OperatorCommand",
+                                                        kEvent, &make_type<msg::OperatorCommandPubSubType>}};
 const TopicSpec<msg::WorkspaceBrick> kWorkspaceBrick{
     {"workspace_brick", "phantom::msg::WorkspaceBrick", kDurable, &make_type<msg::WorkspaceBrickPubSubType>}};
-const TopicSpec<msg::WorkspaceVersion> kWorkspaceVersion{
-    {"workspace_version", "phantom::msg::WorkspaceVersion", kDurable, &make_type<msg::WorkspaceVersionPubSubType>}};
-const TopicSpec<msg::WorkspaceObject> kWorkspaceObject{
-    {"workspace_object", "phantom::msg::WorkspaceObject", kDurable, &make_type<msg::WorkspaceObjectPubSubType>}};
+const TopicSpec<msg::WorkspaceVersion> kWorkspaceVersion{{"workspace_version",
+                                                          "phantom::msg::WorkspaceVersion", kDurable,
+                                                          &make_type<msg::WorkspaceVersionPubSubType>}};
+const TopicSpec<msg::WorkspaceObject> kWorkspaceObject{{"workspace_object", "phantom::msg::WorkspaceObject",
+                                                        kDurable,
+                                                        &make_type<msg::WorkspaceObjectPubSubType>}};
 const TopicSpec<msg::MeshChunk> kMeshChunk{
     {"mesh_chunk", "phantom::msg::MeshChunk", kDurable, &make_type<msg::MeshChunkPubSubType>}};
-const TopicSpec<msg::ComponentStatus> kComponentStatus{
-    {"component_status", "phantom::msg::ComponentStatus", kStatus, &make_type<msg::ComponentStatusPubSubType>}};
+const TopicSpec<msg::ComponentStatus> kComponentStatus{{"component_status", "phantom::msg::ComponentStatus",
+                                                        kStatus, &make_type<msg::ComponentStatusPubSubType>}};
 
 std::span<const TopicDescription* const> all_topics() {
-  static const TopicDescription* const topics[] = {
-      &kMasterState,    &kSlaveState,       &kDragField,       &kPercept,   &kHitAlert,       &kOperatorCommand,
-      &kWorkspaceBrick, &kWorkspaceVersion, &kWorkspaceObject, &kMeshChunk, &kComponentStatus};
+  static const TopicDescription* const topics[] = {&kMasterState,    &kSlaveState,       &kDragField,
+                                                   &kPercept,        &kHitAlert,         &kOperatorCommand,
+                                                   &kWorkspaceBrick, &kWorkspaceVersion, &kWorkspaceObject,
+                                                   &kMeshChunk,      &kComponentStatus};
   return topics;
 }
 

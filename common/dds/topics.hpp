@@ -19,14 +19,15 @@ namespace phantom::dds {
 enum class Reliability { kBestEffort, kReliable };
 enum class Durability { kVolatile, kTransientLocal };
 
-/// What both ends of a topic may rely on. The XML profile named as the topic must say the same (checked at start).
+/// What both ends of a topic may rely on. The XML profile named as the topic must say the same (checked at
+/// start).
 struct QosContract {
   Reliability reliability = Reliability::kReliable;
   Durability durability = Durability::kVolatile;
-  int history_depth = 1;     ///< KEEP_LAST depth per instance
-  int deadline_ms = 0;       ///< 0: none
-  int liveliness_ms = 0;     ///< lease of MANUAL_BY_TOPIC liveliness; 0: automatic, without a lease
-  int lifespan_ms = 0;       ///< 0: samples do not expire
+  int history_depth = 1;  ///< KEEP_LAST depth per instance
+  int deadline_ms = 0;    ///< 0: none
+  int liveliness_ms = 0;  ///< lease of MANUAL_BY_TOPIC liveliness; 0: automatic, without a lease
+  int lifespan_ms = 0;    ///< 0: samples do not expire
 };
 
 /// What a TopicSpec says, without its type: for lists, tables and tools.
@@ -40,16 +41,16 @@ struct TopicDescription {
 template <class T>
 struct TopicSpec : TopicDescription {};
 
-extern const TopicSpec<msg::MasterState> kMasterState;          ///< 1 kHz
-extern const TopicSpec<msg::SlaveState> kSlaveState;            ///< 1 kHz
-extern const TopicSpec<msg::DragField> kDragField;              ///< 1 kHz
-extern const TopicSpec<msg::Percept> kPercept;                  ///< 100 Hz
-extern const TopicSpec<msg::HitAlert> kHitAlert;                ///< on events
-extern const TopicSpec<msg::OperatorCommand> kOperatorCommand;  ///< on events
-extern const TopicSpec<msg::WorkspaceBrick> kWorkspaceBrick;    ///< durable
+extern const TopicSpec<msg::MasterState> kMasterState;            ///< 1 kHz
+extern const TopicSpec<msg::SlaveState> kSlaveState;              ///< 1 kHz
+extern const TopicSpec<msg::DragField> kDragField;                ///< 1 kHz
+extern const TopicSpec<msg::Percept> kPercept;                    ///< 100 Hz
+extern const TopicSpec<msg::HitAlert> kHitAlert;                  ///< on events
+extern const TopicSpec<msg::OperatorCommand> kOperatorCommand;    ///< on events
+extern const TopicSpec<msg::WorkspaceBrick> kWorkspaceBrick;      ///< durable
 extern const TopicSpec<msg::WorkspaceVersion> kWorkspaceVersion;  ///< durable
-extern const TopicSpec<msg::WorkspaceObject> kWorkspaceObject;  ///< durable
-extern const TopicSpec<msg::MeshChunk> kMeshChunk;              ///< durable
-extern const TopicSpec<msg::ComponentStatus> kComponentStatus;  ///< 2 Hz
+extern const TopicSpec<msg::WorkspaceObject> kWorkspaceObject;    ///< durable
+extern const TopicSpec<msg::MeshChunk> kMeshChunk;                ///< durable
+extern const TopicSpec<msg::ComponentStatus> kComponentStatus;    ///< 2 Hz
 
 }  // namespace phantom::dds

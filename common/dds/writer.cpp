@@ -18,26 +18,30 @@ struct RawWriter::Impl : edds::DataWriterListener {
   void on_publication_matched(edds::DataWriter*, const edds::PublicationMatchedStatus& status) override {
     counters->matched = static_cast<std::uint32_t>(status.current_count);
   }
-  void on_offered_deadline_missed(edds::DataWriter*, const edds::OfferedDeadlineMissedStatus& status) override {
+  void on_offered_deadline_missed(edds::DataWriter*,
+                                  const edds::OfferedDeadlineMissedStatus& status) override {
     counters->deadline_missed = static_cast<std::uint64_t>(status.total_count);
   }
   void on_liveliness_lost(edds::DataWriter*, const edds::LivelinessLostStatus& status) override {
     counters->liveliness_lost = static_cast<std::uint64_t>(status.total_count);
   }
-  void on_offered_incompatible_qos(edds::DataWriter*, const edds::OfferedIncompatibleQosStatus& status) override {
+  void on_offered_incompatible_qos(edds::DataWriter*,
+                                   const edds::OfferedIncompatibleQosStatus& status) override {
     if (counters->incompatible_qos.exchange(static_cast<std::uint64_t>(status.total_count)) == 0) {
       report_incompatible(participant->component, *counters, static_cast<int>(status.last_policy_id));
     }
   }
 };
 
-RawWriter::RawWriter(Participant& participant, const TopicDescription& topic) : impl_(std::make_unique<Impl>()) {
+RawWriter::RawWriter(Participant& participant, const TopicDescription& topic)
+    : impl_(std::make_unique<Impl>()) {
   impl_->participant = participant.impl();
   impl_->counters = participant.impl()->add_counters(topic, true);
   auto* publisher = participant.impl()->publisher;
-  impl_->writer = publisher->create_datawriter(participant.impl()->topic(topic), writer_qos(*publisher, topic),
-                                               impl_.get());
-  if (impl_->writer == nullptr) throw DdsError(std::string("topic ") + topic.name + ": Fast DDS refused the writer");
+  impl_->writer = publisher->create_datawriter(participant.impl()->topic(topic),
+                                               writer_qos(*publisher, topic), impl_.get());
+  if (impl_->writer == nullptr)
+    throw DdsError(std::string("topic ") + topic.name + ": Fast DDS refused the writer");
 }
 
 RawWriter::~RawWriter() {

@@ -20,7 +20,8 @@ LayerProfileConfig read_profile(const ConfigReader& reader) {
   if (mu.empty() || mu.size() > 100) throw reader.error("mu_Pa_s_per_m", "needs 1 to 100 layers");
   if (mu.size() != profile.thickness_vox.size()) {
     throw reader.error("mu_Pa_s_per_m", "has " + std::to_string(mu.size()) + " layers, thickness_vox has " +
-                                            std::to_string(profile.thickness_vox.size()) + "; allowed: the same number");
+                                            std::to_string(profile.thickness_vox.size()) +
+                                            "; allowed: the same number");
   }
   for (std::size_t i = 1; i < mu.size(); ++i) {
     if (mu[i] >= mu[i - 1]) {
@@ -69,7 +70,8 @@ SkinSegmentConfig read_segment(const ConfigReader& reader) {
   segment.rings = read_auto_count(reader, "rings", {2, 10000, "rings"});
   segment.spin_rad = reader.number("spin_deg", 0.0, {-360, 360, "degrees"}) * kDegree;
   segment.gain = reader.number("gain", 1.0, {0, 1000, ""});
-  if ((segment.to_m - segment.from_m).norm() < 1e-6) throw reader.error("to_m", "is the same point as from_m");
+  if ((segment.to_m - segment.from_m).norm() < 1e-6)
+    throw reader.error("to_m", "is the same point as from_m");
   return segment;
 }
 
@@ -80,7 +82,8 @@ ArmConfig read_arm(const ConfigReader& reader) {
   arm.tip_link = reader.text("tip_link");
   arm.X_WB = reader.pose("mount");
   arm.home = reader.numbers("home");
-  if (!std::filesystem::is_regular_file(arm.urdf)) throw reader.error("urdf", "is not a file (" + arm.urdf.string() + ")");
+  if (!std::filesystem::is_regular_file(arm.urdf))
+    throw reader.error("urdf", "is not a file (" + arm.urdf.string() + ")");
   for (const auto& link : reader.sections("skin")) {
     LinkSkinConfig skin{link.text("link"), {}};
     for (const auto& segment : link.sections("segments")) skin.segments.push_back(read_segment(segment));
@@ -125,14 +128,16 @@ CellConfig load_cell(const std::filesystem::path& path) {
   for (int axis = 0; axis < 3; ++axis) {
     const double voxels = (cell.max_m[axis] - cell.min_m[axis]) / cell.voxel_size_m;
     if (voxels < 1 || voxels > 8192) {
-      throw workspace.error("max_m", "gives " + std::to_string(static_cast<long long>(voxels)) + " voxels along axis " +
-                                         std::to_string(axis) + "; allowed: 1 to 8192");
+      throw workspace.error("max_m", "gives " + std::to_string(static_cast<long long>(voxels)) +
+                                         " voxels along axis " + std::to_string(axis) +
+                                         "; allowed: 1 to 8192");
     }
   }
   const LayerProfileConfig profile = read_profile(file.section("profile"));
   for (const auto& object : file.sections("objects")) cell.objects.push_back(read_object(object, profile));
   for (const auto& arm : file.sections("arms")) cell.arms.push_back(read_arm(arm));
-  if (cell.objects.size() > 65534) throw file.error("objects", "has too many entries; allowed: at most 65534");
+  if (cell.objects.size() > 65534)
+    throw file.error("objects", "has too many entries; allowed: at most 65534");
   if (cell.arms.empty()) throw file.error("arms", "is empty; allowed: at least one arm");
   refuse_duplicates(file, "objects", cell.objects);
   refuse_duplicates(file, "arms", cell.arms);

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-
 #include <array>
 #include <filesystem>
 #include <optional>
@@ -14,22 +13,23 @@ namespace phantom::runtime {
 
 /// Graded fluid around an object (spec 1.4, 1.5). Layer 1 touches the surface.
 struct LayerProfileConfig {
-  std::vector<int> thickness_vox;  ///< per layer, ≥ 1
+  std::vector<int> thickness_vox;     ///< per layer, ≥ 1
   std::vector<double> mu_Pa_s_per_m;  ///< per layer, strictly positive, falling outwards; same length
   double mu_skin_Pa_s_per_m = 100.0;  ///< at and inside the surface, ≥ mu of layer 1
-  int guard_vox = 0;                  ///< protective band of order 0 around the surface, with the μ of layer 1
+  int guard_vox = 0;  ///< protective band of order 0 around the surface, with the μ of layer 1
 };
 
 /// A body that stands in the cell.
 struct ObjectConfig {
   std::string name;
-  std::filesystem::path mesh;   ///< any format that assimp reads
-  double mesh_scale = 1.0;      ///< metres per mesh unit (0.001 for millimetres)
-  bool y_up = false;            ///< mesh has +y up; default +z
-  geometry::Pose X_WO;          ///< object frame in the workspace frame
-  LayerProfileConfig profile;   ///< the cell's, unless the object has its own
+  std::filesystem::path mesh;                     ///< any format that assimp reads
+  double mesh_scale = 1.0;                        ///< metres per mesh unit (0.001 for millimetres)
+  bool y_up = false;                              ///< mesh has +y up; default +z
+  geometry::Pose X_WO;                            ///< object frame in the workspace frame
+  LayerProfileConfig profile;                     ///< the cell's, unless the object has its own
   std::array<float, 3> colour{0.7F, 0.7F, 0.7F};  ///< linear RGB, 0…1
-  geometry::Pose X_deviation;   ///< real pose = X_WO · X_deviation: what the simulated world does not tell the model
+  geometry::Pose
+      X_deviation;  ///< real pose = X_WO · X_deviation: what the simulated world does not tell the model
 };
 
 /// One skin segment of a link (spec 2.2): rings at both ends of its axis, in the link's frame.
@@ -38,7 +38,8 @@ struct SkinSegmentConfig {
   Eigen::Vector3d to_m = Eigen::Vector3d::Zero();
   double from_radius_m = 0.0;
   double to_radius_m = 0.0;
-  std::optional<int> sides;  ///< sensors around a ring; absent: chosen so that their pitch is below the voxel size
+  std::optional<int>
+      sides;  ///< sensors around a ring; absent: chosen so that their pitch is below the voxel size
   std::optional<int> rings;  ///< rings along the axis (K ≥ 2); absent: likewise
   double spin_rad = 0.0;     ///< rotation of the first vertex about the axis
   double gain = 1.0;         ///< SG
@@ -59,8 +60,8 @@ struct InterestPointConfig {
 struct ArmConfig {
   std::string name;
   std::filesystem::path urdf;
-  std::string tip_link;    ///< last link of the serial chain
-  geometry::Pose X_WB;     ///< base link in the workspace frame
+  std::string tip_link;      ///< last link of the serial chain
+  geometry::Pose X_WB;       ///< base link in the workspace frame
   std::vector<double> home;  ///< joint positions in rad or m, one per moving joint
   std::vector<LinkSkinConfig> skin;
   std::vector<InterestPointConfig> interest_points;
@@ -80,7 +81,8 @@ struct CellConfig {
   const ArmConfig& arm(const std::string& arm_name = "") const;
 };
 
-/// Reads and checks a cell file. Throws ConfigError (file, line, key, value, what is allowed). Not real-time safe.
+/// Reads and checks a cell file. Throws ConfigError (file, line, key, value, what is allowed). Not real-time
+/// safe.
 CellConfig load_cell(const std::filesystem::path& path);
 
 }  // namespace phantom::runtime

@@ -72,7 +72,8 @@ std::string allowed_range(Range range) {
   return out.str();
 }
 
-double checked_number(const ConfigReader& reader, const std::string& key, const YAML::Node& value, Range range) {
+double checked_number(const ConfigReader& reader, const std::string& key, const YAML::Node& value,
+                      Range range) {
   double number = 0.0;
   if (!value.IsScalar() || !YAML::convert<double>::decode(value, number)) {
     throw reader.error(key, "is not a number; allowed: " + allowed_range(range));
@@ -83,9 +84,11 @@ double checked_number(const ConfigReader& reader, const std::string& key, const 
   return number;
 }
 
-int checked_integer(const ConfigReader& reader, const std::string& key, const YAML::Node& value, Range range) {
+int checked_integer(const ConfigReader& reader, const std::string& key, const YAML::Node& value,
+                    Range range) {
   const double number = checked_number(reader, key, value, range);
-  if (number != std::floor(number) || std::abs(number) > 2e9) throw reader.error(key, "is not a whole number");
+  if (number != std::floor(number) || std::abs(number) > 2e9)
+    throw reader.error(key, "is not a whole number");
   return static_cast<int>(number);
 }
 
@@ -93,7 +96,8 @@ int checked_integer(const ConfigReader& reader, const std::string& key, const YA
 
 ConfigReader ConfigReader::from_file(const std::filesystem::path& path) {
   std::ifstream stream(path);
-  if (!stream) throw ConfigError(path.string() + ": cannot be read; check that the file exists and may be read");
+  if (!stream)
+    throw ConfigError(path.string() + ": cannot be read; check that the file exists and may be read");
   std::ostringstream text;
   text << stream.rdbuf();
   return from_text(text.str(), path.string());
@@ -106,7 +110,8 @@ ConfigReader ConfigReader::from_text(const std::string& yaml, const std::string&
   try {
     node->yaml = YAML::Load(yaml);
   } catch (const YAML::Exception& problem) {
-    throw ConfigError(name + ":" + std::to_string(problem.mark.line + 1) + ": not valid YAML: " + problem.msg);
+    throw ConfigError(name + ":" + std::to_string(problem.mark.line + 1) +
+                      ": not valid YAML: " + problem.msg);
   }
   if (node->yaml.IsNull()) node->yaml = YAML::Node(YAML::NodeType::Map);
   if (!node->yaml.IsMap()) throw ConfigError(name + ":1: the file must be a mapping of keys to values");
@@ -196,7 +201,8 @@ std::vector<int> ConfigReader::integers(const std::string& key, Range range) con
 
 std::vector<std::string> ConfigReader::texts(const std::string& key) const {
   const YAML::Node node = node_->find(key);
-  if (!node.IsDefined() || !node.IsSequence()) throw error(key, "is missing or not a list; allowed: a list of texts");
+  if (!node.IsDefined() || !node.IsSequence())
+    throw error(key, "is missing or not a list; allowed: a list of texts");
   std::vector<std::string> values;
   for (const auto& item : node) {
     if (!item.IsScalar()) throw error(key, "holds something that is not a text");
@@ -219,7 +225,8 @@ Eigen::Vector3d ConfigReader::vector3(const std::string& key, const Eigen::Vecto
 
 geometry::Pose ConfigReader::pose(const std::string& key) const {
   const ConfigReader part = optional_section(key);
-  const Eigen::Vector3d rpy_rad = part.vector3("rpy_deg", Eigen::Vector3d::Zero()) * (std::numbers::pi / 180.0);
+  const Eigen::Vector3d rpy_rad =
+      part.vector3("rpy_deg", Eigen::Vector3d::Zero()) * (std::numbers::pi / 180.0);
   return {geometry::rotation_from_rpy(rpy_rad.x(), rpy_rad.y(), rpy_rad.z()),
           part.vector3("xyz_m", Eigen::Vector3d::Zero())};
 }
@@ -248,7 +255,8 @@ std::vector<ConfigReader> ConfigReader::sections(const std::string& key) const {
   if (!node.IsSequence()) throw error(key, "is " + Node::show(node) + "; allowed: a list of mappings");
   for (std::size_t i = 0; i < node.size(); ++i) {
     const std::string name = key + "[" + std::to_string(i) + "]";
-    if (!node[i].IsMap()) throw error(key, "holds " + Node::show(node[i]) + " at " + name + "; allowed: mappings");
+    if (!node[i].IsMap())
+      throw error(key, "holds " + Node::show(node[i]) + " at " + name + "; allowed: mappings");
     items.push_back(ConfigReader(node_->child(node[i], name)));
   }
   return items;
@@ -269,13 +277,15 @@ void ConfigReader::finish() const {
     std::string list, nearest;
     for (const auto& known : node_->asked) {
       list += (list.empty() ? "" : ", ") + known;
-      if (edit_distance(known, key) <= 3 && (nearest.empty() || edit_distance(known, key) < edit_distance(nearest, key))) {
+      if (edit_distance(known, key) <= 3 &&
+          (nearest.empty() || edit_distance(known, key) < edit_distance(nearest, key))) {
         nearest = known;
       }
     }
     const int line = item.first.Mark().line + 1;
     throw ConfigError(node_->file.string() + ":" + std::to_string(line) + ": " + node_->place + key +
-                      ": unknown key" + (nearest.empty() ? "" : " (did you mean " + nearest + "?)") + "; allowed: " + list);
+                      ": unknown key" + (nearest.empty() ? "" : " (did you mean " + nearest + "?)") +
+                      "; allowed: " + list);
   }
   for (const auto& child : node_->children) ConfigReader(child).finish();
 }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-
 #include <filesystem>
 #include <initializer_list>
 #include <limits>
@@ -23,8 +22,9 @@ struct Range {
   const char* unit = "";
 };
 
-/// Strict view of one YAML mapping: every getter checks type and range and remembers the key; `finish()` refuses
-/// keys that nobody asked for (with the nearest known one as a suggestion). Every fault is a ConfigError.
+/// Strict view of one YAML mapping: every getter checks type and range and remembers the key; `finish()`
+/// refuses keys that nobody asked for (with the nearest known one as a suggestion). Every fault is a
+/// ConfigError.
 ///
 ///     ConfigReader file = ConfigReader::from_file(path);
 ///     config.rate_hz = file.number("rate_hz", 1000.0, {1, 4000, "Hz"});   // optional, with a default
@@ -60,7 +60,8 @@ class ConfigReader {
   /// A path in the file, taken relative to the file's own folder.
   std::filesystem::path path(const std::string& key) const;
 
-  /// A nested mapping. The one-argument form requires it; `optional_section` gives an empty mapping if absent.
+  /// A nested mapping. The one-argument form requires it; `optional_section` gives an empty mapping if
+  /// absent.
   ConfigReader section(const std::string& key) const;
   ConfigReader optional_section(const std::string& key) const;
   /// A sequence of mappings; empty if absent.

@@ -30,8 +30,8 @@ struct Deployment {
   std::vector<DeployedHost> hosts;
 };
 
-/// Reads and checks the topology file that the options name; --domain wins over the file's. Paths in it are relative to
-/// it. Throws ConfigError.
+/// Reads and checks the topology file that the options name; --domain wins over the file's. Paths in it are
+/// relative to it. Throws ConfigError.
 Deployment load_deployment(const ProcessOptions& options);
 
 }  // namespace phantom::runtime

@@ -75,9 +75,16 @@ void PeriodicLoop::run(const std::function<bool(double dt_s)>& body) {
 
 core::LoopStatistics PeriodicLoop::statistics() {
   published_.read(latest_);
-  return {name_,          period_s_,       latest_.elapsed_s > 0 ? static_cast<double>(latest_.ticks) / latest_.elapsed_s : 0.0,
-          latest_.p50_us, latest_.p99_us,  latest_.max_us,
-          latest_.work_p50_us, latest_.work_max_us, latest_.ticks, latest_.slips};
+  return {name_,
+          period_s_,
+          latest_.elapsed_s > 0 ? static_cast<double>(latest_.ticks) / latest_.elapsed_s : 0.0,
+          latest_.p50_us,
+          latest_.p99_us,
+          latest_.max_us,
+          latest_.work_p50_us,
+          latest_.work_max_us,
+          latest_.ticks,
+          latest_.slips};
 }
 
 }  // namespace phantom::runtime

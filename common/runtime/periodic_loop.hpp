@@ -19,20 +19,23 @@ struct LoopScheduling {
 
 /// Calls a body at a fixed rate on absolute CLOCK_MONOTONIC times, without drift, and keeps count.
 ///
-/// A body that overruns, or a host that wakes late, makes the loop *slip*: due times that have passed are skipped, not
-/// caught up, so that a servo never runs two steps back to back. Statistics are published lock-free once a second.
+/// A body that overruns, or a host that wakes late, makes the loop *slip*: due times that have passed are
+/// skipped, not caught up, so that a servo never runs two steps back to back. Statistics are published
+/// lock-free once a second.
 class PeriodicLoop {
  public:
   PeriodicLoop(std::string name, double period_s, LoopScheduling scheduling = {});
 
-  /// Runs `body(dt_s)` every period until it returns false or a stop is requested (runtime::stop_requested or stop()).
-  /// dt_s is the time since the previous call's due time: a whole multiple of the period. The thread that calls run()
-  /// becomes the loop's. Nothing but the body can allocate, lock or block besides the absolute-time sleep.
+  /// Runs `body(dt_s)` every period until it returns false or a stop is requested (runtime::stop_requested or
+  /// stop()). dt_s is the time since the previous call's due time: a whole multiple of the period. The thread
+  /// that calls run() becomes the loop's. Nothing but the body can allocate, lock or block besides the
+  /// absolute-time sleep.
   void run(const std::function<bool(double dt_s)>& body);
   /// Ends run() after the current tick. Thread-safe.
   void stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
 
-  /// What was refused or unavailable when the thread was set up (e.g. no right to SCHED_FIFO); empty if nothing.
+  /// What was refused or unavailable when the thread was set up (e.g. no right to SCHED_FIFO); empty if
+  /// nothing.
   const std::string& notice() const { return notice_; }
   /// Newest statistics. One reader thread.
   core::LoopStatistics statistics();

@@ -1,13 +1,12 @@
 #include "common/runtime/process.hpp"
 
-#include <CLI/CLI.hpp>
+#include <poll.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
-
-#include <poll.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
@@ -42,9 +41,11 @@ void set_up_logging(const ProcessOptions& options) {
 
 void add_common_options(CLI::App& app, ProcessOptions& options) {
   app.set_version_flag("--version", std::string("phantom 0.1.0"));
-  app.add_option("--config", options.config, "parameters of this component (YAML); default: the shipped ones");
+  app.add_option("--config", options.config,
+                 "parameters of this component (YAML); default: the shipped ones");
   app.add_option("--deployment", options.deployment, "topology: domain, hosts, transports, cell (YAML)");
-  app.add_option("--domain", options.domain, "DDS domain, instead of the topology's")->check(CLI::Range(0, 232));
+  app.add_option("--domain", options.domain, "DDS domain, instead of the topology's")
+      ->check(CLI::Range(0, 232));
   app.add_option("--log-level", options.log_level, "trace, debug, info, warning, error or off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "off"}));
   app.add_flag("--check", options.check, "validate configuration, files and devices, then exit");
@@ -63,7 +64,8 @@ bool stop_requested() noexcept { return g_stop.load(std::memory_order_relaxed); 
 void request_stop() noexcept {
   g_stop.store(true, std::memory_order_relaxed);
   const std::uint64_t one = 1;
-  if (g_stop_event >= 0) [[maybe_unused]] const auto written = write(g_stop_event, &one, sizeof one);
+  if (g_stop_event >= 0) [[maybe_unused]]
+    const auto written = write(g_stop_event, &one, sizeof one);
 }
 
 bool sleep_unless_stopped(double duration_s) {
@@ -91,7 +93,8 @@ int process_main(int argc, char** argv, const ProcessDescription& description) {
   add_common_options(app, options);
   if (description.add_options) description.add_options(app);
   app.footer(description.details +
-             "\nExit codes: 0 done, 1 failed while running, 2 wrong arguments or configuration, 3 a needed device, file "
+             "\nExit codes: 0 done, 1 failed while running, 2 wrong arguments or configuration, 3 a needed "
+             "device, file "
              "or peer is missing.");
   try {
     app.parse(argc, argv);

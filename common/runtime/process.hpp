@@ -28,8 +28,9 @@ struct ProcessOptions {
   std::filesystem::path report_dir;  ///< where to leave the session's own files; empty: nowhere
 };
 
-/// What an executable is made of. `add_options` may add its own (also subcommands); `run` gets the parsed options,
-/// validates its configuration first, returns at once if `options.check`, and otherwise works until stop_requested().
+/// What an executable is made of. `add_options` may add its own (also subcommands); `run` gets the parsed
+/// options, validates its configuration first, returns at once if `options.check`, and otherwise works until
+/// stop_requested().
 struct ProcessDescription {
   std::string name;
   std::string summary;  ///< one paragraph for --help
@@ -39,7 +40,8 @@ struct ProcessDescription {
 };
 
 /// Parses the command line, sets up logging and signals, runs, and maps exceptions to exit codes:
-/// ConfigError and wrong arguments → 2, MissingError → 3, any other exception → 1, each with one line on stderr.
+/// ConfigError and wrong arguments → 2, MissingError → 3, any other exception → 1, each with one line on
+/// stderr.
 int process_main(int argc, char** argv, const ProcessDescription& description);
 
 /// True after SIGINT, SIGTERM or request_stop(). Real-time safe: yes.
@@ -49,8 +51,8 @@ void request_stop() noexcept;
 /// Sleeps until `duration_s` has passed or a stop is requested; returns whether to go on.
 bool sleep_unless_stopped(double duration_s);
 
-/// <prefix>/share/phantom/<relative>, with <prefix> found from the running executable; the source tree's link in a build
-/// tree. The environment variable PHANTOM_SHARE overrides it.
+/// <prefix>/share/phantom/<relative>, with <prefix> found from the running executable; the source tree's link
+/// in a build tree. The environment variable PHANTOM_SHARE overrides it.
 std::filesystem::path share_path(const std::filesystem::path& relative);
 
 }  // namespace phantom::runtime

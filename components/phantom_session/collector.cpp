@@ -16,7 +16,9 @@ std::string format(const char* pattern, Values... values) {
 }  // namespace
 
 Collector::Collector(double onset_threshold_Nm, double row_interval_s, Narrate narrate)
-    : onset_threshold_Nm_(onset_threshold_Nm), row_interval_s_(row_interval_s), narrate_(std::move(narrate)) {}
+    : onset_threshold_Nm_(onset_threshold_Nm),
+      row_interval_s_(row_interval_s),
+      narrate_(std::move(narrate)) {}
 
 void Collector::narrate(double t_s, const std::string& what) const {
   if (narrate_) narrate_(format("%7.2f s  ", t_s) + what);
@@ -29,7 +31,8 @@ std::string Collector::object_name(int object) const {
 
 void Collector::begin_reach(const MasterSample& sample) {
   reaches_.push_back({.number = sample.reach, .percept = sample.percept_enabled, .start_s = sample.t_s});
-  narrate(sample.t_s, format("reach %d begins, percept %s", sample.reach, sample.percept_enabled ? "on" : "off"));
+  narrate(sample.t_s,
+          format("reach %d begins, percept %s", sample.reach, sample.percept_enabled ? "on" : "off"));
 }
 
 void Collector::on_master(const MasterSample& sample) {
@@ -54,8 +57,8 @@ void Collector::on_slave(const SlaveSample& sample) {
     reach.contact_speed_m_s = slave_.tool_speed_m_s;
     reach.contact_object = sample.contact_object;
     narrate(sample.t_s, "  contact with " + object_name(sample.contact_object) +
-                            format(" at %.0f mm/s, percept torque had risen to %.2f N·m", 1e3 * reach.contact_speed_m_s,
-                                   reach.peak_torque_Nm));
+                            format(" at %.0f mm/s, percept torque had risen to %.2f N·m",
+                                   1e3 * reach.contact_speed_m_s, reach.peak_torque_Nm));
   }
   slave_ = sample;
   add_row(sample.t_s);
@@ -64,8 +67,8 @@ void Collector::on_slave(const SlaveSample& sample) {
 void Collector::add_row(double t_s) {
   if (!rows_.empty() && t_s - rows_.back().t_s < row_interval_s_) return;
   rows_.push_back({t_s, master_.reach, master_.percept_enabled, slave_.clearance_m, master_.percept_torque_Nm,
-                   master_.feedback_torque_Nm, master_.operator_torque_Nm, percept_.mu_Pa_s_per_m, percept_.closeness,
-                   slave_.tool_speed_m_s, slave_.contact_force_N});
+                   master_.feedback_torque_Nm, master_.operator_torque_Nm, percept_.mu_Pa_s_per_m,
+                   percept_.closeness, slave_.tool_speed_m_s, slave_.contact_force_N});
 }
 
 void Collector::on_percept(const PerceptSample& sample) { percept_ = sample; }
@@ -73,12 +76,14 @@ void Collector::on_percept(const PerceptSample& sample) { percept_ = sample; }
 void Collector::on_hit(const HitSample& sample) {
   if (sample.cleared) return;
   hits_.push_back(sample);
-  narrate(sample.t_s, "  hit threatens: " + sample.link + " near " + object_name(sample.object) + " (" + sample.rule + ")");
+  narrate(sample.t_s, "  hit threatens: " + sample.link + " near " + object_name(sample.object) + " (" +
+                          sample.rule + ")");
 }
 
 void Collector::on_status(const StatusSample& sample) {
   const auto known = statuses_.find(sample.component);
-  if (narrate_ && !sample.message.empty() && (known == statuses_.end() || known->second.message != sample.message)) {
+  if (narrate_ && !sample.message.empty() &&
+      (known == statuses_.end() || known->second.message != sample.message)) {
     narrate_("           " + sample.component + ": " + sample.message);
   }
   statuses_[sample.component] = sample;

@@ -55,10 +55,10 @@ struct Reach {
   int number = 0;
   bool percept = false;
   double start_s = 0.0;
-  std::optional<double> onset_distance_m;    ///< clearance when the percept torque rose above the threshold
-  double peak_torque_Nm = 0.0;               ///< greatest percept torque before the contact
+  std::optional<double> onset_distance_m;  ///< clearance when the percept torque rose above the threshold
+  double peak_torque_Nm = 0.0;             ///< greatest percept torque before the contact
   std::optional<double> contact_s;
-  double contact_speed_m_s = 0.0;            ///< of the tool, in the last sample before the contact
+  double contact_speed_m_s = 0.0;  ///< of the tool, in the last sample before the contact
   int contact_object = 0;
 };
 

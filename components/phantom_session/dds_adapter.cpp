@@ -10,35 +10,48 @@ namespace {
 
 double greatest(const std::array<double, 16>& values, std::uint32_t count) {
   double greatest = 0.0;
-  for (std::uint32_t i = 0; i < std::min<std::uint32_t>(count, 16); ++i) greatest = std::max(greatest, std::abs(values[i]));
+  for (std::uint32_t i = 0; i < std::min<std::uint32_t>(count, 16); ++i)
+    greatest = std::max(greatest, std::abs(values[i]));
   return greatest;
 }
 
 const char* rule_name(msg::HitRule rule) {
   switch (rule) {
-    case msg::HIT_VERY_CLOSE: return "very close";
-    case msg::HIT_MODERATE_MOVING: return "close and moving";
-    case msg::HIT_FAR_NEARING: return "nearing fast";
-    default: return "none";
+    case msg::HIT_VERY_CLOSE:
+      return "very close";
+    case msg::HIT_MODERATE_MOVING:
+      return "close and moving";
+    case msg::HIT_FAR_NEARING:
+      return "nearing fast";
+    default:
+      return "none";
   }
 }
 
 core::ComponentState state_of(msg::ComponentState state) {
   switch (state) {
-    case msg::COMPONENT_STARTING: return core::ComponentState::kStarting;
-    case msg::COMPONENT_READY: return core::ComponentState::kReady;
-    case msg::COMPONENT_RUNNING: return core::ComponentState::kRunning;
-    case msg::COMPONENT_DEGRADED: return core::ComponentState::kDegraded;
-    case msg::COMPONENT_STOPPED: return core::ComponentState::kStopped;
-    default: return core::ComponentState::kFault;
+    case msg::COMPONENT_STARTING:
+      return core::ComponentState::kStarting;
+    case msg::COMPONENT_READY:
+      return core::ComponentState::kReady;
+    case msg::COMPONENT_RUNNING:
+      return core::ComponentState::kRunning;
+    case msg::COMPONENT_DEGRADED:
+      return core::ComponentState::kDegraded;
+    case msg::COMPONENT_STOPPED:
+      return core::ComponentState::kStopped;
+    default:
+      return core::ComponentState::kFault;
   }
 }
 
 StatusSample status_of(const msg::ComponentStatus& status) {
-  StatusSample out{status.component_name().to_string(), state_of(status.state()), status.message().to_string(), {}, {}};
+  StatusSample out{
+      status.component_name().to_string(), state_of(status.state()), status.message().to_string(), {}, {}};
   for (const auto& loop : status.loops()) {
-    out.loops.push_back({loop.name().to_string(), loop.period_s(), loop.rate_hz(), loop.wakeup_p50_us(), loop.wakeup_p99_us(),
-                         loop.wakeup_max_us(), loop.work_p50_us(), loop.work_max_us(), loop.ticks(), loop.slips()});
+    out.loops.push_back({loop.name().to_string(), loop.period_s(), loop.rate_hz(), loop.wakeup_p50_us(),
+                         loop.wakeup_p99_us(), loop.wakeup_max_us(), loop.work_p50_us(), loop.work_max_us(),
+                         loop.ticks(), loop.slips()});
   }
   for (const auto& topic : status.topics()) {
     if (!topic.writer()) out.deadline_missed[topic.topic().to_string()] += topic.deadline_missed();
@@ -73,22 +86,25 @@ struct DdsAdapter::Impl {
   Impl(const core::NetworkOptions& network, Collector& into_collector)
       : participant("phantom_session", network),
         collector(into_collector),
-        objects(participant, dds::kWorkspaceObject,
-                into([this](const msg::WorkspaceObject& o, double) { collector.on_object_name(o.id(), o.name().to_string()); })),
+        objects(participant, dds::kWorkspaceObject, into([this](const msg::WorkspaceObject& o, double) {
+                  collector.on_object_name(o.id(), o.name().to_string());
+                })),
         master(participant, dds::kMasterState, into([this](const msg::MasterState& m, double t_s) {
-                 collector.on_master({t_s, m.reach(), m.percept_enabled(), greatest(m.percept_torque_Nm(), m.joint_count()),
+                 collector.on_master({t_s, m.reach(), m.percept_enabled(),
+                                      greatest(m.percept_torque_Nm(), m.joint_count()),
                                       greatest(m.feedback_torque_Nm(), m.joint_count()),
                                       greatest(m.operator_torque_Nm(), m.joint_count()), m.round_trip_s()});
                })),
         slave(participant, dds::kSlaveState, into([this](const msg::SlaveState& s, double t_s) {
-                collector.on_slave(
-                    {t_s, s.contact(), s.contact_force_N(), s.contact_object(), s.tool_speed_m_s(), s.clearance_m()});
+                collector.on_slave({t_s, s.contact(), s.contact_force_N(), s.contact_object(),
+                                    s.tool_speed_m_s(), s.clearance_m()});
               })),
         percept(participant, dds::kPercept, into([this](const msg::Percept& p, double t_s) {
                   collector.on_percept({t_s, p.valid(), p.mu(), p.closeness()});
                 })),
         hits(participant, dds::kHitAlert, into([this](const msg::HitAlert& h, double t_s) {
-               collector.on_hit({t_s, h.alert(), rule_name(h.rule()), h.link_name().to_string(), h.object(), h.cleared()});
+               collector.on_hit(
+                   {t_s, h.alert(), rule_name(h.rule()), h.link_name().to_string(), h.object(), h.cleared()});
              })),
         status(participant, dds::kComponentStatus,
                into([this](const msg::ComponentStatus& s, double) { collector.on_status(status_of(s)); })) {}

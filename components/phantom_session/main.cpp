@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-
 #include <iostream>
 
 #include "common/dds/participant.hpp"
@@ -12,7 +11,8 @@ int main(int argc, char** argv) {
   runtime::ProcessDescription description;
   description.name = "phantom_session";
   description.summary =
-      "Runs the processes of a topology's host as one session: starts them, tells what happens, watches that none dies, "
+      "Runs the processes of a topology's host as one session: starts them, tells what happens, watches that "
+      "none dies, "
       "ends them in order and leaves a report.";
   description.details =
       "Example: phantom_session --seconds 30 --report-dir report\n"
@@ -28,7 +28,8 @@ int main(int argc, char** argv) {
     runtime::ProcessOptions options = given;
     if (options.report_dir.empty()) options.report_dir = "phantom-report";
     options.report_dir = std::filesystem::absolute(options.report_dir);
-    if (!operator_model.empty()) request.master_options.insert(request.master_options.end(), {"--operator", operator_model});
+    if (!operator_model.empty())
+      request.master_options.insert(request.master_options.end(), {"--operator", operator_model});
     if (!law.empty()) request.master_options.insert(request.master_options.end(), {"--law", law});
     const auto config = phantom_session::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);

@@ -31,7 +31,9 @@ Json component_file(const std::filesystem::path& folder, const std::string& comp
   return content;
 }
 
-Json member(const Json& object, const char* key) { return object.is_object() && object.contains(key) ? object[key] : Json(); }
+Json member(const Json& object, const char* key) {
+  return object.is_object() && object.contains(key) ? object[key] : Json();
+}
 
 Json median(std::vector<double> values) {
   if (values.empty()) return nullptr;
@@ -52,10 +54,10 @@ Json loops_json(const Collector& collector) {
   Json out = Json::object();
   for (const auto& [component, status] : collector.statuses()) {
     for (const auto& loop : status.loops) {
-      out[component + "." + loop.name] = {
-          {"rate_hz", loop.rate_hz},      {"nominal_hz", 1.0 / loop.period_s}, {"p50_us", loop.wakeup_p50_us},
-          {"p99_us", loop.wakeup_p99_us}, {"max_us", loop.wakeup_max_us},      {"work_p50_us", loop.work_p50_us},
-          {"ticks", loop.ticks},          {"slips", loop.slips}};
+      out[component + "." + loop.name] = {{"rate_hz", loop.rate_hz},      {"nominal_hz", 1.0 / loop.period_s},
+                                          {"p50_us", loop.wakeup_p50_us}, {"p99_us", loop.wakeup_p99_us},
+                                          {"max_us", loop.wakeup_max_us}, {"work_p50_us", loop.work_p50_us},
+                                          {"ticks", loop.ticks},          {"slips", loop.slips}};
     }
   }
   return out;
@@ -64,7 +66,8 @@ Json loops_json(const Collector& collector) {
 Json deadlines_json(const Collector& collector) {
   Json out = Json::object();
   for (const auto& [component, status] : collector.statuses()) {
-    for (const auto& [topic, missed] : status.deadline_missed) out[topic] = out.value(topic, std::uint64_t{0}) + missed;
+    for (const auto& [topic, missed] : status.deadline_missed)
+      out[topic] = out.value(topic, std::uint64_t{0}) + missed;
   }
   return out;
 }
@@ -116,7 +119,8 @@ Json summary(const ReportInputs& in) {
   const Json audio = component_file(in.folder, "audio_percept");
   const Json server = component_file(in.folder, "wva_server");
   Json workspace = Json::object();
-  for (const char* key : {"version", "bricks", "bytes", "build_seconds"}) workspace[key] = member(server, key);
+  for (const char* key : {"version", "bricks", "bytes", "build_seconds"})
+    workspace[key] = member(server, key);
   const Json views = member(viewer, "views");
   return {{"seconds", in.seconds},
           {"page", in.page},
@@ -142,15 +146,18 @@ void write_series(const std::filesystem::path& folder, const Collector& collecto
   std::map<int, const Reach*> reaches;
   for (const Reach& reach : collector.reaches()) reaches[reach.number] = &reach;
   auto file = open_file(folder / "series.csv");
-  file << "t_s,reach,percept_enabled,approaching,clearance_m,percept_torque_Nm,feedback_torque_Nm,operator_torque_Nm,"
+  file << "t_s,reach,percept_enabled,approaching,clearance_m,percept_torque_Nm,feedback_torque_Nm,operator_"
+          "torque_Nm,"
           "mu_Pa_s_per_m,closeness,tool_speed_m_s,contact_force_N\n";
   for (const Row& row : collector.rows()) {
     const auto found = reaches.find(row.reach);
     // On its way in: until the first contact of the reach.
-    const bool approaching = found != reaches.end() && (!found->second->contact_s || row.t_s < *found->second->contact_s);
-    file << row.t_s << ',' << row.reach << ',' << row.percept_enabled << ',' << approaching << ',' << row.clearance_m << ','
-         << row.percept_torque_Nm << ',' << row.feedback_torque_Nm << ',' << row.operator_torque_Nm << ','
-         << row.mu_Pa_s_per_m << ',' << row.closeness << ',' << row.tool_speed_m_s << ',' << row.contact_force_N << '\n';
+    const bool approaching =
+        found != reaches.end() && (!found->second->contact_s || row.t_s < *found->second->contact_s);
+    file << row.t_s << ',' << row.reach << ',' << row.percept_enabled << ',' << approaching << ','
+         << row.clearance_m << ',' << row.percept_torque_Nm << ',' << row.feedback_torque_Nm << ','
+         << row.operator_torque_Nm << ',' << row.mu_Pa_s_per_m << ',' << row.closeness << ','
+         << row.tool_speed_m_s << ',' << row.contact_force_N << '\n';
   }
 }
 
@@ -160,7 +167,8 @@ void write_reaches(const std::filesystem::path& folder, const Collector& collect
   for (const Reach& reach : collector.reaches()) {
     if (!reach.contact_s) continue;
     file << reach.number << ',' << reach.percept << ',' << collector.object_name(reach.contact_object) << ','
-         << reach.contact_speed_m_s << ',' << reach.onset_distance_m.value_or(NAN) << ',' << reach.peak_torque_Nm << '\n';
+         << reach.contact_speed_m_s << ',' << reach.onset_distance_m.value_or(NAN) << ','
+         << reach.peak_torque_Nm << '\n';
   }
 }
 
@@ -183,8 +191,11 @@ bool draw_plots(const std::filesystem::path& folder) {
     return false;
   }
   Supervisor drawing;
-  drawing.start({"gnuplot", gnuplot, {"-e", "folder='" + folder.string() + "'", runtime::share_path("config/report.gp").string()},
-                 0, folder / "logs" / "gnuplot.log"});
+  drawing.start({"gnuplot",
+                 gnuplot,
+                 {"-e", "folder='" + folder.string() + "'", runtime::share_path("config/report.gp").string()},
+                 0,
+                 folder / "logs" / "gnuplot.log"});
   const auto end = core::monotonic_ns() + core::from_seconds(kPlotLimit_s);
   while (core::monotonic_ns() < end) {
     const auto ended = drawing.newly_dead();

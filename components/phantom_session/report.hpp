@@ -18,15 +18,17 @@ struct ReportInputs {
   const Collector& collector;
 };
 
-/// Writes summary.json (design of the demo report), series.csv, reaches.csv and index.html into the folder. Figures that a
-/// component keeps exactly (round trip, workspace, views, sound) come from its own <component>.json there; a figure
-/// that nobody measured is null. Throws std::runtime_error if a file cannot be written.
+/// Writes summary.json (design of the demo report), series.csv, reaches.csv and index.html into the folder.
+/// Figures that a component keeps exactly (round trip, workspace, views, sound) come from its own
+/// <component>.json there; a figure that nobody measured is null. Throws std::runtime_error if a file cannot
+/// be written.
 void write_report(const ReportInputs& inputs);
 
 /// summary.json as text, for tests.
 std::string summary_json(const ReportInputs& inputs);
 
-/// Draws the plots beside the CSV files with gnuplot; returns false (and says so) if gnuplot is not installed.
+/// Draws the plots beside the CSV files with gnuplot; returns false (and says so) if gnuplot is not
+/// installed.
 bool draw_plots(const std::filesystem::path& folder);
 
 }  // namespace phantom::phantom_session

@@ -12,11 +12,20 @@ std::string escaped(const std::string& text) {
   std::string out;
   for (const char c : text) {
     switch (c) {
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '&': out += "&amp;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += c;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '&':
+        out += "&amp;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += c;
     }
   }
   return out;
@@ -65,8 +74,8 @@ std::string grid_table(const Json& entries) {
 }
 
 std::string figure(const std::string& file, const std::string& caption) {
-  return "<figure><img src=\"" + escaped(file) + "\" alt=\"" + escaped(caption) + "\"><figcaption>" + escaped(caption) +
-         "</figcaption></figure>\n";
+  return "<figure><img src=\"" + escaped(file) + "\" alt=\"" + escaped(caption) + "\"><figcaption>" +
+         escaped(caption) + "</figcaption></figure>\n";
 }
 
 constexpr const char* kHead = R"(<!doctype html>
@@ -87,18 +96,21 @@ std::string report_page(const std::string& summary_json) {
   std::string out = kHead;
   out += "<p>" + cell(summary["seconds"]) + " s with all components running.</p>\n";
   out += "<h2>What the operator felt</h2>\n" + pairs_table(summary["percept"]);
-  out += figure("torque_over_distance.png", "Percept torque against the distance to the nearest object, on the way in");
+  out += figure("torque_over_distance.png",
+                "Percept torque against the distance to the nearest object, on the way in");
   out += figure("contact_speed.png", "Speed of the tool at first contact, with and without the percept");
   out += figure("session.png", "The session: clearance, torque, speed and contact force over time");
   out += "<h2>Reaches</h2>\n" + grid_table(summary["reaches"]);
   out += "<h2>Hits that threatened</h2>\n" + grid_table(summary["hits"]);
   out += "<h2>Views</h2>\n";
   for (const auto& view : summary["views"]) {
-    if (view.contains("png")) out += figure(view["png"].get<std::string>(), "view from node " + cell(view.value("node", Json())));
+    if (view.contains("png"))
+      out += figure(view["png"].get<std::string>(), "view from node " + cell(view.value("node", Json())));
   }
   out += "<h2>Sound</h2>\n";
-  out += summary["audio"].is_string() ? "<audio controls src=\"" + escaped(summary["audio"].get<std::string>()) + "\"></audio>\n"
-                                      : "<p>none</p>\n";
+  out += summary["audio"].is_string()
+             ? "<audio controls src=\"" + escaped(summary["audio"].get<std::string>()) + "\"></audio>\n"
+             : "<p>none</p>\n";
   out += "<h2>Haptic path</h2>\n";
   if (summary["round_trip"].is_object()) out += pairs_table(summary["round_trip"]);
   out += grid_table(summary["loops"]);

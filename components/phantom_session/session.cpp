@@ -23,7 +23,8 @@ const runtime::DeployedHost& find_host(const runtime::Deployment& deployment, co
     if (host.name == name) return host;
     known += (known.empty() ? "" : ", ") + host.name;
   }
-  throw runtime::ConfigError(deployment.file.string() + ": hosts: no host called '" + name + "'; allowed: " + known);
+  throw runtime::ConfigError(deployment.file.string() + ": hosts: no host called '" + name +
+                             "'; allowed: " + known);
 }
 
 // One session from start to report; keeps what the steps share.
@@ -35,7 +36,8 @@ class Session {
         config_(config),
         request_(request),
         planned_(plan(deployment, options, request)),
-        collector_(config.onset_threshold_Nm, config.row_interval_s, [](const std::string& line) { say(line); }),
+        collector_(config.onset_threshold_Nm, config.row_interval_s,
+                   [](const std::string& line) { say(line); }),
         adapter_(deployment.network, collector_) {}
 
   int run() {
@@ -52,7 +54,8 @@ class Session {
     supervisor_.stop_all(config_.stop_grace_s);
     for (const auto& outcome : supervisor_.outcomes()) {
       if (outcome.ended_by_us && outcome.exit_code != 0) {
-        say(outcome.name + " did not end in order (exit " + std::to_string(*outcome.exit_code) + "); see " + log_of(outcome.name).string());
+        say(outcome.name + " did not end in order (exit " + std::to_string(*outcome.exit_code) + "); see " +
+            log_of(outcome.name).string());
         healthy = false;
       }
     }
@@ -62,7 +65,9 @@ class Session {
 
  private:
   static void say(const std::string& line) { std::cout << line << std::endl; }
-  std::filesystem::path log_of(const std::string& name) const { return options_.report_dir / "logs" / (name + ".log"); }
+  std::filesystem::path log_of(const std::string& name) const {
+    return options_.report_dir / "logs" / (name + ".log");
+  }
 
   void start_all() {
     const auto bin = std::filesystem::read_symlink("/proc/self/exe").parent_path();
@@ -71,15 +76,16 @@ class Session {
       supervisor_.start({name, bin / name, planned.arguments, planned.process.nice, log_of(name)});
       names_.push_back(name);
     }
-    say("Started " + std::to_string(names_.size()) + " processes; their logs are in " + (options_.report_dir / "logs").string());
+    say("Started " + std::to_string(names_.size()) + " processes; their logs are in " +
+        (options_.report_dir / "logs").string());
   }
 
   // Says who died and why; true if nobody did.
   bool all_alive() {
     const auto dead = supervisor_.newly_dead();
     for (const auto& process : dead) {
-      say(process.name + " ended unexpectedly with code " + std::to_string(*process.exit_code) + ". Its last words:\n" +
-          last_lines(log_of(process.name), kLogLinesShown));
+      say(process.name + " ended unexpectedly with code " + std::to_string(*process.exit_code) +
+          ". Its last words:\n" + last_lines(log_of(process.name), kLogLinesShown));
     }
     return dead.empty();
   }
@@ -105,7 +111,8 @@ class Session {
       }();
       if (ready) return true;
       if (core::monotonic_ns() > limit_ns) {
-        say("Not ready after " + std::to_string(static_cast<int>(config_.ready_timeout_s)) + " s: " + missing);
+        say("Not ready after " + std::to_string(static_cast<int>(config_.ready_timeout_s)) +
+            " s: " + missing);
         return false;
       }
     }
@@ -142,24 +149,26 @@ class Session {
 
 }  // namespace
 
-std::vector<PlannedProcess> plan(const runtime::Deployment& deployment, const runtime::ProcessOptions& options,
-                                 const SessionRequest& request) {
+std::vector<PlannedProcess> plan(const runtime::Deployment& deployment,
+                                 const runtime::ProcessOptions& options, const SessionRequest& request) {
   std::vector<PlannedProcess> planned;
   for (const auto& process : find_host(deployment, request.host).processes) {
-    PlannedProcess entry{process, {"--deployment", deployment.file.string(), "--domain",
-                                   std::to_string(deployment.network.domain), "--report-dir", options.report_dir.string(),
-                                   "--log-level", options.log_level}};
+    PlannedProcess entry{
+        process,
+        {"--deployment", deployment.file.string(), "--domain", std::to_string(deployment.network.domain),
+         "--report-dir", options.report_dir.string(), "--log-level", options.log_level}};
     entry.arguments.insert(entry.arguments.end(), process.arguments.begin(), process.arguments.end());
     if (process.component == "master_io") {
-      entry.arguments.insert(entry.arguments.end(), request.master_options.begin(), request.master_options.end());
+      entry.arguments.insert(entry.arguments.end(), request.master_options.begin(),
+                             request.master_options.end());
     }
     planned.push_back(std::move(entry));
   }
   return planned;
 }
 
-int run_session(const runtime::ProcessOptions& options, const runtime::Deployment& deployment, const Config& config,
-                const SessionRequest& request) {
+int run_session(const runtime::ProcessOptions& options, const runtime::Deployment& deployment,
+                const Config& config, const SessionRequest& request) {
   return Session(options, deployment, config, request).run();
 }
 

@@ -35,7 +35,8 @@ Supervisor::~Supervisor() {
 
 void Supervisor::start(const ProcessSpec& spec) {
   if (access(spec.executable.c_str(), X_OK) != 0) {
-    throw core::MissingError(spec.executable.string() + ": no such executable; build it first (./scripts/demo does)");
+    throw core::MissingError(spec.executable.string() +
+                             ": no such executable; build it first (./scripts/demo does)");
   }
   std::filesystem::create_directories(spec.log.parent_path());
   const int log = open(spec.log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);

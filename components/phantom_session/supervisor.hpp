@@ -13,11 +13,11 @@ namespace phantom::phantom_session {
 
 /// What to start.
 struct ProcessSpec {
-  std::string name;                    ///< shown to the user; also the log file's name
+  std::string name;  ///< shown to the user; also the log file's name
   std::filesystem::path executable;
   std::vector<std::string> arguments;
   int nice = 0;
-  std::filesystem::path log;           ///< stdout and stderr go here
+  std::filesystem::path log;  ///< stdout and stderr go here
 };
 
 /// How a process is or how it ended.
@@ -27,12 +27,13 @@ struct ProcessOutcome {
   bool ended_by_us = false;      ///< it ended after stop_all() asked it to
 };
 
-/// Starts processes, notices when one ends, and ends them in order. Children die with this process (PDEATHSIG).
-/// Not thread-safe.
+/// Starts processes, notices when one ends, and ends them in order. Children die with this process
+/// (PDEATHSIG). Not thread-safe.
 class Supervisor {
  public:
   ~Supervisor();
-  /// Starts one. Throws core::MissingError if the executable is not there, std::runtime_error if it cannot be started.
+  /// Starts one. Throws core::MissingError if the executable is not there, std::runtime_error if it cannot be
+  /// started.
   void start(const ProcessSpec& spec);
   /// Names of the processes that ended since the last call without being asked to.
   std::vector<ProcessOutcome> newly_dead();

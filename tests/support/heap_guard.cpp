@@ -25,7 +25,8 @@ void* checked_allocation(std::size_t size) {
 
 void* checked_aligned_allocation(std::size_t size, std::size_t alignment) {
   refuse_if_guarded();
-  if (void* memory = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment)) return memory;
+  if (void* memory = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment))
+    return memory;
   throw std::bad_alloc();
 }
 

@@ -2,8 +2,9 @@
 
 namespace phantom::test {
 
-/// While one lives, any use of the heap by its thread aborts the process: proof that a real-time function allocates
-/// nothing. Link phantom::heap_guard, which replaces operator new and delete of the test executable.
+/// While one lives, any use of the heap by its thread aborts the process: proof that a real-time function
+/// allocates nothing. Link phantom::heap_guard, which replaces operator new and delete of the test
+/// executable.
 class HeapGuard {
  public:
   HeapGuard();

@@ -23,7 +23,8 @@ TEST(DurationHistogram, QuantilesAgreeWithSortedSamplesWithinABin) {
   for (const double q : {0.01, 0.5, 0.9, 0.99, 0.999}) {
     const auto exact = samples[static_cast<std::size_t>(std::ceil(q * 20'000.0)) - 1];
     EXPECT_GE(histogram.quantile_ns(q), exact);
-    EXPECT_LE(static_cast<double>(histogram.quantile_ns(q)), static_cast<double>(exact) * (1.0 + 1.0 / 32.0) + 1.0);
+    EXPECT_LE(static_cast<double>(histogram.quantile_ns(q)),
+              static_cast<double>(exact) * (1.0 + 1.0 / 32.0) + 1.0);
   }
   EXPECT_EQ(histogram.max_ns(), samples.back());
   EXPECT_EQ(histogram.quantile_ns(1.0), samples.back());

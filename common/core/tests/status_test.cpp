@@ -6,7 +6,8 @@ namespace phantom::core {
 namespace {
 
 Expected<int> half(int value) {
-  if (value % 2 != 0) return Status::invalid_argument("value: " + std::to_string(value) + " is odd; allowed: even");
+  if (value % 2 != 0)
+    return Status::invalid_argument("value: " + std::to_string(value) + " is odd; allowed: even");
   return value / 2;
 }
 

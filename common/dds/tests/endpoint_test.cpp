@@ -1,8 +1,8 @@
 #include "common/dds/endpoint.hpp"
 
-#include <fastdds/dds/publisher/DataWriter.hpp>
 #include <gtest/gtest.h>
 
+#include <fastdds/dds/publisher/DataWriter.hpp>
 #include <map>
 #include <vector>
 
@@ -18,10 +18,11 @@ TEST(Endpoint, PeriodicStateArrivesWholeAndInOrder) {
   Participant there("there", test_network()), here("here", test_network());
   Waiter waiter;
   std::vector<msg::SlaveState> got;
-  Reader<msg::SlaveState> reader(here, kSlaveState, [&](const msg::SlaveState& sample, const SampleInfo& info) {
-    EXPECT_GT(info.received_ns, 0);
-    waiter.change([&] { got.push_back(sample); });
-  });
+  Reader<msg::SlaveState> reader(here, kSlaveState,
+                                 [&](const msg::SlaveState& sample, const SampleInfo& info) {
+                                   EXPECT_GT(info.received_ns, 0);
+                                   waiter.change([&] { got.push_back(sample); });
+                                 });
   Writer<msg::SlaveState> writer(there, kSlaveState);
   ASSERT_TRUE(eventually([&] { return writer.matched() == 1 && reader.matched() == 1; }));
 
@@ -62,9 +63,10 @@ TEST(Endpoint, ALateJoinerGetsTheNewestOfEveryKeyAndNoDisposedOnes) {
   Participant late("late", test_network());
   Waiter waiter;
   std::map<int, msg::WorkspaceBrick> got;
-  Reader<msg::WorkspaceBrick> reader(late, kWorkspaceBrick, [&](const msg::WorkspaceBrick& sample, const SampleInfo&) {
-    waiter.change([&] { got[sample.bx()] = sample; });
-  });
+  Reader<msg::WorkspaceBrick> reader(late, kWorkspaceBrick,
+                                     [&](const msg::WorkspaceBrick& sample, const SampleInfo&) {
+                                       waiter.change([&] { got[sample.bx()] = sample; });
+                                     });
   EXPECT_TRUE(waiter.wait([&] { return got.size() >= 199; }));
   waiter.change([&] {
     for (const auto& [x, sample] : got) {
@@ -81,7 +83,9 @@ TEST(Endpoint, ADisposedInstanceIsTold) {
   InstanceId seen{}, disposed{};
   Reader<msg::WorkspaceObject> reader(
       here, kWorkspaceObject,
-      [&](const msg::WorkspaceObject&, const SampleInfo& info) { waiter.change([&] { seen = info.instance; }); },
+      [&](const msg::WorkspaceObject&, const SampleInfo& info) {
+        waiter.change([&] { seen = info.instance; });
+      },
       [&](const InstanceId& instance) { waiter.change([&] { disposed = instance; }); });
   Writer<msg::WorkspaceObject> writer(there, kWorkspaceObject);
   msg::WorkspaceObject object;
@@ -95,7 +99,8 @@ TEST(Endpoint, ADisposedInstanceIsTold) {
 
 TEST(Endpoint, AMismatchingQosIsCountedAtBothEndsAndNothingFlows) {
   Participant there("there", test_network()), here("here", test_network());
-  Reader<msg::Percept> reader(here, kPercept, [](const msg::Percept&, const SampleInfo&) { FAIL() << "must not flow"; });
+  Reader<msg::Percept> reader(here, kPercept,
+                              [](const msg::Percept&, const SampleInfo&) { FAIL() << "must not flow"; });
   // A foreign writer that promises no deadline, on a topic whose readers ask for one.
   auto* publisher = there.impl()->publisher;
   auto qos = eprosima::fastdds::dds::DATAWRITER_QOS_DEFAULT;
@@ -120,9 +125,10 @@ TEST(StatusReporter, TellsHealthLoopsAndEndpoints) {
   StatusReporter reporter(there);
   Waiter waiter;
   std::vector<msg::ComponentStatus> got;
-  Reader<msg::ComponentStatus> reader(here, kComponentStatus, [&](const msg::ComponentStatus& sample, const SampleInfo&) {
-    waiter.change([&] { got.push_back(sample); });
-  });
+  Reader<msg::ComponentStatus> reader(here, kComponentStatus,
+                                      [&](const msg::ComponentStatus& sample, const SampleInfo&) {
+                                        waiter.change([&] { got.push_back(sample); });
+                                      });
   core::Health health;
   health.state = core::ComponentState::kDegraded;
   health.message = std::string(400, 'x');

@@ -28,11 +28,12 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return text.replace(at, from.size(), to);
 }
 
-// Fast DDS keeps profiles for a process's life, so every case runs in a process of its own: a death test that exits with
-// the message.
+// Fast DDS keeps profiles for a process's life, so every case runs in a process of its own: a death test that
+// exits with the message.
 void expect_refused(const std::string& profiles, const testing::Matcher<const std::string&>& message) {
   testing::FLAGS_gtest_death_test_style = "threadsafe";
-  const auto path = std::filesystem::temp_directory_path() / ("phantom_qos_" + std::to_string(getpid()) + ".xml");
+  const auto path =
+      std::filesystem::temp_directory_path() / ("phantom_qos_" + std::to_string(getpid()) + ".xml");
   std::ofstream(path) << profiles;
   EXPECT_EXIT(
       {
@@ -55,7 +56,8 @@ TEST(Qos, ShippedProfilesKeepEveryTopicsContract) {
 
 TEST(Qos, AProfileThatContradictsTheContractIsRefusedInWords) {
   expect_refused(replaced(shipped_profiles(), "<nanosec>20000000</nanosec>", "<nanosec>30000000</nanosec>"),
-                 AllOf(HasSubstr("'master_state' (data_writer)"), HasSubstr("deadline is 30 ms"), HasSubstr("says 20 ms")));
+                 AllOf(HasSubstr("'master_state' (data_writer)"), HasSubstr("deadline is 30 ms"),
+                       HasSubstr("says 20 ms")));
   expect_refused(replaced(shipped_profiles(), "BEST_EFFORT", "RELIABLE"),
                  AllOf(HasSubstr("master_state"), HasSubstr("reliability is RELIABLE")));
   expect_refused(replaced(shipped_profiles(), "<data_sharing><kind>OFF</kind></data_sharing>", ""),

@@ -13,8 +13,9 @@ using testing::ThrowsMessage;
 ConfigReader read(const std::string& yaml) { return ConfigReader::from_text(yaml, "arm.yaml"); }
 
 TEST(ConfigReader, ReadsEveryKind) {
-  const auto file = read("rate_hz: 1000\nname: wall\non: true\nlist: [1, 2]\npoint: [1, 2, 3]\n"
-                         "mount: {xyz_m: [1, 0, 0], rpy_deg: [0, 0, 90]}\nparts: [{a: 1}, {a: 2}]\nmesh: m/a.stl\n");
+  const auto file = read(
+      "rate_hz: 1000\nname: wall\non: true\nlist: [1, 2]\npoint: [1, 2, 3]\n"
+      "mount: {xyz_m: [1, 0, 0], rpy_deg: [0, 0, 90]}\nparts: [{a: 1}, {a: 2}]\nmesh: m/a.stl\n");
   EXPECT_EQ(file.number("rate_hz", {1, 4000, "Hz"}), 1000.0);
   EXPECT_EQ(file.integer("absent", 7), 7);
   EXPECT_EQ(file.text("name"), "wall");
@@ -31,14 +32,23 @@ TEST(ConfigReader, ReadsEveryKind) {
 }
 
 TEST(ConfigReader, EveryFaultNamesFileLineKeyValueAndWhatIsAllowed) {
-  const auto file = read("a: 1\nrate_hz: 9000\nname: [1]\nmode: fast\npoint: [1, 2]\nnan: .nan\ntext: abc\nhalf: 0.5\n");
-  EXPECT_THAT([&] { file.number("rate_hz", {1, 4000, "Hz"}); },
-              ThrowsMessage<ConfigError>("arm.yaml:2: rate_hz: '9000' is out of range; allowed: 1 to 4000 Hz"));
-  EXPECT_THAT([&] { file.number("gone"); }, ThrowsMessage<ConfigError>(AllOf(HasSubstr("gone"), HasSubstr("missing"))));
+  const auto file =
+      read("a: 1\nrate_hz: 9000\nname: [1]\nmode: fast\npoint: [1, 2]\nnan: .nan\ntext: abc\nhalf: 0.5\n");
+  EXPECT_THAT(
+      [&] {
+        file.number("rate_hz", {1, 4000, "Hz"});
+      },
+      ThrowsMessage<ConfigError>("arm.yaml:2: rate_hz: '9000' is out of range; allowed: 1 to 4000 Hz"));
+  EXPECT_THAT([&] { file.number("gone"); },
+              ThrowsMessage<ConfigError>(AllOf(HasSubstr("gone"), HasSubstr("missing"))));
   EXPECT_THAT([&] { file.text("name"); }, ThrowsMessage<ConfigError>(HasSubstr("arm.yaml:3: name:")));
-  EXPECT_THAT([&] { file.choice("mode", "slow", {"slow", "quick"}); },
-              ThrowsMessage<ConfigError>("arm.yaml:4: mode: 'fast' is not known; allowed: slow, quick"));
-  EXPECT_THAT([&] { file.vector3("point"); }, ThrowsMessage<ConfigError>(HasSubstr("has 2 numbers; allowed: three")));
+  EXPECT_THAT(
+      [&] {
+        file.choice("mode", "slow", {"slow", "quick"});
+      },
+      ThrowsMessage<ConfigError>("arm.yaml:4: mode: 'fast' is not known; allowed: slow, quick"));
+  EXPECT_THAT([&] { file.vector3("point"); },
+              ThrowsMessage<ConfigError>(HasSubstr("has 2 numbers; allowed: three")));
   EXPECT_THROW(file.number("nan"), ConfigError);
   EXPECT_THROW(file.number("text"), ConfigError);
   EXPECT_THROW(file.integer("half"), ConfigError);
@@ -50,7 +60,8 @@ TEST(ConfigReader, UnknownAndRepeatedKeysAreRefusedAlsoWhenNested) {
   const auto loop = file.section("loop");
   loop.number("rate_hz", 1.0);
   EXPECT_THAT([&] { file.finish(); },
-              ThrowsMessage<ConfigError>("arm.yaml:2: loop.rat_hz: unknown key (did you mean rate_hz?); allowed: rate_hz"));
+              ThrowsMessage<ConfigError>(
+                  "arm.yaml:2: loop.rat_hz: unknown key (did you mean rate_hz?); allowed: rate_hz"));
   const auto twice = read("a: 1\na: 2\n");
   twice.number("a");
   EXPECT_THAT([&] { twice.finish(); }, ThrowsMessage<ConfigError>(HasSubstr("stands twice")));

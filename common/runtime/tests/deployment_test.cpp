@@ -34,10 +34,12 @@ TEST(Deployment, TheCommandLinesDomainWins) {
 
 TEST(Deployment, FaultsAreNamed) {
   ProcessOptions options;
-  options.deployment = std::filesystem::temp_directory_path() / ("phantom_topology_" + std::to_string(getpid()) + ".yaml");
+  options.deployment =
+      std::filesystem::temp_directory_path() / ("phantom_topology_" + std::to_string(getpid()) + ".yaml");
   std::ofstream(options.deployment) << "name: x\ndomain: 500\nqos_profiles: q.xml\ncell: c.yaml\n";
   EXPECT_THAT([&] { load_deployment(options); },
-              testing::ThrowsMessage<ConfigError>(testing::HasSubstr(":2: domain: '500' is out of range; allowed: 0 to 232")));
+              testing::ThrowsMessage<ConfigError>(
+                  testing::HasSubstr(":2: domain: '500' is out of range; allowed: 0 to 232")));
   std::filesystem::remove(options.deployment);
 }
 

@@ -18,7 +18,8 @@ TEST(PeriodicLoop, TicksOnAbsoluteTimesAndNeverEarly) {
   double elapsed_s = 0.0;
   loop.run([&](double dt_s) {
     elapsed_s += dt_s;
-    EXPECT_GE(core::seconds(core::monotonic_ns() - start), elapsed_s - 1e-9) << "a tick never comes before its due time";
+    EXPECT_GE(core::seconds(core::monotonic_ns() - start), elapsed_s - 1e-9)
+        << "a tick never comes before its due time";
     EXPECT_NEAR(dt_s / 0.002, std::round(dt_s / 0.002), 1e-6) << "dt is a whole number of periods";
     return ++ticks < 100;
   });

@@ -13,7 +13,11 @@ MasterSample master(double t_s, int reach, bool percept, double torque_Nm) {
   return {.t_s = t_s, .reach = reach, .percept_enabled = percept, .percept_torque_Nm = torque_Nm};
 }
 SlaveSample slave(double t_s, double clearance_m, double speed_m_s, bool contact = false, int object = 0) {
-  return {.t_s = t_s, .contact = contact, .contact_object = object, .tool_speed_m_s = speed_m_s, .clearance_m = clearance_m};
+  return {.t_s = t_s,
+          .contact = contact,
+          .contact_object = object,
+          .tool_speed_m_s = speed_m_s,
+          .clearance_m = clearance_m};
 }
 
 TEST(Collector, FindsOnsetPeakAndContactOfEachReach) {

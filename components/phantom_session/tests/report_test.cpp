@@ -21,11 +21,13 @@ class Report : public testing::Test {
   void TearDown() override { std::filesystem::remove_all(folder_); }
   void leave(const std::string& name, const std::string& text) { std::ofstream(folder_ / name) << text; }
   nlohmann::json summary() {
-    return nlohmann::json::parse(summary_json({folder_, 30.0, "http://127.0.0.1:8080/", {{"slave_io", 0, true}}, collector_}));
+    return nlohmann::json::parse(
+        summary_json({folder_, 30.0, "http://127.0.0.1:8080/", {{"slave_io", 0, true}}, collector_}));
   }
   void reach(int number, bool percept, double speed_m_s) {
     collector_.on_slave({.t_s = t_s_ += 1, .tool_speed_m_s = speed_m_s, .clearance_m = 0.05});
-    collector_.on_master({.t_s = t_s_, .reach = number, .percept_enabled = percept, .percept_torque_Nm = percept ? 0.7 : 0});
+    collector_.on_master(
+        {.t_s = t_s_, .reach = number, .percept_enabled = percept, .percept_torque_Nm = percept ? 0.7 : 0});
     collector_.on_slave({.t_s = t_s_ += 1, .contact = true, .contact_object = 1, .clearance_m = 0.0});
   }
 

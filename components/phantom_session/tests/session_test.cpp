@@ -12,7 +12,8 @@ runtime::Deployment two_hosts() {
   runtime::Deployment deployment;
   deployment.file = "t.yaml";
   deployment.network.domain = 9;
-  deployment.hosts = {{"master", {{"master_io", {"--log-level", "debug"}, 0}}}, {"view", {{"synthetic_viewer", {}, 10}}}};
+  deployment.hosts = {{"master", {{"master_io", {"--log-level", "debug"}, 0}}},
+                      {"view", {{"synthetic_viewer", {}, 10}}}};
   return deployment;
 }
 
@@ -20,7 +21,8 @@ TEST(Plan, GivesEachProcessTheCommonOptionsThenItsOwn) {
   SessionRequest request{.host = "master", .master_options = {"--operator", "constant_velocity"}};
   const auto planned = plan(two_hosts(), {}, request);
   ASSERT_EQ(planned.size(), 1u);
-  EXPECT_THAT(planned[0].arguments, testing::IsSupersetOf({"--deployment", "t.yaml", "--domain", "9", "--operator"}));
+  EXPECT_THAT(planned[0].arguments,
+              testing::IsSupersetOf({"--deployment", "t.yaml", "--domain", "9", "--operator"}));
   EXPECT_EQ(planned[0].arguments.back(), "constant_velocity");
   request.host = "view";
   EXPECT_THAT(plan(two_hosts(), {}, request)[0].arguments, testing::Not(testing::Contains("--operator")));
@@ -28,7 +30,8 @@ TEST(Plan, GivesEachProcessTheCommonOptionsThenItsOwn) {
 
 TEST(Plan, AnUnknownHostIsNamedWithThoseThereAre) {
   EXPECT_THAT([] { plan(two_hosts(), {}, {.host = "desk"}); },
-              testing::ThrowsMessage<runtime::ConfigError>("t.yaml: hosts: no host called 'desk'; allowed: master, view"));
+              testing::ThrowsMessage<runtime::ConfigError>(
+                  "t.yaml: hosts: no host called 'desk'; allowed: master, view"));
 }
 
 TEST(Config, ShippedIsValid) {

@@ -24,7 +24,8 @@ class SupervisorTest : public testing::Test {
     }
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::filesystem::path folder_ = std::filesystem::temp_directory_path() / ("phantom_sup_" + std::to_string(getpid()));
+  std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() / ("phantom_sup_" + std::to_string(getpid()));
 };
 
 TEST_F(SupervisorTest, TellsOnceWhoDiedWithWhatCodeAndKeepsItsWords) {
@@ -46,8 +47,10 @@ TEST_F(SupervisorTest, ASignalIsToldAs128PlusItsNumber) {
 
 TEST_F(SupervisorTest, EndsTheWillingWithTermAndTheUnwillingWithKill) {
   Supervisor supervisor;
-  supervisor.start(shell("willing", "trap 'exit 0' TERM; touch " + (folder_ / "a").string() + "; while :; do sleep 0.01; done"));
-  supervisor.start(shell("unwilling", "trap '' TERM; touch " + (folder_ / "b").string() + "; while :; do sleep 0.01; done"));
+  supervisor.start(shell(
+      "willing", "trap 'exit 0' TERM; touch " + (folder_ / "a").string() + "; while :; do sleep 0.01; done"));
+  supervisor.start(shell(
+      "unwilling", "trap '' TERM; touch " + (folder_ / "b").string() + "; while :; do sleep 0.01; done"));
   while (!std::filesystem::exists(folder_ / "a") || !std::filesystem::exists(folder_ / "b")) usleep(1000);
   supervisor.stop_all(0.5);
   const auto outcomes = supervisor.outcomes();

@@ -1,0 +1,112 @@
+// What the system does when a part of it dies or freezes, seen from outside.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <mutex>
+#include <optional>
+
+#include "common/dds/endpoint.hpp"
+#include "common/dds/stamp.hpp"
+#include "tests/end_to_end/running_system.hpp"
+
+namespace phantom::end_to_end {
+namespace {
+
+// The running system with the topics that tell how it takes a fault.
+class Fault : public testing::Test {
+ protected:
+  Fault()
+      : participant_("fault_test", system_.network()),
+        statuses_(participant_, dds::kComponentStatus,
+                  [this](const msg::ComponentStatus& s, const dds::SampleInfo&) {
+                    const std::lock_guard lock(mutex_);
+                    pids_[s.component_name().to_string()] = static_cast<pid_t>(s.process_id());
+                  }),
+        masters_(participant_, dds::kMasterState,
+                 [this](const msg::MasterState& m, const dds::SampleInfo&) {
+                   const std::lock_guard lock(mutex_);
+                   master_ = m;
+                 }),
+        fields_(participant_, dds::kDragField, [this](const msg::DragField& f, const dds::SampleInfo&) {
+          const std::lock_guard lock(mutex_);
+          field_ = f;
+        }) {}
+
+  bool coupled() {
+    return eventually([this] {
+      const std::lock_guard lock(mutex_);
+      return master_ && master_->state() == msg::LINK_COUPLED && field_ && field_->valid() &&
+             pids_.contains("slave_io");
+    });
+  }
+  pid_t pid(const std::string& component) {
+    const std::lock_guard lock(mutex_);
+    return pids_.at(component);
+  }
+  bool master_reaches(msg::LinkState state) {
+    return eventually([this, state] {
+      const std::lock_guard lock(mutex_);
+      return master_->state() == state;
+    });
+  }
+
+  RunningSystem system_{0.0};
+  std::mutex mutex_;
+  std::map<std::string, pid_t> pids_;
+  std::optional<msg::MasterState> master_;
+  std::optional<msg::DragField> field_;
+  dds::Participant participant_;
+  dds::Reader<msg::ComponentStatus> statuses_;
+  dds::Reader<msg::MasterState> masters_;
+  dds::Reader<msg::DragField> fields_;
+};
+
+TEST_F(Fault, AComponentThatDiesIsToldAndEndsTheSessionWithAFailureCode) {
+  ASSERT_TRUE(coupled());
+  kill(pid("phantom_sensing"), SIGKILL);
+  EXPECT_EQ(system_.wait(), 1);
+  EXPECT_THAT(system_.output(), testing::HasSubstr("phantom_sensing ended unexpectedly with code 137"));
+  EXPECT_THAT(read_text(system_.report() / "summary.json"), testing::HasSubstr("\"exit\": 137"));
+}
+
+TEST_F(Fault, AFrozenSlaveMakesTheMasterRampItsTorqueToZeroAndThePerceptInvalid) {
+  ASSERT_TRUE(coupled());
+  const pid_t slave = pid("slave_io");
+  kill(slave, SIGSTOP);
+  EXPECT_TRUE(master_reaches(msg::LINK_DEGRADED));
+  EXPECT_TRUE(eventually([this] {
+    const std::lock_guard lock(mutex_);
+    double torque_Nm = 0.0;
+    for (const double t : master_->percept_torque_Nm()) torque_Nm += std::abs(t);
+    for (const double t : master_->feedback_torque_Nm()) torque_Nm += std::abs(t);
+    return torque_Nm == 0.0 && !field_->valid();
+  }));
+  kill(slave, SIGCONT);
+  EXPECT_TRUE(master_reaches(msg::LINK_COUPLED))
+      << "it recovers by itself once the slave is back and aligned";
+  system_.stop();
+  EXPECT_EQ(system_.wait(), 0);
+}
+
+TEST_F(Fault, AnEmergencyStopTakesTheTorqueAndStaysUntilReset) {
+  ASSERT_TRUE(coupled());
+  dds::Writer<msg::OperatorCommand> commands(participant_, dds::kOperatorCommand);
+  ASSERT_TRUE(eventually([&] { return commands.matched() >= 2; })) << "master_io and slave_io listen";
+  dds::Stamper stamper(participant_);
+  msg::OperatorCommand command;
+  command.issuer("fault_test");
+  command.kind(msg::COMMAND_EMERGENCY_STOP);
+  command.stamp(stamper.next());
+  commands.write(command);
+  EXPECT_TRUE(master_reaches(msg::LINK_STOPPED));
+  command.kind(msg::COMMAND_RESET);
+  command.stamp(stamper.next());
+  commands.write(command);
+  EXPECT_TRUE(master_reaches(msg::LINK_COUPLED));
+  system_.stop();
+  EXPECT_EQ(system_.wait(), 0);
+}
+
+}  // namespace
+}  // namespace phantom::end_to_end

@@ -1,0 +1,110 @@
+#include "tests/end_to_end/running_system.hpp"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+namespace phantom::end_to_end {
+namespace {
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  if (at == std::string::npos) throw std::runtime_error("not found: " + from);
+  return text.replace(at, from.size(), to);
+}
+
+// The shipped topology, with the viewer on a free port and absolute paths.
+void write_topology(const std::filesystem::path& folder) {
+  const std::filesystem::path source = PHANTOM_SOURCE_DIR;
+  std::string viewer = read_text(source / "components/synthetic_viewer/synthetic_viewer.yaml");
+  viewer = replaced(viewer, "port: 8080", "port: 0");
+  std::ofstream(folder / "synthetic_viewer.yaml") << viewer;
+  std::string topology = read_text(source / "deploy/topologies/single_host.yaml");
+  topology = replaced(topology, "../qos/", (source / "deploy/qos/").string());
+  topology = replaced(topology, "../cells/", (source / "deploy/cells/").string());
+  topology = replaced(topology, "component: synthetic_viewer,",
+                      "component: synthetic_viewer, arguments: [\"--config\", \"" +
+                          (folder / "synthetic_viewer.yaml").string() + "\"],");
+  std::ofstream(folder / "topology.yaml") << topology;
+}
+
+}  // namespace
+
+std::string read_text(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+RunningSystem::RunningSystem(double seconds) : domain_(100 + static_cast<int>(getpid() % 100)) {
+  static int count = 0;
+  folder_ = std::filesystem::temp_directory_path() /
+            ("phantom_system_" + std::to_string(getpid()) + "_" + std::to_string(count++));
+  std::filesystem::create_directories(report());
+  write_topology(folder_);
+  const std::string executable = PHANTOM_BIN_DIR "/phantom_session",
+                    topology = (folder_ / "topology.yaml").string(), domain = std::to_string(domain_),
+                    length = std::to_string(seconds), report_dir = report().string(),
+                    log = (folder_ / "session.log").string();
+  pid_ = fork();
+  if (pid_ == 0) {
+    const int file = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    dup2(file, STDOUT_FILENO);
+    dup2(file, STDERR_FILENO);
+    execl(executable.c_str(), executable.c_str(), "--deployment", topology.c_str(), "--domain",
+          domain.c_str(), "--seconds", length.c_str(), "--report-dir", report_dir.c_str(),
+          static_cast<char*>(nullptr));
+    _exit(127);
+  }
+}
+
+RunningSystem::~RunningSystem() {
+  if (running()) {
+    stop();
+    wait();
+  }
+  std::filesystem::remove_all(folder_);
+}
+
+core::NetworkOptions RunningSystem::network() const {
+  core::NetworkOptions network;
+  network.domain = domain_;
+  network.qos_profiles = PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml";
+  network.interfaces = {"127.0.0.1"};
+  network.shared_memory = true;
+  return network;
+}
+
+std::string RunningSystem::output() const { return read_text(folder_ / "session.log"); }
+void RunningSystem::stop() { kill(pid_, SIGINT); }
+
+bool RunningSystem::running() {
+  if (exit_code_ >= 0) return false;
+  int status = 0;
+  if (waitpid(pid_, &status, WNOHANG) == pid_)
+    exit_code_ = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+  return exit_code_ < 0;
+}
+
+int RunningSystem::wait() {
+  while (running()) usleep(10'000);
+  return exit_code_;
+}
+
+bool eventually(const std::function<bool()>& probe, double limit_s) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(limit_s);
+  while (!probe()) {
+    if (std::chrono::steady_clock::now() > end) return false;
+    usleep(20'000);
+  }
+  return true;
+}
+
+}  // namespace phantom::end_to_end

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "common/core/network.hpp"
+
+namespace phantom::end_to_end {
+
+/// The shipped single-host deployment in a DDS domain of the test's own, run by phantom_session in the
+/// background, with the operator's page on a free port. Everything it writes is under folder().
+class RunningSystem {
+ public:
+  /// `seconds`: the session's length once all is ready; 0: until stop().
+  explicit RunningSystem(double seconds);
+  ~RunningSystem();
+
+  const std::filesystem::path& folder() const { return folder_; }
+  std::filesystem::path report() const { return folder_ / "report"; }
+  core::NetworkOptions network() const;
+  /// What phantom_session printed so far.
+  std::string output() const;
+  /// Asks it to end (SIGINT, as Ctrl-C).
+  void stop();
+  /// Waits for its end and returns its exit code.
+  int wait();
+  bool running();
+
+ private:
+  std::filesystem::path folder_;
+  int domain_;
+  pid_t pid_ = -1;
+  int exit_code_ = -1;
+};
+
+/// Calls `probe` until it is true; the limit only bounds a failing test.
+bool eventually(const std::function<bool()>& probe, double limit_s = 180.0);
+
+std::string read_text(const std::filesystem::path& file);
+
+}  // namespace phantom::end_to_end
