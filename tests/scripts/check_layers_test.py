@@ -1,0 +1,57 @@
+"""The layer check must find each kind of broken rule and pass what is allowed."""
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "check_layers"
+
+
+class CheckLayers(unittest.TestCase):
+    def check(self, path, include):
+        with tempfile.TemporaryDirectory() as folder:
+            root = Path(folder)
+            (root / "scripts").mkdir()
+            shutil.copy(SCRIPT, root / "scripts" / "check_layers")
+            source = root / path
+            source.parent.mkdir(parents=True)
+            source.write_text(f"#pragma once\n#include {include}\n", encoding="utf-8")
+            return subprocess.run([sys.executable, root / "scripts" / "check_layers"], capture_output=True, text=True, check=False)
+
+    def test_broken_rules_are_named_with_their_place(self):
+        for path, include in [
+            ("common/core/a.hpp", '"common/geometry/pose.hpp"'),
+            ("common/geometry/a.cpp", '"common/voxel/grid.hpp"'),
+            ("common/voxel/a.cpp", '"phantom_idl/percept.h"'),
+            ("common/voxel/a.cpp", "<fastdds/dds/topic/Topic.hpp>"),
+            ("common/geometry/a.hpp", "<assimp/scene.h>"),
+            ("common/robot/a.hpp", "<Eigen/Geometry>"),
+            ("common/dds/a.cpp", '"common/runtime/cell.hpp"'),
+            ("common/runtime/a.cpp", '"common/dds/endpoint.hpp"'),
+            ("components/master_io/a.cpp", '"components/slave_io/config.hpp"'),
+            ("components/master_io/master_io.cpp", '"phantom_idl/percept.h"'),
+            ("components/master_io/main.cpp", '"common/dds/endpoint.hpp"'),
+            ("components/master_io/a.cpp", '"tests/support/heap_guard.hpp"'),
+        ]:
+            with self.subTest(path=path, include=include):
+                result = self.check(path, include)
+                self.assertEqual(result.returncode, 1, result.stdout)
+                self.assertIn(f"{path}:2: includes", result.stdout)
+
+    def test_what_is_allowed_passes(self):
+        for path, include in [
+            ("common/voxel/a.cpp", '"common/geometry/mesh.hpp"'),
+            ("common/geometry/a.cpp", "<assimp/scene.h>"),
+            ("common/robot/a.hpp", "<Eigen/Core>"),
+            ("components/master_io/dds_adapter.cpp", '"phantom_idl/percept.h"'),
+            ("components/master_io/tests/a_test.cpp", '"phantom_idl/percept.h"'),
+            ("tests/end_to_end/a.cpp", '"components/slave_io/config.hpp"'),
+        ]:
+            with self.subTest(path=path, include=include):
+                self.assertEqual(self.check(path, include).returncode, 0)
+
+
+if __name__ == "__main__":
+    unittest.main()
