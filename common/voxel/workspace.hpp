@@ -40,7 +40,8 @@ struct BrickKey {
 class Workspace {
  public:
   Workspace() = default;
-  /// `palette_Pa_s_per_m`: μ by code; first entry 0, strictly rising, at most 256 entries.
+  /// `palette_Pa_s_per_m`: μ by code; first entry 0, strictly rising, at most 256 entries (check_palette in palette.hpp
+  /// says what is wrong with one that is not). Throws std::invalid_argument.
   Workspace(const GridSpec& grid, std::vector<float> palette_Pa_s_per_m);
 
   const GridSpec& grid() const noexcept { return grid_; }
@@ -75,6 +76,8 @@ class Workspace {
   /// Makes the brick if need be (zeroed). Pointers last until the next call that makes one. Not real-time safe.
   MutableBrick make_brick(BrickKey key);
   void remove_brick(BrickKey key);
+  /// Makes room for `count` bricks in all, so that making them neither moves nor over-allocates.
+  void reserve_bricks(std::size_t count);
 
   /// Hash of grid, palette and all bricks, independent of the order in which they were made.
   std::uint64_t content_hash() const;
@@ -96,7 +99,7 @@ class Workspace {
   }
 
   GridSpec grid_;
-  std::vector<float> palette_;
+  std::vector<float> palette_{0.0F};
   std::array<std::int32_t, 3> size_bricks_{0, 0, 0};
   std::vector<std::uint32_t> directory_;  // slot of each brick; 0: the empty brick
   std::vector<std::uint8_t> mu_codes_;

@@ -1,0 +1,176 @@
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <random>
+
+#include "common/voxel/tests/random_workspace.hpp"
+#include "common/voxel/workspace_assembler.hpp"
+
+namespace phantom::voxel {
+namespace {
+
+VersionDescription describe(const Workspace& workspace) {
+  return {workspace.version, workspace.grid(), workspace.palette(),
+          static_cast<std::uint32_t>(workspace.brick_count()), workspace.content_hash()};
+}
+
+void put(WorkspaceAssembler& assembler, const Workspace& workspace, BrickKey key) {
+  ASSERT_TRUE(assembler.put_brick(key, workspace.version, encode_brick(workspace.brick(key))));
+}
+
+void expect_same(const Workspace* got, const Workspace& want) {
+  ASSERT_NE(got, nullptr);
+  EXPECT_EQ(got->version, want.version);
+  EXPECT_EQ(got->bricks(), want.bricks());
+  EXPECT_EQ(got->content_hash(), want.content_hash());
+  for (const BrickKey key : want.bricks()) {
+    EXPECT_EQ(std::memcmp(got->brick(key).object, want.brick(key).object, kBrickVoxels * 2), 0);
+  }
+}
+
+TEST(BrickCodec, RoundTrip) {
+  const Workspace workspace = random_workspace(3);
+  const auto brick = workspace.brick(workspace.bricks().front());
+  const auto bytes = encode_brick(brick);
+  auto back = std::make_unique<BrickData>();
+  ASSERT_TRUE(decode_brick(bytes, *back));
+  EXPECT_EQ(std::memcmp(back->mu_code.data(), brick.mu_code, kBrickVoxels), 0);
+  EXPECT_EQ(std::memcmp(back->order.data(), brick.order, kBrickVoxels), 0);
+  EXPECT_EQ(std::memcmp(back->object.data(), brick.object, 2 * kBrickVoxels), 0);
+}
+
+TEST(BrickCodec, RefusesWhatIsNoBrick) {
+  const Workspace workspace = random_workspace(3);
+  const auto bytes = encode_brick(workspace.brick(workspace.bricks().front()));
+  auto brick = std::make_unique<BrickData>();
+  EXPECT_FALSE(decode_brick({}, *brick));
+  EXPECT_FALSE(decode_brick(std::vector<std::uint8_t>(100, 0x42), *brick));
+  EXPECT_FALSE(decode_brick(std::span(bytes).first(bytes.size() / 2), *brick));
+  EXPECT_FALSE(decode_brick(std::span(bytes).first(bytes.size() - 1), *brick));
+  std::mt19937 random(5);
+  for (int round = 0; round < 200; ++round) {  // the checksum finds what decompression lets pass
+    auto damaged = bytes;
+    damaged[random() % damaged.size()] ^= static_cast<std::uint8_t>(1 + random() % 255);
+    const bool same_content = decode_brick(damaged, *brick).is_ok() && encode_brick(brick->view()) == bytes;
+    EXPECT_TRUE(!decode_brick(damaged, *brick).is_ok() || same_content);
+  }
+}
+
+TEST(WorkspaceAssembler, TakesBricksBeforeAndAfterTheVersion) {
+  const Workspace workspace = random_workspace(4);
+  const auto keys = workspace.bricks();
+  WorkspaceAssembler assembler;
+  for (std::size_t i = keys.size() / 2; i < keys.size(); ++i) put(assembler, workspace, keys[i]);
+  ASSERT_TRUE(assembler.commit(describe(workspace)));
+  EXPECT_TRUE(assembler.pending());
+  for (std::size_t i = 0; i < keys.size() / 2; ++i) {
+    EXPECT_EQ(assembler.current(), nullptr);  // never half a volume
+    EXPECT_EQ(assembler.bricks_expected(), keys.size());
+    put(assembler, workspace, keys[i]);
+  }
+  EXPECT_FALSE(assembler.pending());
+  expect_same(assembler.current().get(), workspace);
+}
+
+TEST(WorkspaceAssembler, TakesDuplicates) {
+  const Workspace workspace = random_workspace(4);
+  WorkspaceAssembler assembler;
+  for (int twice = 0; twice < 2; ++twice) {
+    for (const BrickKey key : workspace.bricks()) put(assembler, workspace, key);
+  }
+  ASSERT_TRUE(assembler.commit(describe(workspace)));
+  expect_same(assembler.current().get(), workspace);
+}
+
+TEST(WorkspaceAssembler, KeepsTheLastWholeVersionWhileTheNextIsIncomplete) {
+  const Workspace first = random_workspace(5);
+  Workspace second = first;
+  second.version = 6;
+  const auto keys = second.bricks();
+  second.make_brick(keys[0]).mu_code[9] ^= 1;
+  second.make_brick(keys[1]).order[9] ^= 1;
+  second.remove_brick(keys[2]);
+
+  WorkspaceAssembler assembler;
+  ASSERT_TRUE(assembler.commit(describe(first)));
+  for (const BrickKey key : keys) put(assembler, first, key);
+  const auto whole = assembler.current();
+  ASSERT_TRUE(assembler.commit(describe(second)));
+  put(assembler, second, keys[0]);
+  assembler.remove_brick(keys[2]);
+  EXPECT_EQ(assembler.current(), whole);
+  EXPECT_TRUE(assembler.pending());
+  put(assembler, second, keys[1]);
+  expect_same(assembler.current().get(), second);
+  expect_same(whole.get(), first);  // shared versions never change
+}
+
+TEST(WorkspaceAssembler, DoesNotAcceptAWrongHash) {
+  const Workspace workspace = random_workspace(5);
+  WorkspaceAssembler assembler;
+  for (const BrickKey key : workspace.bricks()) put(assembler, workspace, key);
+  VersionDescription wrong = describe(workspace);
+  wrong.content_hash ^= 1;
+  ASSERT_TRUE(assembler.commit(wrong));
+  EXPECT_EQ(assembler.current(), nullptr);
+  EXPECT_TRUE(assembler.pending());
+}
+
+TEST(WorkspaceAssembler, DropsWhatADeadServerLeftBehind) {
+  const Workspace old_cell = random_workspace(7);
+  Workspace new_cell = random_workspace(8);
+  ASSERT_NE(old_cell.bricks(), new_cell.bricks());
+  new_cell.version = 1000;
+  WorkspaceAssembler assembler;
+  for (const BrickKey key : old_cell.bricks()) put(assembler, old_cell, key);
+  ASSERT_TRUE(assembler.commit(describe(old_cell)));
+  for (const BrickKey key : new_cell.bricks()) put(assembler, new_cell, key);
+  ASSERT_TRUE(assembler.commit(describe(new_cell)));
+  expect_same(assembler.current().get(), new_cell);
+}
+
+TEST(WorkspaceAssembler, AcceptsAnEmptyWorkspace) {
+  const Workspace empty({{}, 0.01, {64, 64, 64}}, {0.0F, 3.0F});
+  WorkspaceAssembler assembler;
+  ASSERT_TRUE(assembler.commit(describe(empty)));
+  ASSERT_NE(assembler.current(), nullptr);
+  EXPECT_EQ(assembler.current()->brick_count(), 0U);
+}
+
+TEST(WorkspaceAssembler, RefusesImpossibleInput) {
+  const Workspace workspace = random_workspace(5);
+  const auto bytes = encode_brick(workspace.brick(workspace.bricks().front()));
+  WorkspaceAssembler assembler;
+  EXPECT_FALSE(assembler.put_brick({-1, 0, 0}, 1, bytes));
+  EXPECT_FALSE(assembler.put_brick({0, 0, 256}, 1, bytes));
+  EXPECT_FALSE(assembler.put_brick({0, 0, 0}, 1, std::span(bytes).first(7)));
+  EXPECT_EQ(assembler.bricks_held(), 0U);
+
+  const auto refused = [&](auto change) {
+    VersionDescription description = describe(workspace);
+    change(description);
+    return !assembler.commit(description).is_ok();
+  };
+  EXPECT_TRUE(refused([](auto& d) { d.grid.voxel_size_m = 0; }));
+  EXPECT_TRUE(refused([](auto& d) { d.grid.voxel_size_m = std::numeric_limits<double>::quiet_NaN(); }));
+  EXPECT_TRUE(refused([](auto& d) { d.grid.origin_m.x() = std::numeric_limits<double>::infinity(); }));
+  EXPECT_TRUE(refused([](auto& d) { d.grid.size_vox[1] = 0; }));
+  EXPECT_TRUE(refused([](auto& d) { d.grid.size_vox[1] = 8193; }));
+  EXPECT_TRUE(refused([](auto& d) { d.palette_Pa_s_per_m = {0.0F, 5.0F, 4.0F}; }));
+  EXPECT_FALSE(assembler.pending());
+}
+
+TEST(WorkspaceAssembler, RefusesCodesThatThePaletteDoesNotHave) {
+  Workspace workspace = random_workspace(5);
+  Workspace narrow(workspace.grid(), {0.0F, 9.0F});
+  for (const BrickKey key : workspace.bricks()) {
+    std::memcpy(narrow.make_brick(key).mu_code, workspace.brick(key).mu_code, kBrickVoxels);
+  }
+  WorkspaceAssembler assembler;
+  for (const BrickKey key : narrow.bricks()) put(assembler, narrow, key);
+  ASSERT_TRUE(assembler.commit(describe(narrow)));
+  EXPECT_EQ(assembler.current(), nullptr);
+}
+
+}  // namespace
+}  // namespace phantom::voxel

@@ -1,0 +1,108 @@
+#include "common/voxel/workspace.hpp"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "common/voxel/palette.hpp"
+#include "common/voxel/tests/random_workspace.hpp"
+
+namespace phantom::voxel {
+namespace {
+
+TEST(BrickOffset, NamesEveryVoxelOnceAndKeepsTilesTogether) {
+  std::set<std::size_t> seen;
+  for (std::uint32_t z = 0; z < 32; ++z) {
+    for (std::uint32_t y = 0; y < 32; ++y) {
+      for (std::uint32_t x = 0; x < 32; ++x) {
+        const std::size_t offset = brick_offset(x, y, z);
+        ASSERT_LT(offset, kBrickVoxels);
+        EXPECT_EQ(offset / 64, brick_offset(x & ~3U, y & ~3U, z & ~3U) / 64);  // one tile, one cache line
+        seen.insert(offset);
+      }
+    }
+  }
+  EXPECT_EQ(seen.size(), kBrickVoxels);
+}
+
+TEST(Workspace, IsFreeWhereNothingIs) {
+  const Workspace nothing;
+  EXPECT_EQ(nothing.mu({0, 0, 0}), 0.0F);
+  const Workspace empty({{}, 0.01, {70, 40, 33}}, {0.0F, 5.0F});
+  EXPECT_EQ(empty.size_bricks(), (std::array<std::int32_t, 3>{3, 2, 2}));
+  EXPECT_EQ(empty.brick_count(), 0U);
+  for (const Index3 v : {Index3{0, 0, 0}, {69, 39, 32}, {70, 0, 0}, {-1, 5, 5}, {0, 0, 1 << 30}}) {
+    EXPECT_EQ(empty.mu_code(v), 0);
+    EXPECT_EQ(empty.order(v), kOrderFree);
+    EXPECT_EQ(empty.object(v), 0);
+  }
+}
+
+TEST(Workspace, KeepsWhatIsWrittenWhereItIsWritten) {
+  Workspace workspace({{}, 0.01, {70, 40, 33}}, {0.0F, 5.0F, 9.0F});
+  const auto brick = workspace.make_brick({2, 1, 1});
+  const std::size_t at = brick_offset(69 - 64, 39 - 32, 0);
+  brick.mu_code[at] = 2;
+  brick.order[at] = kOrderInterior;
+  brick.object[at] = 7;
+  EXPECT_EQ(workspace.mu({69, 39, 32}), 9.0F);
+  EXPECT_EQ(workspace.order({69, 39, 32}), kOrderInterior);
+  EXPECT_EQ(workspace.object({69, 39, 32}), 7);
+  EXPECT_EQ(workspace.mu_code({68, 39, 32}), 0);
+  EXPECT_EQ(workspace.bricks(), (std::vector<BrickKey>{{2, 1, 1}}));
+  EXPECT_EQ(
+      workspace.codes()[workspace.directory()[workspace.directory_index({2, 1, 1})] * kBrickVoxels + at], 2);
+}
+
+TEST(Workspace, ForgetsRemovedBricksAndReusesTheirRoom) {
+  Workspace workspace({{}, 0.01, {128, 32, 32}}, {0.0F, 5.0F});
+  workspace.make_brick({0, 0, 0}).mu_code[5] = 1;
+  workspace.make_brick({1, 0, 0}).mu_code[5] = 1;
+  const std::size_t bytes = workspace.bytes();
+  workspace.remove_brick({0, 0, 0});
+  EXPECT_FALSE(workspace.has_brick({0, 0, 0}));
+  EXPECT_EQ(workspace.brick_count(), 1U);
+  EXPECT_EQ(workspace.make_brick({3, 0, 0}).mu_code[5], 0);
+  EXPECT_EQ(workspace.bytes(), bytes);
+  EXPECT_EQ(workspace.brick_count(), 2U);
+}
+
+TEST(Workspace, HashTellsContentNotHistory) {
+  const Workspace one = random_workspace(1, false);
+  const Workspace backwards = random_workspace(1, true);
+  EXPECT_EQ(one.content_hash(), backwards.content_hash());
+  Workspace changed = one;
+  const BrickKey key = changed.bricks().front();
+  changed.make_brick(key).object[17] ^= 1;
+  EXPECT_NE(changed.content_hash(), one.content_hash());
+  changed.make_brick(key).object[17] ^= 1;
+  EXPECT_EQ(changed.content_hash(), one.content_hash());
+  changed.remove_brick(key);
+  EXPECT_NE(changed.content_hash(), one.content_hash());
+  GridSpec moved = one.grid();
+  moved.origin_m.x() += 1e-3;
+  EXPECT_NE(Workspace(moved, one.palette()).content_hash(),
+            Workspace(one.grid(), one.palette()).content_hash());
+}
+
+TEST(Workspace, HashTellsWhereABrickIs) {
+  Workspace here({{}, 0.01, {64, 32, 32}}, {0.0F, 5.0F}), there = here;
+  here.make_brick({0, 0, 0}).mu_code[3] = 1;
+  there.make_brick({1, 0, 0}).mu_code[3] = 1;
+  EXPECT_NE(here.content_hash(), there.content_hash());
+}
+
+TEST(Palette, MustRiseFromZero) {
+  EXPECT_TRUE(check_palette({0.0F}));
+  EXPECT_TRUE(check_palette({0.0F, 1.0F, 2.0F}));
+  EXPECT_FALSE(check_palette({}));
+  EXPECT_FALSE(check_palette({1.0F, 2.0F}));
+  EXPECT_FALSE(check_palette({0.0F, 2.0F, 2.0F}));
+  EXPECT_FALSE(check_palette({0.0F, std::numeric_limits<float>::quiet_NaN()}));
+  EXPECT_FALSE(check_palette({0.0F, std::numeric_limits<float>::infinity()}));
+  EXPECT_FALSE(check_palette(std::vector<float>(257)));
+  EXPECT_THROW(Workspace({{}, 0.01, {32, 32, 32}}, {2.0F}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace phantom::voxel
