@@ -1,0 +1,47 @@
+#include "common/teleop/joint_servo.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace phantom::teleop {
+
+JointServoGains gains_for(double inertia, double bandwidth_Hz, double damping_ratio,
+                          double torque_limit) noexcept {
+  const double omega_rad_s = 2.0 * std::numbers::pi * bandwidth_Hz;
+  return {inertia * omega_rad_s * omega_rad_s, 2.0 * damping_ratio * inertia * omega_rad_s, torque_limit};
+}
+
+ServoTorque JointServo::step(const core::JointArray& q_ref, const core::JointArray& v_ref,
+                             const core::JointArray& q, const core::JointArray& v,
+                             const core::JointArray& feed_forward_Nm) const noexcept {
+  ServoTorque torque;
+  for (std::size_t j = 0; j < count_; ++j) {
+    const auto& g = gains_[j];
+    const double loop = g.k_p * (q_ref[j] - q[j]) + g.k_v * (v_ref[j] - v[j]);
+    const double drive = loop + feed_forward_Nm[j];
+    if (!std::isfinite(drive)) continue;
+    torque.drive_Nm[j] = std::clamp(drive, -g.torque_limit, g.torque_limit);
+    torque.loop_Nm[j] = std::clamp(loop, -g.torque_limit, g.torque_limit);
+  }
+  return torque;
+}
+
+void ReferenceLimiter::reset(const core::JointArray& q) noexcept {
+  for (std::size_t j = 0; j < count_; ++j) {
+    if (std::isfinite(q[j])) reference_[j] = std::clamp(q[j], lower_[j], upper_[j]);
+  }
+}
+
+const core::JointArray& ReferenceLimiter::step(const core::JointArray& target,
+                                               const core::JointArray& max_speed, double dt_s) noexcept {
+  for (std::size_t j = 0; j < count_; ++j) {
+    if (!std::isfinite(target[j])) continue;
+    const double furthest = max_speed[j] * dt_s;
+    const double change = std::clamp(target[j], lower_[j], upper_[j]) - reference_[j];
+    reference_[j] += std::clamp(change, -furthest, furthest);
+  }
+  return reference_;
+}
+
+}  // namespace phantom::teleop

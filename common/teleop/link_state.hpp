@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstddef>
+#include <limits>
+
+#include "common/core/joints.hpp"
+
+namespace phantom::teleop {
+
+/// How far master and slave have come together. Numbered as in the topics' LinkState.
+enum class LinkState {
+  kInit,      ///< no valid partner yet: no torque, the slave holds
+  kReady,     ///< partner heard; poses are being brought together
+  kAligned,   ///< poses agree; waiting for the partner to say the same
+  kCoupled,   ///< the slave follows the master
+  kDegraded,  ///< the partner went stale or let go: torques fade out, the slave holds
+  kStopped,   ///< emergency stop: stays until reset
+};
+
+const char* name_of(LinkState state) noexcept;
+
+/// Everything a transition depends on.
+struct LinkConditions {
+  bool partner_fresh = false;  ///< the partner's newest valid sample is younger than the staleness limit
+  bool aligned = false;        ///< the poses have agreed within tolerance for the hold time
+  bool recovered = false;      ///< the partner has been fresh for the recovery time
+  bool stop = false;           ///< emergency stop asked for
+  bool reset = false;          ///< reset asked for
+  LinkState partner =
+      LinkState::kInit;  ///< what the partner says of itself; means something while it is fresh
+};
+
+/// The transition table, the same for master and slave. Coupling needs both sides aligned, so recovery too
+/// leads through an aligned pose. Emergency stop wins over everything; with it asked for, a reset does
+/// nothing. Real-time safe: yes.
+LinkState next_link_state(LinkState state, const LinkConditions& conditions) noexcept;
+
+struct LinkTiming {
+  double staleness_s = 0.02;   ///< the partner counts as stale beyond this age
+  double align_hold_s = 0.05;  ///< the poses must agree this long
+  double recovery_s = 0.2;     ///< after a loss the partner must be fresh this long
+};
+
+/// What the loop knows in one tick.
+struct LinkObservation {
+  double partner_age_s =
+      std::numeric_limits<double>::infinity();  ///< of its newest valid sample; ∞: none yet
+  LinkState partner = LinkState::kInit;
+  bool poses_agree = false;
+  bool stop = false;
+  bool reset = false;
+};
+
+/// The table with its watchdog and timers. Ages come in from a monotonic clock: it never relies on DDS
+/// events.
+class LinkMonitor {
+ public:
+  explicit LinkMonitor(const LinkTiming& timing) : timing_(timing) {}
+
+  /// Real-time safe: yes.
+  LinkState step(const LinkObservation& seen, double dt_s) noexcept;
+  LinkState state() const noexcept { return state_; }
+  bool partner_fresh() const noexcept { return fresh_s_ > 0.0; }
+
+ private:
+  LinkTiming timing_;
+  LinkState state_ = LinkState::kInit;
+  double agree_s_ = 0.0, fresh_s_ = 0.0;
+};
+
+/// Greatest |a − b| ÷ tolerance over the joints: at most 1 while the poses agree. Real-time safe: yes.
+double pose_difference(const core::JointArray& a, const core::JointArray& b,
+                       const core::JointArray& tolerance, std::size_t joint_count) noexcept;
+
+}  // namespace phantom::teleop

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <algorithm>
+
+namespace phantom::teleop {
+
+/// A factor 0…1 that fades something in and out at a bounded rate, so that switching never kicks.
+/// From 1 it reaches exactly 0 within `down_s` plus one step, from 0 exactly 1 within `up_s` plus one step.
+class Ramp {
+ public:
+  /// Both durations > 0.
+  Ramp(double up_s, double down_s) : up_s_(up_s), down_s_(down_s) {}
+
+  /// Moves towards 1 if `on`, else towards 0. Real-time safe: yes.
+  double step(bool on, double dt_s) noexcept {
+    value_ = on ? std::min(1.0, value_ + dt_s / up_s_) : std::max(0.0, value_ - dt_s / down_s_);
+    return value_;
+  }
+  double value() const noexcept { return value_; }
+
+ private:
+  double up_s_, down_s_;
+  double value_ = 0.0;
+};
+
+}  // namespace phantom::teleop

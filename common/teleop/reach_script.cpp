@@ -1,0 +1,96 @@
+#include "common/teleop/reach_script.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace phantom::teleop {
+namespace {
+
+constexpr double kThere = 0.01;  // rad or m: no transit for less
+
+// Own normal deviate (central limit of 12 uniforms): the standard library's differs between implementations.
+double normal_deviate(std::mt19937& random) noexcept {
+  double sum = -6.0;
+  for (int i = 0; i < 12; ++i) sum += static_cast<double>(random()) / 4294967296.0;
+  return sum;
+}
+
+}  // namespace
+
+ReachScript::ReachScript(const ReachScriptParameters& parameters, OperatorModel& hand)
+    : parameters_(parameters), hand_(hand), random_(parameters.seed), in_s_(parameters.in_s) {
+  percept_on_ = parameters_.percept != PerceptSchedule::kOff;
+}
+
+void ReachScript::begin(ReachPhase phase) noexcept {
+  phase_ = phase;
+  in_phase_s_ = 0.0;
+}
+
+void ReachScript::choose_next() noexcept {
+  ++planned_;
+  const bool pairs = parameters_.percept == PerceptSchedule::kAlternate;
+  const auto turn = static_cast<std::size_t>(pairs ? planned_ / 2 : planned_);
+  index_ = turn % parameters_.reaches.size();
+  if (!pairs || planned_ % 2 == 0) {
+    in_s_ = parameters_.in_s * std::max(0.5, 1.0 + parameters_.duration_scatter * normal_deviate(random_));
+  }
+}
+
+void ReachScript::begin_way_in() noexcept {
+  const Reach& reach = parameters_.reaches[index_];
+  core::JointArray aim{};
+  for (std::size_t j = 0; j < parameters_.joint_count; ++j) {
+    aim[j] = reach.target[j] + parameters_.overreach * (reach.target[j] - reach.from[j]);
+  }
+  number_ = planned_;
+  percept_on_ = parameters_.percept == PerceptSchedule::kOn ||
+                (parameters_.percept == PerceptSchedule::kAlternate && number_ % 2 == 0);
+  touched_ = false;
+  touching_s_ = 0.0;
+  hand_.move_to(aim, in_s_);
+  begin(ReachPhase::kIn);
+}
+
+void ReachScript::step(const core::JointArray& q, bool go, bool contact, double dt_s) noexcept {
+  if (!go) return;
+  in_phase_s_ += dt_s;
+  switch (phase_) {
+    case ReachPhase::kWait:
+    case ReachPhase::kPause:
+      if (in_phase_s_ < (phase_ == ReachPhase::kWait ? parameters_.first_wait_s : parameters_.pause_s))
+        return;
+      choose_next();
+      {
+        const core::JointArray& start = parameters_.reaches[index_].from;
+        double away = 0.0;
+        for (std::size_t j = 0; j < parameters_.joint_count; ++j) {
+          away = std::max(away, std::abs(start[j] - hand_.reference()[j]));
+        }
+        if (away <= kThere) return begin_way_in();
+        hand_.move_to(start, parameters_.transit_s);
+      }
+      return begin(ReachPhase::kTransit);
+    case ReachPhase::kTransit:
+      if (hand_.arrived()) begin_way_in();
+      return;
+    case ReachPhase::kIn:
+      touched_ = touched_ || contact;
+      if (touched_) touching_s_ += dt_s;
+      if (touching_s_ > parameters_.reaction_s || in_phase_s_ > parameters_.patience * in_s_) {
+        hand_.release(q);
+        return begin(ReachPhase::kHold);
+      }
+      if (hand_.arrived()) begin(ReachPhase::kHold);
+      return;
+    case ReachPhase::kHold:
+      if (in_phase_s_ < parameters_.hold_s) return;
+      hand_.move_to(parameters_.reaches[index_].from, parameters_.back_s);
+      return begin(ReachPhase::kBack);
+    case ReachPhase::kBack:
+      if (hand_.arrived()) begin(ReachPhase::kPause);
+      return;
+  }
+}
+
+}  // namespace phantom::teleop

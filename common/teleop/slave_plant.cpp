@@ -1,0 +1,108 @@
+#include "common/teleop/slave_plant.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace phantom::teleop {
+
+core::JointArray reflected_inertia(const robot::SerialArm& arm, const core::JointArray& q,
+                                   const core::JointArray& rotor) {
+  robot::LinkPoses X_WL;
+  arm.link_poses(q, X_WL);
+  core::JointArray inertia = rotor;
+  for (std::size_t j = 0; j < arm.joint_count(); ++j) {
+    const Eigen::Vector3d axis = arm.axis_W(j, X_WL);
+    for (std::size_t link = j + 1; link < arm.links().size(); ++link) {
+      const auto& body = arm.links()[link];
+      const Eigen::Vector3d lever_m = X_WL[link] * body.centre_of_mass_m - arm.axis_point_W(j, X_WL);
+      const bool prismatic = arm.joints()[j].type == robot::JointType::kPrismatic;
+      inertia[j] += body.mass_kg * (prismatic ? 1.0 : axis.cross(lever_m).squaredNorm());
+    }
+  }
+  return inertia;
+}
+
+SlavePlant::SlavePlant(const robot::SerialArm& arm, const SlavePlantParameters& parameters,
+                       std::vector<ContactPoint> points, const ContactWorld& world,
+                       const core::JointArray& start_q, const Eigen::Vector3d& tip_in_last_link_m)
+    : arm_(arm),
+      parameters_(parameters),
+      points_(std::move(points)),
+      world_(world),
+      encoders_(arm.joint_count(), parameters.encoder_resolution, parameters.velocity_filter_s),
+      tip_m_(tip_in_last_link_m),
+      q_(start_q) {
+  std::stable_sort(points_.begin(), points_.end(),
+                   [](const auto& a, const auto& b) { return a.link < b.link; });
+  encoders_.sample(q_, 0.0);
+  arm_.link_poses(q_, X_WL_);
+  if (!parameters_.balanced) gravity_Nm_ = arm_.gravity_torque(X_WL_);
+  find_touching(0.0);
+}
+
+// Scans every contact point once: least distance, and those that touch or may touch within this step.
+void SlavePlant::find_touching(double reach_m) noexcept {
+  touching_count_ = 0;
+  double least_m = 1e9;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    const double distance_m = world_.distance_m(X_WL_[points_[i].link] * points_[i].position_m);
+    least_m = std::min(least_m, distance_m);
+    if (distance_m > reach_m) continue;
+    if (touching_count_ == kMaxTouching && distance_m >= touching_[kMaxTouching - 1].distance_m) continue;
+    std::size_t place = std::min(touching_count_, kMaxTouching - 1);
+    for (; place > 0 && touching_[place - 1].distance_m > distance_m; --place)
+      touching_[place] = touching_[place - 1];
+    touching_[place] = {i, distance_m};
+    touching_count_ = std::min(touching_count_ + 1, kMaxTouching);
+  }
+  report_.clearance_m = least_m < world_.range_m() ? std::max(0.0, least_m) : -1.0;
+}
+
+void SlavePlant::add_contact_torque(core::JointArray& torque_Nm) noexcept {
+  report_.contact = false;
+  report_.force_N = 0.0;
+  report_.object = 0;
+  for (std::size_t t = 0; t < touching_count_; ++t) {
+    const ContactPoint& point = points_[touching_[t].point];
+    const Eigen::Vector3d p_W_m = X_WL_[point.link] * point.position_m;
+    const ContactQuery found = world_.query(p_W_m);
+    if (found.distance_m >= 0.0) continue;
+    const double speed_in_m_s = -found.normal_W.dot(arm_.point_velocity_W(point.link, p_W_m, X_WL_, v_));
+    const double force_N = std::max(0.0, -parameters_.contact_stiffness_N_per_m * found.distance_m +
+                                             parameters_.contact_damping_Ns_per_m * speed_in_m_s);
+    arm_.add_force(point.link, p_W_m, force_N * found.normal_W, X_WL_, torque_Nm);
+    if (!report_.contact || force_N > report_.force_N) {
+      report_.force_N = force_N;
+      report_.object = found.object;
+      report_.point_W_m = p_W_m;
+    }
+    report_.contact = true;
+  }
+}
+
+void SlavePlant::step(const core::JointArray& drive_Nm, double dt_s) noexcept {
+  const std::size_t count = arm_.joint_count();
+  // Nothing on the arm goes farther than this in one step at the speeds that telemanipulation knows (5 m/s).
+  find_touching(5.0 * dt_s);
+  const double sub_s = dt_s / parameters_.sub_steps;
+  for (int k = 0; k < parameters_.sub_steps; ++k) {
+    core::JointArray torque_Nm{};
+    for (std::size_t j = 0; j < count; ++j) {
+      torque_Nm[j] = (std::isfinite(drive_Nm[j]) ? drive_Nm[j] : 0.0) - gravity_Nm_[j];
+    }
+    add_contact_torque(torque_Nm);
+    for (std::size_t j = 0; j < count; ++j)
+      integrate(parameters_.joints[j], torque_Nm[j], sub_s, q_[j], v_[j]);
+    arm_.link_poses(q_, X_WL_);
+  }
+  if (!parameters_.balanced) gravity_Nm_ = arm_.gravity_torque(X_WL_);
+  encoders_.sample(q_, dt_s);
+}
+
+double SlavePlant::tool_speed_m_s() const noexcept {
+  const std::size_t last = arm_.joint_count();
+  return arm_.point_velocity_W(last, X_WL_[last] * tip_m_, X_WL_, v_).norm();
+}
+
+}  // namespace phantom::teleop

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "common/core/joints.hpp"
+#include "common/robot/serial_arm.hpp"
+#include "common/teleop/contact_world.hpp"
+#include "common/teleop/encoder.hpp"
+#include "common/teleop/joint_mechanics.hpp"
+
+namespace phantom::teleop {
+
+struct SlavePlantParameters {
+  ArmMechanics joints{};
+  core::JointArray encoder_resolution{};  ///< rad or m per count
+  double velocity_filter_s = 0.002;
+  bool balanced = true;  ///< the weight is taken by counterweights; false: gravity acts on the joints
+  double contact_stiffness_N_per_m = 30'000.0;  ///< per touching point
+  double contact_damping_Ns_per_m = 100.0;  ///< likewise; acts only against further penetration's pressure
+  int sub_steps = 4;                        ///< per step(), ≥ 1
+};
+
+/// What an ideal force sensor and a measuring machine would say of the arm.
+struct ContactReport {
+  bool contact = false;
+  double force_N = 0.0;  ///< greatest of the touching points'
+  std::uint16_t object = 0;
+  Eigen::Vector3d point_W_m = Eigen::Vector3d::Zero();
+  double clearance_m =
+      -1.0;  ///< least distance of the arm's contact points, 0 in touch; −1: farther than the world's range
+};
+
+/// Reflected inertia of each joint, kg·m² or kg: the diagonal of the mass matrix at pose `q`, links as point
+/// masses at their centres of mass, plus `rotor` inertia seen at the joint. Not real-time safe.
+core::JointArray reflected_inertia(const robot::SerialArm& arm, const core::JointArray& q,
+                                   const core::JointArray& rotor);
+
+/// Simulated slave arm: drives, inertia, friction, weight, end stops and contact with the real bodies.
+///
+/// Joint-wise dynamics with constant reflected inertia (no coupling between joints, no Coriolis terms): good
+/// for servo, feedback and contact at the speeds of telemanipulation, not for fast free motion. Contact is a
+/// spring and damper at the deepest points, frictionless, pushing only. One step costs one distance look-up
+/// per contact point and a few more for those that touch.
+class SlavePlant {
+ public:
+  /// Touching points that bear force at the same time; deeper ones first.
+  static constexpr std::size_t kMaxTouching = 8;
+
+  /// `arm` and `world` must outlive the plant. `tip_link_frame`: frame of the tool in the last link, for
+  /// tool_speed.
+  SlavePlant(const robot::SerialArm& arm, const SlavePlantParameters& parameters,
+             std::vector<ContactPoint> points, const ContactWorld& world, const core::JointArray& start_q,
+             const Eigen::Vector3d& tip_in_last_link_m);
+
+  /// Advances by dt_s under the drives' torques. Torques that are not finite count as none. Real-time safe:
+  /// yes.
+  void step(const core::JointArray& drive_Nm, double dt_s) noexcept;
+
+  const core::JointArray& true_position() const noexcept { return q_; }
+  const core::JointArray& true_velocity() const noexcept { return v_; }
+  const core::JointArray& position() const noexcept { return encoders_.position(); }  ///< as the encoders say
+  const core::JointArray& velocity() const noexcept { return encoders_.velocity(); }
+  const ContactReport& contact() const noexcept { return report_; }
+  double tool_speed_m_s() const noexcept;
+  /// Torques that hold the weight at the present pose; zero for a balanced arm. For feed-forward.
+  const core::JointArray& gravity_Nm() const noexcept { return gravity_Nm_; }
+  std::size_t contact_point_count() const noexcept { return points_.size(); }
+
+ private:
+  struct Touching {
+    std::size_t point = 0;
+    double distance_m = 0.0;
+  };
+  void find_touching(double reach_m) noexcept;
+  void add_contact_torque(core::JointArray& torque_Nm) noexcept;
+
+  const robot::SerialArm& arm_;
+  SlavePlantParameters parameters_;
+  std::vector<ContactPoint> points_;  // sorted by link
+  const ContactWorld& world_;
+  Encoders encoders_;
+  Eigen::Vector3d tip_m_;
+  robot::LinkPoses X_WL_;
+  core::JointArray q_, v_{}, gravity_Nm_{};
+  std::array<Touching, kMaxTouching> touching_{};
+  std::size_t touching_count_ = 0;
+  ContactReport report_;
+};
+
+}  // namespace phantom::teleop

@@ -1,0 +1,165 @@
+// The whole chain in one process, without network: operator, master, slave, contact and a drag that grows
+// towards the wall.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+
+#include "common/robot/tests/test_arms.hpp"
+#include "common/teleop/bilateral.hpp"
+#include "common/teleop/joint_servo.hpp"
+#include "common/teleop/master_plant.hpp"
+#include "common/teleop/operator_model.hpp"
+#include "common/teleop/percept_rendering.hpp"
+#include "common/teleop/slave_plant.hpp"
+#include "common/teleop/stability_guard.hpp"
+#include "common/teleop/tests/half_space.hpp"
+
+namespace phantom::teleop {
+namespace {
+
+constexpr double kDt = 0.001;
+constexpr std::size_t kJoints = 2;
+
+// Six layers of 20 mm around the wall, μ as in the thesis's fig. 4.33, felt by a tip of 0.02 m² at its lever.
+DragCoefficients drag_at(const robot::SerialArm& arm, const core::JointArray& q, const ContactWorld& world) {
+  robot::LinkPoses X_WL;
+  arm.link_poses(q, X_WL);
+  const Eigen::Vector3d tip_W_m = X_WL[2] * Eigen::Vector3d(0.3, 0, 0);
+  const double clearance_m = world.distance_m(tip_W_m);
+  const double mu[] = {32, 20, 13, 11, 10, 9};
+  DragCoefficients drag;
+  drag.valid = true;
+  if (clearance_m >= 0.12) return drag;
+  const double mu_here = clearance_m < 0 ? 100 : mu[std::min(5, static_cast<int>(clearance_m / 0.02))];
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const double lever_m = (tip_W_m - arm.axis_point_W(j, X_WL)).norm();
+    drag.plus[j] = drag.minus[j] = mu_here * 0.02 * lever_m * lever_m;
+  }
+  return drag;
+}
+
+struct Outcome {
+  double contact_speed_m_s = -1.0, contact_s = -1.0, peak_percept_Nm = 0.0, far_percept_Nm = 0.0,
+         greatest_force_N = 0.0;
+  double percept_energy_J = 0.0, feedback_at_contact_Nm = 0.0, greatest_power_W = -1e9;
+};
+
+MasterPlantParameters master_parameters() {
+  MasterPlantParameters p{
+      .joint_count = kJoints, .joints = {}, .torque_limit_Nm = {}, .encoder_resolution = {}};
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    p.joints[j] = {.inertia = 0.02, .viscous = 0.02, .coulomb = 0.02, .lower = -3, .upper = 3};
+    p.torque_limit_Nm[j] = 6.0;
+    p.encoder_resolution[j] = 2e-5;
+  }
+  return p;
+}
+
+OperatorParameters hand_parameters() {
+  OperatorParameters p{.joint_count = kJoints};
+  for (std::size_t j = 0; j < kJoints; ++j) p.stiffness[j] = 50, p.damping[j] = 2.5, p.max_force[j] = 4;
+  return p;
+}
+
+Outcome reach_the_wall(bool percept_on, BilateralLaw law, int network_delay_ticks) {
+  const auto arm = robot::test_arms::planar();
+  const HalfSpace wall(-Eigen::Vector3d::UnitY(), -0.30);
+  SlavePlantParameters sp;
+  std::array<JointServoGains, core::kMaxJoints> gains{};
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    sp.joints[j] = {.inertia = 0.6, .viscous = 1.0, .coulomb = 0.5, .lower = -3, .upper = 3};
+    sp.encoder_resolution[j] = 1e-5;
+    gains[j] = gains_for(0.6, 8, 1.0, 80);
+  }
+  SlavePlant slave(arm, sp, {{2, {0.3, 0, 0}}}, wall, {}, {0.3, 0, 0});
+  const JointServo servo(kJoints, gains);
+  MasterPlant master(master_parameters(), {});
+  OperatorModel hand(hand_parameters(), {});
+  PerceptParameters pp{.joint_count = kJoints, .torque_cap_Nm = {}, .damping_limit_Nms_per_rad = {}};
+  DeviceDamping device{
+      .joint_count = kJoints, .inertia = {}, .damping_cap = {}, .period_s = kDt, .delay_samples = 3};
+  for (std::size_t j = 0; j < kJoints; ++j)
+    pp.torque_cap_Nm[j] = 2.2, device.inertia[j] = 0.02, device.damping_cap[j] = 100;
+  pp.damping_limit_Nms_per_rad = usable_damping(device);
+  PerceptRenderer percept(pp);
+  struct Packet {
+    core::JointArray q, v;
+  };
+  std::deque<Packet> to_slave(static_cast<std::size_t>(network_delay_ticks) + 1, Packet{});
+  std::deque<core::JointArray> to_master(static_cast<std::size_t>(network_delay_ticks) + 1);
+  std::deque<DragCoefficients> field(static_cast<std::size_t>(2 * network_delay_ticks) + 1);
+
+  core::JointArray target{};
+  target[0] = 0.55;  // the tip would go 7 cm into the wall
+  hand.move_to(target, 2.0);
+  Outcome out;
+  for (double t = 0; t < 6.0; t += kDt) {
+    const auto& v = master.velocity();
+    const auto rendered = percept.step(field.front(), true, percept_on, 15.0, v, kDt);
+    const auto feedback = feedback_torque(law, {to_master.front()}, 0.05, kJoints);
+    core::JointArray limit{};
+    limit.fill(6.0);
+    double power_W = 0.0;
+    for (std::size_t j = 0; j < kJoints; ++j) power_W += rendered.torque_Nm[j] * v[j];
+    out.greatest_power_W = std::max(out.greatest_power_W, power_W);
+    out.percept_energy_J += power_W * kDt;
+    master.step(hand.step(master.true_position(), master.true_velocity(), true, kDt),
+                master_torque(rendered.torque_Nm, feedback, limit, kJoints), kDt);
+
+    to_slave.push_back({master.position(), master.velocity()});
+    const Packet command = to_slave.front();
+    to_slave.pop_front();
+    const auto torque = servo.step(command.q, command.v, slave.position(), slave.velocity(), {});
+    slave.step(torque.drive_Nm, kDt);
+    to_master.push_back(torque.loop_Nm);
+    to_master.pop_front();
+    field.push_back(drag_at(arm, slave.position(), wall));
+    field.pop_front();
+
+    const auto& report = slave.contact();
+    out.greatest_force_N = std::max(out.greatest_force_N, report.force_N);
+    if (report.contact && out.contact_s < 0) {
+      out.contact_s = t;
+      out.contact_speed_m_s = slave.tool_speed_m_s();
+    }
+    if (out.contact_s < 0) {
+      const double torque_Nm = std::abs(rendered.torque_Nm[0]);
+      out.peak_percept_Nm = std::max(out.peak_percept_Nm, torque_Nm);
+      if (report.clearance_m < 0 || report.clearance_m > 0.13)
+        out.far_percept_Nm = std::max(out.far_percept_Nm, torque_Nm);
+    } else {
+      out.feedback_at_contact_Nm = std::max(out.feedback_at_contact_Nm, std::abs(feedback[0]));
+    }
+    EXPECT_TRUE(std::isfinite(slave.true_position()[0]));
+  }
+  return out;
+}
+
+TEST(ClosedLoop, PerceptWarnsBeforeContactAndSlowsTheOperator) {
+  for (const auto law : {BilateralLaw::kPf, BilateralLaw::kSctfb}) {
+    for (const int delay : {0, 2, 10}) {
+      const auto with = reach_the_wall(true, law, delay);
+      const auto without = reach_the_wall(false, law, delay);
+      SCOPED_TRACE(std::string(name_of(law)) + ", delay of " + std::to_string(delay) + " ms");
+      ASSERT_GE(with.contact_s, 0.0);
+      ASSERT_GE(without.contact_s, 0.0);
+      EXPECT_LT(with.contact_speed_m_s, 0.9 * without.contact_speed_m_s);
+      EXPECT_GT(with.peak_percept_Nm, 0.5);  // felt before the contact
+      EXPECT_LE(with.peak_percept_Nm, 2.2 + 1e-9);
+      EXPECT_LT(with.far_percept_Nm, 1e-9);     // and nothing in free space
+      EXPECT_LE(with.greatest_power_W, 1e-12);  // at no time drives it the hand
+      EXPECT_LT(with.percept_energy_J, -0.01);
+      EXPECT_EQ(without.percept_energy_J, 0.0);
+    }
+  }
+}
+
+TEST(ClosedLoop, SlaveTorqueTellsOfContactInCaseBOnly) {
+  EXPECT_GT(reach_the_wall(true, BilateralLaw::kSctfb, 2).feedback_at_contact_Nm, 0.5);
+  EXPECT_EQ(reach_the_wall(true, BilateralLaw::kPf, 2).feedback_at_contact_Nm, 0.0);
+}
+
+}  // namespace
+}  // namespace phantom::teleop

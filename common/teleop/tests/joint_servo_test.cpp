@@ -1,0 +1,105 @@
+#include "common/teleop/joint_servo.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "common/teleop/encoder.hpp"
+#include "common/teleop/joint_mechanics.hpp"
+
+namespace phantom::teleop {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+TEST(JointServo, DerivedGainsGiveTheWantedFrequencyAndDamping) {
+  const auto gains = gains_for(2.0, 5.0, 0.7, 100.0);
+  EXPECT_NEAR(std::sqrt(gains.k_p / 2.0) / (2 * M_PI), 5.0, 1e-12);
+  EXPECT_NEAR(gains.k_v / (2 * std::sqrt(gains.k_p * 2.0)), 0.7, 1e-12);
+}
+
+TEST(JointServo, TorqueStaysWithinTheLimitWhateverComes) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> any(-1e6, 1e6);
+  std::array<JointServoGains, core::kMaxJoints> gains{};
+  gains[0] = {1000, 50, 12};
+  gains[1] = {1000, 50, 7};
+  const JointServo servo(2, gains);
+  for (int i = 0; i < 1000; ++i) {
+    core::JointArray q_ref{}, v_ref{}, q{}, v{}, ff{};
+    for (std::size_t j = 0; j < 2; ++j)
+      q_ref[j] = any(random), v_ref[j] = any(random), q[j] = any(random), v[j] = any(random),
+      ff[j] = any(random);
+    if (i % 5 == 0) q_ref[1] = kNan;
+    if (i % 7 == 0) q[0] = std::numeric_limits<double>::infinity();
+    const auto torque = servo.step(q_ref, v_ref, q, v, ff);
+    ASSERT_LE(std::abs(torque.drive_Nm[0]), 12.0);
+    ASSERT_LE(std::abs(torque.drive_Nm[1]), 7.0);
+    if (i % 5 == 0) {
+      ASSERT_EQ(torque.drive_Nm[1], 0.0);
+    }
+    if (i % 7 == 0) {
+      ASSERT_EQ(torque.drive_Nm[0], 0.0);
+    }
+  }
+}
+
+TEST(JointServo, LoopTorqueLeavesTheFeedForwardOut) {
+  std::array<JointServoGains, core::kMaxJoints> gains{};
+  gains[0] = {100, 0, 1000};
+  core::JointArray q_ref{}, ff{};
+  q_ref[0] = 0.1;
+  ff[0] = 30;
+  const auto torque = JointServo(1, gains).step(q_ref, {}, {}, {}, ff);
+  EXPECT_DOUBLE_EQ(torque.loop_Nm[0], 10.0);
+  EXPECT_DOUBLE_EQ(torque.drive_Nm[0], 40.0);
+}
+
+TEST(JointServo, SettlesOnAStepThroughEncoders) {
+  const JointMechanics joint{.inertia = 1.5, .viscous = 0.5, .coulomb = 0.2};
+  std::array<JointServoGains, core::kMaxJoints> gains{};
+  gains[0] = gains_for(1.5, 8, 1.0, 500);
+  const JointServo servo(1, gains);
+  core::JointArray resolution{}, q{}, v{}, q_ref{};
+  resolution[0] = 1e-5;
+  q_ref[0] = 0.3;
+  Encoders encoders(1, resolution, 0.002);
+  encoders.sample(q, 0.0);
+  double overshoot = 0.0;
+  for (int i = 0; i < 1000; ++i) {
+    const auto torque = servo.step(q_ref, {}, encoders.position(), encoders.velocity(), {});
+    integrate(joint, torque.drive_Nm[0], 0.001, q[0], v[0]);
+    encoders.sample(q, 0.001);
+    overshoot = std::max(overshoot, q[0] - 0.3);
+  }
+  EXPECT_NEAR(q[0], 0.3, 0.2 / gains[0].k_p + 2e-5);  // stiction may hold it by c/K_p
+  EXPECT_EQ(v[0], 0.0);
+  EXPECT_LT(overshoot, 0.03);
+}
+
+TEST(ReferenceLimiter, NeverFasterThanAllowedNeverOutsideTheLimits) {
+  core::JointArray lower{}, upper{}, speed{};
+  lower[0] = -1, upper[0] = 2, speed[0] = 0.5;
+  ReferenceLimiter limiter(1, lower, upper);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> any(-20, 20);
+  core::JointArray target{};
+  double before = 0.0;
+  for (int i = 0; i < 5000; ++i) {
+    if (i % 300 == 0) target[0] = any(random);
+    if (i % 1000 == 999) target[0] = kNan;
+    const double now = limiter.step(target, speed, 0.01)[0];
+    ASSERT_LE(std::abs(now - before), 0.005 + 1e-12);
+    ASSERT_GE(now, -1.0);
+    ASSERT_LE(now, 2.0);
+    before = now;
+  }
+  target[0] = 50;
+  limiter.reset(target);
+  EXPECT_EQ(limiter.reference()[0], 2.0);
+}
+
+}  // namespace
+}  // namespace phantom::teleop

@@ -1,0 +1,157 @@
+#include "common/teleop/link_state.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <optional>
+#include <string>
+
+namespace phantom::teleop {
+namespace {
+
+using enum LinkState;
+constexpr LinkState kAll[] = {kInit, kReady, kAligned, kCoupled, kDegraded, kStopped};
+
+// The table as a person would write it on paper: first row that fits wins. '1' must hold, '0' must not, '-'
+// either.
+struct Row {
+  std::optional<LinkState> from;
+  std::string stop, reset, fresh, aligned, recovered, partner_aligned;
+  LinkState to;
+};
+const Row kTable[] = {
+    {std::nullopt, "1", "-", "-", "-", "-", "-", kStopped},
+    {kStopped, "-", "1", "-", "-", "-", "-", kInit},
+    {kStopped, "-", "-", "-", "-", "-", "-", kStopped},
+    {kInit, "-", "-", "1", "-", "-", "-", kReady},
+    {kInit, "-", "-", "0", "-", "-", "-", kInit},
+    {kReady, "-", "-", "0", "-", "-", "-", kInit},
+    {kReady, "-", "-", "1", "1", "-", "-", kAligned},
+    {kReady, "-", "-", "1", "0", "-", "-", kReady},
+    {kAligned, "-", "-", "0", "-", "-", "-", kInit},
+    {kAligned, "-", "-", "1", "0", "-", "-", kReady},
+    {kAligned, "-", "-", "1", "1", "-", "1", kCoupled},
+    {kAligned, "-", "-", "1", "1", "-", "0", kAligned},
+    {kCoupled, "-", "-", "1", "-", "-", "1", kCoupled},
+    {kCoupled, "-", "-", "-", "-", "-", "-", kDegraded},
+    {kDegraded, "-", "-", "-", "-", "1", "-", kReady},
+    {kDegraded, "-", "-", "-", "-", "0", "-", kDegraded},
+};
+
+bool fits(const std::string& wish, bool is) { return wish == "-" || (wish == "1") == is; }
+
+LinkState by_table(LinkState state, const LinkConditions& c) {
+  const bool partner_aligned = c.partner == kAligned || c.partner == kCoupled;
+  for (const Row& row : kTable) {
+    if (row.from && *row.from != state) continue;
+    if (fits(row.stop, c.stop) && fits(row.reset, c.reset) && fits(row.fresh, c.partner_fresh) &&
+        fits(row.aligned, c.aligned) && fits(row.recovered, c.recovered) &&
+        fits(row.partner_aligned, partner_aligned)) {
+      return row.to;
+    }
+  }
+  ADD_FAILURE() << "no row fits";
+  return kStopped;
+}
+
+TEST(LinkState, EveryTransitionIsAsTheTableSays) {
+  int cases = 0;
+  for (const LinkState state : kAll) {
+    for (const LinkState partner : kAll) {
+      for (int bits = 0; bits < 32; ++bits) {
+        const LinkConditions c{.partner_fresh = (bits & 1) != 0,
+                               .aligned = (bits & 2) != 0,
+                               .recovered = (bits & 4) != 0,
+                               .stop = (bits & 8) != 0,
+                               .reset = (bits & 16) != 0,
+                               .partner = partner};
+        EXPECT_EQ(next_link_state(state, c), by_table(state, c))
+            << name_of(state) << " with partner " << name_of(partner) << ", bits " << bits;
+        ++cases;
+      }
+    }
+  }
+  EXPECT_EQ(cases, 6 * 6 * 32);
+}
+
+TEST(LinkState, CouplingIsReachedOnlyFromAligned) {
+  for (const LinkState state : kAll) {
+    for (int bits = 0; bits < 32; ++bits) {
+      for (const LinkState partner : kAll) {
+        const LinkConditions c{(bits & 1) != 0, (bits & 2) != 0,  (bits & 4) != 0,
+                               (bits & 8) != 0, (bits & 16) != 0, partner};
+        if (next_link_state(state, c) == kCoupled) {
+          EXPECT_TRUE(state == kAligned || state == kCoupled);
+        }
+      }
+    }
+  }
+}
+
+struct Pair {
+  LinkTiming timing{.staleness_s = 0.02, .align_hold_s = 0.05, .recovery_s = 0.1};
+  LinkMonitor master{timing}, slave{timing};
+  // Both see each other's state of the tick before.
+  void run(double duration_s, bool connected, bool agree) {
+    for (double t = 0; t < duration_s; t += 0.001) {
+      const LinkState m = master.state(), s = slave.state();
+      age_s = connected ? 0.001 : age_s + 0.001;
+      master.step({age_s, s, agree, false, false}, 0.001);
+      slave.step({age_s, m, agree, false, false}, 0.001);
+    }
+  }
+  double age_s = std::numeric_limits<double>::infinity();
+};
+
+TEST(LinkMonitor, TwoSidesCoupleAndRecoverFromALoss) {
+  Pair pair;
+  pair.run(0.2, false, false);
+  EXPECT_EQ(pair.master.state(), kInit);
+  pair.run(0.2, true, false);
+  EXPECT_EQ(pair.slave.state(), kReady);
+  pair.run(0.2, true, true);
+  EXPECT_EQ(pair.master.state(), kCoupled);
+  EXPECT_EQ(pair.slave.state(), kCoupled);
+  pair.run(0.022, false, true);
+  EXPECT_EQ(pair.slave.state(), kDegraded);
+  pair.run(0.05, true, true);
+  EXPECT_EQ(pair.slave.state(), kDegraded);  // recovery takes its time
+  pair.run(1.0, true, false);
+  EXPECT_EQ(pair.slave.state(), kReady);  // not without aligned poses
+  pair.run(0.5, true, true);
+  EXPECT_EQ(pair.master.state(), kCoupled);
+  EXPECT_EQ(pair.slave.state(), kCoupled);
+}
+
+TEST(LinkMonitor, StalenessIsNoticedWithinTheLimitAndTwoPeriods) {
+  Pair pair;
+  pair.run(0.5, true, true);
+  ASSERT_EQ(pair.slave.state(), kCoupled);
+  int ticks = 0;
+  while (pair.slave.state() == kCoupled && ticks < 1000) {
+    pair.run(0.0005, false, true);
+    ++ticks;
+  }
+  EXPECT_LE(ticks, 22);
+}
+
+TEST(LinkMonitor, AgesThatAreNotNumbersAreStale) {
+  LinkMonitor monitor(LinkTiming{});
+  EXPECT_EQ(monitor.step({std::numeric_limits<double>::quiet_NaN(), kCoupled, true, false, false}, 0.001),
+            kInit);
+}
+
+TEST(LinkMonitor, EmergencyStopStaysUntilReset) {
+  Pair pair;
+  pair.run(0.5, true, true);
+  pair.master.step({0.001, kCoupled, true, true, false}, 0.001);
+  EXPECT_EQ(pair.master.state(), kStopped);
+  pair.run(0.5, true, true);
+  EXPECT_EQ(pair.master.state(), kStopped);
+  EXPECT_NE(pair.slave.state(), kCoupled);
+  pair.master.step({0.001, kReady, true, false, true}, 0.001);
+  EXPECT_EQ(pair.master.state(), kInit);
+}
+
+}  // namespace
+}  // namespace phantom::teleop

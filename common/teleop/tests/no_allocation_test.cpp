@@ -1,0 +1,89 @@
+// Real-time promise: no step of this library touches the heap.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "common/robot/tests/test_arms.hpp"
+#include "common/teleop/bilateral.hpp"
+#include "common/teleop/joint_servo.hpp"
+#include "common/teleop/link_state.hpp"
+#include "common/teleop/master_plant.hpp"
+#include "common/teleop/percept_rendering.hpp"
+#include "common/teleop/reach_script.hpp"
+#include "common/teleop/slave_plant.hpp"
+#include "common/teleop/tests/half_space.hpp"
+
+namespace {
+std::atomic<long> g_allocations{0};
+}
+void* operator new(std::size_t size) {
+  g_allocations.fetch_add(1, std::memory_order_relaxed);
+  if (void* memory = std::malloc(size != 0 ? size : 1)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace phantom::teleop {
+namespace {
+
+TEST(Teleop, StepsDoNotAllocate) {
+  const auto arm = robot::test_arms::suspended();
+  const std::size_t count = arm.joint_count();
+  const HalfSpace floor(Eigen::Vector3d::UnitZ(), 0.4);
+  SlavePlantParameters sp;
+  sp.balanced = false;
+  MasterPlantParameters mp{
+      .joint_count = count, .joints = {}, .torque_limit_Nm = {}, .encoder_resolution = {}};
+  OperatorParameters op{.joint_count = count};
+  PerceptParameters pp{.joint_count = count, .torque_cap_Nm = {}, .damping_limit_Nms_per_rad = {}};
+  for (std::size_t j = 0; j < count; ++j) {
+    sp.encoder_resolution[j] = mp.encoder_resolution[j] = 1e-5;
+    mp.torque_limit_Nm[j] = 5, op.stiffness[j] = 50, op.damping[j] = 2, op.max_force[j] = 4;
+    pp.torque_cap_Nm[j] = 2, pp.damping_limit_Nms_per_rad[j] = 4;
+  }
+  std::vector<ContactPoint> points;
+  for (int i = 0; i < 300; ++i)
+    points.push_back({1 + static_cast<std::size_t>(i) % count, {0, 0, -0.001 * i}});
+  SlavePlant slave(arm, sp, points, floor, {}, {0, 0, 0});
+  MasterPlant master(mp, {});
+  OperatorModel hand(op, {});
+  Reach there;
+  there.target.fill(0.1);
+  ReachScriptParameters rp;
+  rp.joint_count = count;
+  rp.reaches = {there};
+  rp.duration_scatter = 0.1;
+  ReachScript script(rp, hand);
+  PerceptRenderer percept(pp);
+  LinkMonitor link{LinkTiming{}};
+  std::array<JointServoGains, core::kMaxJoints> gains{};
+  gains.fill({100, 10, 50});
+  const JointServo servo(count, gains);
+  DragCoefficients drag;
+  drag.valid = true;
+  drag.plus.fill(0.2);
+  drag.minus.fill(0.1);
+
+  const long before = g_allocations.load();
+  bool touched = false;
+  for (int i = 0; i < 20000; ++i) {
+    link.step({0.001, LinkState::kCoupled, true, false, false}, 0.001);
+    script.step(master.true_position(), true, slave.contact().contact, 0.001);
+    const auto out = percept.step(drag, true, script.percept_on(), 5, master.velocity(), 0.001);
+    const auto torque = servo.step(master.position(), master.velocity(), slave.position(), slave.velocity(),
+                                   slave.gravity_Nm());
+    const auto feedback = feedback_torque(BilateralLaw::kSctfb, {torque.loop_Nm}, 0.1, count);
+    master.step(hand.step(master.true_position(), master.true_velocity(), true, 0.001),
+                master_torque(out.torque_Nm, feedback, mp.torque_limit_Nm, count), 0.001);
+    slave.step(torque.drive_Nm, 0.001);
+    touched = touched || slave.contact().contact;
+  }
+  EXPECT_EQ(g_allocations.load(), before);
+  EXPECT_TRUE(touched);  // or the costly branch was never taken
+}
+
+}  // namespace
+}  // namespace phantom::teleop

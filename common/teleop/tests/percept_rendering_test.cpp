@@ -1,0 +1,232 @@
+#include "common/teleop/percept_rendering.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+namespace phantom::teleop {
+namespace {
+
+constexpr std::size_t kJoints = 5;
+constexpr double kDt = 0.001;
+
+PerceptParameters parameters(DragMode mode) {
+  PerceptParameters p{
+      .joint_count = kJoints, .mode = mode, .torque_cap_Nm = {}, .damping_limit_Nms_per_rad = {}};
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    p.torque_cap_Nm[j] = 1.0 + 0.3 * static_cast<double>(j);
+    p.damping_limit_Nms_per_rad[j] = 2.0 + static_cast<double>(j);
+  }
+  return p;
+}
+
+struct Random {
+  std::mt19937 engine{11};
+  double uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(engine);
+  }
+  core::JointArray velocity(double greatest) {
+    core::JointArray v{};
+    for (std::size_t j = 0; j < kJoints; ++j) v[j] = uniform(-greatest, greatest);
+    return v;
+  }
+  // D = JᵀJ with random J: positive semi-definite, often of low rank.
+  DragCoefficients drag(double scale) {
+    DragCoefficients d;
+    d.valid = true;
+    const int rank = static_cast<int>(uniform(1, 6));
+    double jacobian[6][kJoints] = {};
+    for (int r = 0; r < rank; ++r) {
+      for (auto& value : jacobian[r]) value = uniform(-1, 1);
+    }
+    for (std::size_t i = 0; i < kJoints; ++i) {
+      d.plus[i] = uniform(0, scale);
+      d.minus[i] = uniform(0, scale);
+      for (std::size_t j = 0; j <= i; ++j) {
+        for (auto& row : jacobian) d.coupled[triangle_index(i, j)] += scale * row[i] * row[j];
+      }
+    }
+    return d;
+  }
+};
+
+double power(const RenderedPercept& out, const core::JointArray& v) {
+  double sum_W = 0.0;
+  for (std::size_t j = 0; j < kJoints; ++j) sum_W += out.torque_Nm[j] * v[j];
+  return sum_W;
+}
+
+class Rendering : public testing::TestWithParam<DragMode> {};
+INSTANTIATE_TEST_SUITE_P(Modes, Rendering, testing::Values(DragMode::kSeparable, DragMode::kCoupled));
+
+TEST_P(Rendering, NeverDrivesTheHandAndStaysWithinTheCaps) {
+  Random random;
+  const auto p = parameters(GetParam());
+  PerceptRenderer renderer(p);
+  for (int i = 0; i < 20000; ++i) {
+    const auto drag = random.drag(std::pow(10.0, random.uniform(-3, 3)));
+    const auto v = random.velocity(std::pow(10.0, random.uniform(-4, 1.5)));
+    const bool fresh = random.uniform(0, 1) < 0.9, enabled = random.uniform(0, 1) < 0.95;
+    const auto out = renderer.step(drag, fresh, enabled, random.uniform(0, 50), v, kDt);
+    ASSERT_LE(power(out, v), 1e-12);
+    for (std::size_t j = 0; j < kJoints; ++j)
+      ASSERT_LE(std::abs(out.torque_Nm[j]), p.torque_cap_Nm[j] * (1 + 1e-12));
+  }
+}
+
+TEST_P(Rendering, NothingAtRest) {
+  Random random;
+  PerceptRenderer renderer(parameters(GetParam()));
+  for (int i = 0; i < 100; ++i) renderer.step(random.drag(1.0), true, true, 10, random.velocity(1), kDt);
+  const auto out = renderer.step(random.drag(1.0), true, true, 10, {}, kDt);
+  for (const double torque : out.torque_Nm) EXPECT_EQ(torque, 0.0);
+}
+
+TEST_P(Rendering, BadNumbersNeverReachTheMotors) {
+  Random random;
+  PerceptRenderer renderer(parameters(GetParam()));
+  for (int i = 0; i < 5000; ++i) {
+    auto drag = random.drag(1.0);
+    auto v = random.velocity(1);
+    double gain = 5;
+    const double bad =
+        i % 2 == 0 ? std::numeric_limits<double>::quiet_NaN() : -std::numeric_limits<double>::infinity();
+    if (i % 3 == 0) drag.plus[1] = drag.coupled[4] = bad;
+    if (i % 5 == 0) v[2] = bad;
+    if (i % 7 == 0) gain = bad;
+    if (i % 11 == 0) drag.minus[0] = -4.0;
+    const auto out = renderer.step(drag, true, true, gain, v, kDt);
+    for (const double torque : out.torque_Nm) ASSERT_TRUE(std::isfinite(torque));
+    if (i % 5 != 0) {
+      ASSERT_LE(power(out, v), 1e-12);
+    }
+  }
+}
+
+TEST_P(Rendering, FadesOutInBoundedTimeWithoutAJump) {
+  Random random;
+  const auto p = parameters(GetParam());
+  PerceptRenderer renderer(p);
+  const auto drag = random.drag(0.3);
+  const auto v = random.velocity(0.5);
+  for (int i = 0; i < 2000; ++i) renderer.step(drag, true, true, 1.0, v, kDt);
+  auto before = renderer.step(drag, true, true, 1.0, v, kDt);
+  ASSERT_LT(power(before, v), -1e-3);
+  // Stale, and the field says so with zeros as the phantom sends them: still no jump.
+  int ticks = 0;
+  while (power(before, v) < 0.0) {
+    const auto now = renderer.step(DragCoefficients{}, ticks % 2 == 0, true, 1.0, v, kDt);
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      ASSERT_LE(std::abs(now.torque_Nm[j] - before.torque_Nm[j]),
+                1.1 * p.torque_cap_Nm[j] * kDt / p.ramp_down_s);
+    }
+    before = now;
+    ASSERT_LE(++ticks, static_cast<int>(p.ramp_down_s / kDt) + 1);
+  }
+  EXPECT_EQ(before.authority, 0.0);
+}
+
+TEST_P(Rendering, ComesInWithoutAKick) {
+  Random random;
+  const auto p = parameters(GetParam());
+  PerceptRenderer renderer(p);
+  const auto drag = random.drag(1.0);
+  const auto v = random.velocity(5.0);
+  auto before = renderer.step(drag, false, true, 20.0, v, kDt);
+  for (int i = 0; i < 1000; ++i) {
+    const auto now = renderer.step(drag, true, true, 20.0, v, kDt);
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      const double stiffest_Nm =
+          p.damping_limit_Nms_per_rad[j] * 5.0 * 3.0;  // coupled: rows add up to at most this much
+      ASSERT_LE(std::abs(now.torque_Nm[j] - before.torque_Nm[j]),
+                stiffest_Nm * (kDt / p.ramp_up_s + kDt / p.smoothing_s * 0.1));
+    }
+    before = now;
+  }
+}
+
+TEST_P(Rendering, ASteppedCoefficientComesInOverTheSmoothingTime) {
+  Random random;
+  const auto p = parameters(GetParam());
+  PerceptRenderer renderer(p);
+  auto drag = random.drag(0.1);
+  core::JointArray v{};
+  v[0] = 0.2;
+  for (int i = 0; i < 2000; ++i) renderer.step(drag, true, true, 1.0, v, kDt);
+  const double start = renderer.step(drag, true, true, 1.0, v, kDt).torque_Nm[0];
+  for (auto* values : {&drag.plus, &drag.minus})
+    for (auto& value : *values) value *= 2;
+  for (auto& value : drag.coupled) value *= 2;
+  const double first = renderer.step(drag, true, true, 1.0, v, kDt).torque_Nm[0];
+  for (int i = 0; i < 200; ++i) renderer.step(drag, true, true, 1.0, v, kDt);
+  const double end = renderer.step(drag, true, true, 1.0, v, kDt).torque_Nm[0];
+  EXPECT_NEAR(end, 2 * start, 1e-6);
+  EXPECT_NEAR(first - start, start * kDt / (kDt + p.smoothing_s), 1e-9);
+}
+
+TEST(PerceptRendering, SeparableIsDirectional) {
+  auto p = parameters(DragMode::kSeparable);
+  p.smoothing_s = 0.0;
+  PerceptRenderer renderer(p);
+  DragCoefficients drag;
+  drag.valid = true;
+  drag.plus[0] = 0.5, drag.minus[0] = 0.1;
+  core::JointArray v{};
+  for (int i = 0; i < 1000; ++i) renderer.step(drag, true, true, 2.0, v, kDt);
+  v[0] = 0.4;
+  EXPECT_NEAR(renderer.step(drag, true, true, 2.0, v, kDt).torque_Nm[0], -2 * 0.5 * 0.4, 1e-12);
+  v[0] = -0.4;
+  EXPECT_NEAR(renderer.step(drag, true, true, 2.0, v, kDt).torque_Nm[0], 2 * 0.1 * 0.4, 1e-12);
+}
+
+TEST(PerceptRendering, CoupledEqualsTheLiteralProductWhenNothingLimits) {
+  Random random;
+  auto p = parameters(DragMode::kCoupled);
+  p.smoothing_s = 0.0;
+  PerceptRenderer renderer(p);
+  const auto drag = random.drag(0.05);
+  const auto v = random.velocity(0.5);
+  RenderedPercept out;
+  for (int i = 0; i < 1000; ++i) out = renderer.step(drag, true, true, 1.5, v, kDt);
+  ASSERT_FALSE(out.damping_limited || out.torque_limited);
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    double expected = 0.0;
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      expected -=
+          1.5 * (i >= j ? drag.coupled[triangle_index(i, j)] : drag.coupled[triangle_index(j, i)]) * v[j];
+    }
+    EXPECT_NEAR(out.torque_Nm[i], expected, 1e-12);
+  }
+}
+
+TEST_P(Rendering, SaysWhenTheDevicesStabilityHoldsItBack) {
+  Random random;
+  PerceptRenderer renderer(parameters(GetParam()));
+  const auto drag = random.drag(1.0);
+  const auto v = random.velocity(1e-3);
+  EXPECT_FALSE(renderer.step(drag, true, true, 0.01, v, kDt).damping_limited);
+  const auto out = renderer.step(drag, true, true, 1000, v, kDt);
+  EXPECT_TRUE(out.damping_limited);
+  EXPECT_LT(out.gain, 1000);
+  EXPECT_GT(out.gain, 0);
+}
+
+TEST_P(Rendering, EffectiveDampingNeverExceedsTheDevicesLimit) {
+  Random random;
+  const auto p = parameters(GetParam());
+  for (int i = 0; i < 200; ++i) {
+    PerceptRenderer renderer(p);
+    const auto drag = random.drag(std::pow(10.0, random.uniform(-2, 3)));
+    const auto v = random.velocity(1e-6);
+    RenderedPercept out;
+    for (int k = 0; k < 1000; ++k) out = renderer.step(drag, true, true, 10, v, kDt);
+    double rendered_W = -power(out, v), greatest_W = 0.0;
+    for (std::size_t j = 0; j < kJoints; ++j) greatest_W += p.damping_limit_Nms_per_rad[j] * v[j] * v[j];
+    EXPECT_LE(rendered_W, greatest_W * (1 + 1e-9));  // D ≤ diag(limit) as quadratic forms
+  }
+}
+
+}  // namespace
+}  // namespace phantom::teleop

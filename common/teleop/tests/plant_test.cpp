@@ -1,0 +1,201 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "common/robot/tests/test_arms.hpp"
+#include "common/teleop/joint_servo.hpp"
+#include "common/teleop/master_plant.hpp"
+#include "common/teleop/slave_plant.hpp"
+#include "common/teleop/tests/half_space.hpp"
+
+namespace phantom::teleop {
+namespace {
+
+constexpr double kDt = 0.001;
+
+SlavePlantParameters slave_parameters(const robot::SerialArm& arm) {
+  SlavePlantParameters p;
+  for (std::size_t j = 0; j < arm.joint_count(); ++j) {
+    p.joints[j] = {.inertia = 0.5,
+                   .viscous = 0.2,
+                   .coulomb = 0.1,
+                   .lower = arm.joints()[j].lower,
+                   .upper = arm.joints()[j].upper};
+    p.encoder_resolution[j] = 1e-6;
+  }
+  return p;
+}
+
+std::vector<ContactPoint> tip_of_planar() { return {{2, {0.3, 0, 0}}, {2, {0.15, 0, 0}}, {1, {0.2, 0, 0}}}; }
+
+TEST(JointMechanics, FrictionHoldsAtRestAndNeverReverses) {
+  const JointMechanics joint{.inertia = 0.3, .viscous = 0.1, .coulomb = 0.5};
+  double q = 0.2, v = 0.0;
+  for (int i = 0; i < 1000; ++i) integrate(joint, 0.49, kDt, q, v);
+  EXPECT_EQ(q, 0.2);
+  v = 0.7;
+  for (int i = 0; i < 5000; ++i) {
+    const double before = v;
+    integrate(joint, 0.0, kDt, q, v);
+    ASSERT_LE(v, before);
+    ASSERT_GE(v, 0.0);
+  }
+  EXPECT_EQ(v, 0.0);  // comes to rest, exactly
+}
+
+TEST(JointMechanics, CoastsAsTheAnalyticSolution) {
+  const JointMechanics joint{.inertia = 2.0, .viscous = 0.8, .coulomb = 0.0};
+  double q = 0.0, v = 1.0;
+  for (int i = 0; i < 100000; ++i) integrate(joint, 0.0, 1e-5, q, v);
+  EXPECT_NEAR(v, std::exp(-0.4), 1e-5);
+  EXPECT_NEAR(q, 2.0 / 0.8 * (1 - std::exp(-0.4)), 1e-4);
+}
+
+TEST(JointMechanics, EndStopsHold) {
+  const JointMechanics joint{.inertia = 0.3, .viscous = 0.0, .coulomb = 0.0, .lower = -0.1, .upper = 0.1};
+  double q = 0.0, v = 0.0;
+  for (int i = 0; i < 1000; ++i) integrate(joint, 50.0, kDt, q, v);
+  EXPECT_EQ(q, 0.1);
+  EXPECT_EQ(v, 0.0);
+  for (int i = 0; i < 1000; ++i) integrate(joint, -50.0, kDt, q, v);
+  EXPECT_EQ(q, -0.1);
+}
+
+TEST(Encoders, QuantisePositionAndFilterVelocity) {
+  core::JointArray resolution{}, q{};
+  resolution[0] = 0.01;
+  Encoders encoders(1, resolution, 0.01);
+  q[0] = 0.0449;
+  encoders.sample(q, 0.0);
+  EXPECT_NEAR(encoders.position()[0], 0.04, 1e-12);
+  EXPECT_EQ(encoders.velocity()[0], 0.0);
+  for (int i = 0; i < 3000; ++i) encoders.sample({q[0] += 0.5 * kDt}, kDt);
+  double mean = 0.0;
+  for (int i = 0; i < 2000; ++i) {
+    encoders.sample({q[0] += 0.5 * kDt}, kDt);
+    mean += encoders.velocity()[0] / 2000;
+  }
+  EXPECT_NEAR(mean, 0.5, 0.02);
+}
+
+TEST(ReflectedInertia, OfThePlanarArmIsThatOfItsPointMasses) {
+  const auto arm = robot::test_arms::planar();
+  core::JointArray rotor{}, q{};
+  rotor[0] = 0.1, rotor[1] = 0.2;
+  const auto straight = reflected_inertia(arm, q, rotor);
+  EXPECT_NEAR(straight[0], 0.1 + 0.2 * 0.2 + 0.55 * 0.55, 1e-12);
+  EXPECT_NEAR(straight[1], 0.2 + 0.15 * 0.15, 1e-12);
+  q[1] = std::numbers::pi / 2;
+  EXPECT_NEAR(reflected_inertia(arm, q, rotor)[0], 0.1 + 0.04 + 0.4 * 0.4 + 0.15 * 0.15, 1e-12);
+}
+
+TEST(SlavePlant, BalancedArmStaysUnbalancedArmFalls) {
+  const auto arm = robot::test_arms::planar(
+      {geometry::rotation_from_rpy(std::numbers::pi / 2, 0, 0), Eigen::Vector3d::Zero()});
+  HalfSpace far(Eigen::Vector3d::UnitX(), -100);
+  auto parameters = slave_parameters(arm);
+  SlavePlant still(arm, parameters, tip_of_planar(), far, {}, {0.3, 0, 0});
+  parameters.balanced = false;
+  SlavePlant falling(arm, parameters, tip_of_planar(), far, {}, {0.3, 0, 0});
+  for (int i = 0; i < 200; ++i) still.step({}, kDt), falling.step({}, kDt);
+  EXPECT_EQ(still.true_position(), core::JointArray{});
+  EXPECT_GT(std::abs(falling.true_position()[0]), 0.05);
+  EXPECT_GT(std::abs(falling.gravity_Nm()[0]), 1.0);
+  EXPECT_EQ(still.contact().clearance_m, -1.0);
+}
+
+TEST(SlavePlant, GravityFeedForwardHoldsAnUnbalancedArm) {
+  const auto arm = robot::test_arms::planar(
+      {geometry::rotation_from_rpy(std::numbers::pi / 2, 0, 0), Eigen::Vector3d::Zero()});
+  HalfSpace far(Eigen::Vector3d::UnitX(), -100);
+  auto parameters = slave_parameters(arm);
+  parameters.balanced = false;
+  SlavePlant plant(arm, parameters, tip_of_planar(), far, {}, {0.3, 0, 0});
+  for (int i = 0; i < 500; ++i) plant.step(plant.gravity_Nm(), kDt);
+  EXPECT_EQ(plant.true_position(), core::JointArray{});
+}
+
+// The tip is pressed against a wall by a torque on the base joint: at rest, force × lever = torque −
+// friction.
+TEST(SlavePlant, RestsOnAWallWithTheForceThatTheTorqueGives) {
+  const auto arm = robot::test_arms::planar();
+  HalfSpace wall(-Eigen::Vector3d::UnitY(), -0.02);  // free below y = 0.02
+  auto parameters = slave_parameters(arm);
+  for (auto& joint : parameters.joints) joint.coulomb = 0.0;
+  std::vector<ContactPoint> tip{{2, {0.3, 0, 0}}};
+  SlavePlant plant(arm, parameters, tip, wall, {}, {0.3, 0, 0});
+  core::JointArray torque{};
+  torque[0] = 14.0, torque[1] = 6.0;  // the ratio of the levers: 0.7 m and 0.3 m
+  for (int i = 0; i < 4000; ++i) plant.step(torque, kDt);
+  EXPECT_TRUE(plant.contact().contact);
+  EXPECT_NEAR(plant.contact().force_N, 20.0, 0.5);
+  EXPECT_EQ(plant.contact().object, HalfSpace::kObject);
+  EXPECT_NEAR(plant.contact().point_W_m.y(), 0.02 + 20.0 / 30000.0, 2e-4);
+  EXPECT_EQ(plant.contact().clearance_m, 0.0);
+  EXPECT_LT(plant.tool_speed_m_s(), 1e-3);
+}
+
+TEST(SlavePlant, ContactNeverPullsAndNeverAddsEnergy) {
+  const auto arm = robot::test_arms::planar();
+  HalfSpace wall(-Eigen::Vector3d::UnitY(), -0.05);
+  auto parameters = slave_parameters(arm);
+  for (auto& joint : parameters.joints) joint.coulomb = joint.viscous = 0.0;
+  parameters.contact_damping_Ns_per_m = 50.0;
+  SlavePlant plant(arm, parameters, tip_of_planar(), wall, {}, {0.3, 0, 0});
+  // Thrown at the wall: a short push, then free. It bounces off slower than it came, and does not stick.
+  core::JointArray push{};
+  push[0] = 20.0;
+  for (int i = 0; i < 30; ++i) plant.step(push, kDt);
+  const auto energy = [&plant] {
+    return 0.25 * (plant.true_velocity()[0] * plant.true_velocity()[0] +
+                   plant.true_velocity()[1] * plant.true_velocity()[1]);
+  };
+  const double before_J = energy();
+  bool touched = false;
+  for (int i = 0; i < 400; ++i) {
+    plant.step({}, kDt);
+    touched = touched || plant.contact().contact;
+    ASSERT_LE(energy(), before_J * 1.001);
+  }
+  EXPECT_TRUE(touched);
+  EXPECT_FALSE(plant.contact().contact);
+  EXPECT_LT(plant.true_velocity()[0], 0.0);
+}
+
+TEST(SlavePlant, ClearanceIsTheLeastDistanceOfTheContactPoints) {
+  const auto arm = robot::test_arms::planar();
+  HalfSpace wall(-Eigen::Vector3d::UnitX(), -0.75);
+  SlavePlant plant(arm, slave_parameters(arm), tip_of_planar(), wall, {}, {0.3, 0, 0});
+  EXPECT_NEAR(plant.contact().clearance_m, 0.05, 1e-9);
+}
+
+TEST(SlavePlant, BadTorquesCountAsNone) {
+  const auto arm = robot::test_arms::planar();
+  HalfSpace far(Eigen::Vector3d::UnitX(), -100);
+  SlavePlant plant(arm, slave_parameters(arm), tip_of_planar(), far, {}, {0.3, 0, 0});
+  core::JointArray bad{};
+  bad[0] = std::nan(""), bad[1] = INFINITY;
+  for (int i = 0; i < 10; ++i) plant.step(bad, kDt);
+  EXPECT_EQ(plant.true_position(), core::JointArray{});
+}
+
+TEST(MasterPlant, MotorTorqueActsOneSampleLateAndWithinItsLimit) {
+  MasterPlantParameters p{.joint_count = 1, .joints = {}, .torque_limit_Nm = {}, .encoder_resolution = {}};
+  p.joints[0] = {.inertia = 1.0};
+  p.torque_limit_Nm[0] = 2.0;
+  p.encoder_resolution[0] = 1e-7;
+  MasterPlant plant(p, {});
+  core::JointArray motor{};
+  motor[0] = 5.0;
+  plant.step({}, motor, kDt);
+  EXPECT_EQ(plant.true_velocity()[0], 0.0);
+  plant.step({}, {}, kDt);
+  EXPECT_NEAR(plant.true_velocity()[0], 2.0 * kDt, 1e-12);
+  plant.step({}, {}, kDt);
+  EXPECT_NEAR(plant.true_velocity()[0], 2.0 * kDt, 1e-12);
+}
+
+}  // namespace
+}  // namespace phantom::teleop
