@@ -23,6 +23,11 @@ inline std::filesystem::path write_urdf(const std::string& body) {
   return file;
 }
 
+/// A base that is not turned.
+inline geometry::Pose at(double x_m, double y_m, double z_m) {
+  return {Eigen::Matrix3d::Identity(), {x_m, y_m, z_m}};
+}
+
 inline SerialArm load(const std::string& body, const std::string& tip, const geometry::Pose& X_WB = {}) {
   auto arm = SerialArm::from_urdf(write_urdf(body), tip, X_WB);
   if (!arm) throw std::runtime_error(arm.status().message());

@@ -1,0 +1,25 @@
+#include "common/percept/closeness.hpp"
+
+#include <algorithm>
+
+namespace phantom::percept {
+
+double greatest_neighbour_mu(const voxel::Workspace& workspace) {
+  std::uint8_t greatest = 0;
+  for (const voxel::BrickKey key : workspace.bricks()) {
+    const auto brick = workspace.brick(key);
+    for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i) {
+      // Everything between free space and the surface is a layer or the guard.
+      const bool fluid = brick.order[i] > voxel::kOrderFree && brick.order[i] < voxel::kOrderBoundary;
+      greatest = std::max(greatest, fluid ? brick.mu_code[i] : std::uint8_t{0});
+    }
+  }
+  return static_cast<double>(workspace.palette()[greatest]);
+}
+
+double closeness(double mu, double greatest_neighbour_mu) noexcept {
+  if (!(mu > 0.0)) return 0.0;
+  return greatest_neighbour_mu > 0.0 ? std::min(1.0, mu / greatest_neighbour_mu) : 1.0;
+}
+
+}  // namespace phantom::percept

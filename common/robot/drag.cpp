@@ -1,0 +1,120 @@
+#include "common/robot/drag.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace phantom::robot {
+namespace {
+
+/// h of DirectionalLaw: the share of the coefficient that remains when motion goes up the gradient with
+/// strength x.
+double share(const DirectionalLaw& law, double x) noexcept {
+  const double away = std::clamp(-x / law.full_at, 0.0, 1.0);
+  return 1.0 - (1.0 - law.leaving_share) * away * away * (3.0 - 2.0 * away);
+}
+
+/// Motion of a link by a unit of one joint, about that joint's frame origin: velocity of a point at d is
+/// linear + angular×d.
+struct Twist {
+  Eigen::Vector3d linear, angular;
+};
+
+Twist unit_twist(const SerialArm& arm, std::size_t joint, const LinkPoses& X_WL) noexcept {
+  const Eigen::Vector3d axis = arm.axis_W(joint, X_WL);
+  if (arm.joints()[joint].type == JointType::kPrismatic) return {axis, Eigen::Vector3d::Zero()};
+  return {Eigen::Vector3d::Zero(), axis};
+}
+
+/// Drag (force and moment about the origin) of a body with these sums, moving with a twist, without its sign.
+struct Wrench {
+  Eigen::Vector3d force, moment;
+};
+
+Wrench drag_wrench(const ViscousSums& body, const Twist& twist) noexcept {
+  // Σ wμ d×(ω×d) = (tr(S)·1 − S)ω
+  const Eigen::Vector3d spin = body.mu_dd.trace() * twist.angular - body.mu_dd * twist.angular;
+  return {body.mu * twist.linear + twist.angular.cross(body.mu_d), body.mu_d.cross(twist.linear) + spin};
+}
+
+double power(const Twist& twist, const Wrench& wrench) noexcept {
+  return twist.linear.dot(wrench.force) + twist.angular.dot(wrench.moment);
+}
+
+}  // namespace
+
+void ViscousSums::shift_by(const Eigen::Vector3d& offset_m) noexcept {
+  const Eigen::Matrix3d cross = mu_d * offset_m.transpose();
+  mu_dd += cross + cross.transpose() + mu * offset_m * offset_m.transpose();
+  mu_d += mu * offset_m;
+  gradient_moment += offset_m.cross(gradient);
+}
+
+void ViscousSums::add(const ViscousSums& other) noexcept {
+  mu += other.mu;
+  mu_d += other.mu_d;
+  mu_dd += other.mu_dd;
+  gradient += other.gradient;
+  gradient_moment += other.gradient_moment;
+  gradient_square += other.gradient_square;
+}
+
+void ViscousSums::scale(double factor) noexcept {
+  mu *= factor;
+  mu_d *= factor;
+  mu_dd *= factor;
+  gradient *= factor;
+  gradient_moment *= factor;
+  gradient_square *= factor;
+}
+
+void drag_coefficients(const SerialArm& arm, const LinkPoses& X_WL, const LinkSums& sums,
+                       const DirectionalLaw& law, DragCoefficients& result) noexcept {
+  result = {};
+  ViscousSums outboard;  // everything that the joint at hand moves, about that joint's frame origin
+  for (std::size_t j = arm.joint_count(); j-- > 0;) {
+    const Eigen::Vector3d& origin = X_WL[j + 1].translation_m;
+    if (j + 1 < arm.joint_count()) outboard.shift_by(X_WL[j + 2].translation_m - origin);
+    outboard.add(sums[j + 1]);
+
+    const Twist twist = unit_twist(arm, j, X_WL);
+    Wrench wrench = drag_wrench(outboard, twist);
+    // Rounding must not turn a vanishing coefficient into a negative one.
+    const double own = std::max(0.0, power(twist, wrench));
+    result.coupled[j * (j + 1) / 2 + j] = own;
+    const Wrench at_own_origin = wrench;
+    for (std::size_t i = j; i-- > 0;) {
+      wrench = at_own_origin;
+      wrench.moment += (origin - X_WL[i + 1].translation_m).cross(wrench.force);
+      result.coupled[j * (j + 1) / 2 + i] = power(unit_twist(arm, i, X_WL), wrench);
+    }
+
+    result.plus[j] = result.minus[j] = own;
+    const double bound_square = outboard.gradient_square * own;
+    if (!law.enabled || !(bound_square > 0.0)) continue;
+    const double rise = twist.linear.dot(outboard.gradient) + twist.angular.dot(outboard.gradient_moment);
+    result.sigma[j] = std::clamp(rise / std::sqrt(bound_square), -1.0, 1.0);
+    result.plus[j] = own * share(law, result.sigma[j]);
+    result.minus[j] = own * share(law, -result.sigma[j]);
+  }
+}
+
+core::JointArray drag_torque(const DragCoefficients& drag, DragMode mode, const core::JointArray& v,
+                             std::size_t joint_count) noexcept {
+  core::JointArray torque{};
+  const auto coefficient = [&](std::size_t i) { return v[i] >= 0.0 ? drag.plus[i] : drag.minus[i]; };
+  if (mode == DragMode::kSeparable) {
+    for (std::size_t i = 0; i < joint_count; ++i) torque[i] = -coefficient(i) * v[i];
+    return torque;
+  }
+  core::JointArray scale{};
+  for (std::size_t i = 0; i < joint_count; ++i) {
+    scale[i] = drag.matrix(i, i) > 0.0 ? std::sqrt(coefficient(i) / drag.matrix(i, i)) : 1.0;
+  }
+  for (std::size_t i = 0; i < joint_count; ++i) {
+    for (std::size_t j = 0; j < joint_count; ++j) torque[i] -= scale[i] * drag.matrix(i, j) * scale[j] * v[j];
+  }
+  return torque;
+}
+
+}  // namespace phantom::robot

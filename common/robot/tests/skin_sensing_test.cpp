@@ -1,0 +1,139 @@
+#include "common/robot/skin_sensing.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "common/robot/tests/test_arms.hpp"
+#include "common/robot/tests/test_worlds.hpp"
+
+namespace phantom::robot {
+namespace {
+
+using core::JointArray;
+
+SkinLayout layout_of(const SerialArm& arm) {
+  return *lay_out_skin(arm, test_worlds::tubes(), {.voxel_size_m = 0.01});
+}
+
+TEST(SkinSensing, FindsTheGreatestViscosityAndWhoMeetsIt) {
+  const SerialArm arm = test_arms::suspended();
+  const SkinLayout layout = layout_of(arm);
+  const voxel::Workspace world = test_worlds::balls();
+  SkinSensing sensing(layout, {});
+  std::mt19937 random(1);
+  int found = 0;
+  for (int trial = 0; trial < 30; ++trial) {
+    JointArray q{};
+    for (std::size_t i = 0; i < 7; ++i)
+      q[i] = std::uniform_real_distribution(arm.joints()[i].lower, arm.joints()[i].upper)(random);
+    LinkPoses X_WL;
+    arm.link_poses(q, X_WL);
+    sensing.sense(X_WL, 7, world);
+    float greatest = 0.0F;
+    std::size_t active = 0;
+    for (std::size_t s = 0; s < layout.size(); ++s) {
+      const float mu = world.mu(world.grid().index_of(X_WL[layout.link_of(s)] * layout.position(s)));
+      greatest = std::max(greatest, mu);
+      active += mu > 0.0F ? 1U : 0U;
+    }
+    EXPECT_EQ(sensing.active(), active);
+    const WorstSensor& worst = sensing.worst();
+    ASSERT_EQ(worst.found, greatest > 0.0F);
+    if (!worst.found) continue;
+    ++found;
+    EXPECT_EQ(worst.mu, greatest);
+    EXPECT_EQ(worst.link, layout.link_of(worst.sensor));
+    EXPECT_TRUE(worst.position_W_m.isApprox(X_WL[worst.link] * layout.position(worst.sensor)));
+    EXPECT_EQ(world.mu(worst.voxel), greatest);
+    EXPECT_EQ(worst.order, world.order(worst.voxel));
+    EXPECT_EQ(worst.object, 1);
+  }
+  EXPECT_GT(found, 10);
+}
+
+TEST(SkinSensing, AmongEqualsTakesTheOneNearestToTheObject) {
+  // A floor below a horizontal tube: the whole underside is in one layer, its lowest line is the nearest.
+  const SerialArm arm = test_arms::planar(test_arms::at(-0.3, 0.0, 0.5));
+  SkinSegment tube;
+  tube.to_m = {0.4, 0.0, 0.0};
+  tube.from_radius_m = tube.to_radius_m = 0.05;
+  const SkinLayout layout = *lay_out_skin(arm, {{"upper", {tube}}}, {.voxel_size_m = 0.01});
+  const voxel::Workspace world =
+      test_worlds::make([](const Eigen::Vector3d& p) { return test_worlds::layer_code(p.z() - 0.35, 0.04); });
+  SkinSensing sensing(layout, {});
+  LinkPoses X_WL;
+  arm.link_poses({}, X_WL);
+  sensing.sense(X_WL, 2, world);
+  ASSERT_TRUE(sensing.worst().found);
+  EXPECT_LT(sensing.worst().position_W_m.z(), 0.46);
+}
+
+TEST(SkinSensing, OutsideTheGridIsFreeSpace) {
+  const SerialArm arm = test_arms::suspended(test_arms::at(50.0, -80.0, 3.0));
+  const SkinLayout layout = layout_of(arm);
+  const voxel::Workspace world =
+      test_worlds::make([](const Eigen::Vector3d&) { return std::uint8_t{5}; }, {0, 0, 1}, 0.04);
+  SkinSensing sensing(layout, {.gradient = true});
+  LinkPoses X_WL;
+  arm.link_poses({}, X_WL);
+  sensing.sense(X_WL, 7, world);
+  EXPECT_FALSE(sensing.worst().found);
+  EXPECT_EQ(sensing.active(), 0U);
+  for (const ViscousSums& sums : sensing.sums()) EXPECT_EQ(sums.mu, 0.0);
+}
+
+TEST(SkinSensing, SensorsThatStickOutOfTheGridCountOnlyInside) {
+  // The grid ends in the middle of the arm; every voxel in it is fluid.
+  const SerialArm arm = test_arms::suspended(test_arms::at(0.0, 0.0, 0.4));
+  const SkinLayout layout = layout_of(arm);
+  const voxel::Workspace world =
+      test_worlds::make([](const Eigen::Vector3d&) { return std::uint8_t{5}; }, {0, 0, 1.2}, 0.04);
+  SkinSensing sensing(layout, {});
+  LinkPoses X_WL;
+  arm.link_poses({}, X_WL);
+  sensing.sense(X_WL, 7, world);
+  std::size_t inside = 0;
+  for (std::size_t s = 0; s < layout.size(); ++s) {
+    inside +=
+        world.grid().contains(world.grid().index_of(X_WL[layout.link_of(s)] * layout.position(s))) ? 1U : 0U;
+  }
+  EXPECT_EQ(sensing.active(), inside);
+  EXPECT_GT(inside, 0U);
+  EXPECT_LT(inside, layout.size());
+}
+
+TEST(SkinSensing, AnEmptyWorkspaceIsFreeSpace) {
+  const SerialArm arm = test_arms::suspended();
+  const SkinLayout layout = layout_of(arm);
+  const voxel::Workspace nothing;
+  SkinSensing sensing(layout, {.gradient = true});
+  LinkPoses X_WL;
+  arm.link_poses({}, X_WL);
+  sensing.sense(X_WL, 7, nothing);
+  EXPECT_FALSE(sensing.worst().found);
+}
+
+TEST(SkinSensing, RefiningTheSkinConvergesWhenWeightedByArea) {
+  const SerialArm arm = test_arms::suspended();
+  const voxel::Workspace world = test_worlds::balls();
+  LinkPoses X_WL;
+  arm.link_poses({0.1, 0.4, 0.9, -1.2, 0.2, 0.3, 0.1}, X_WL);
+  std::vector<double> totals;
+  for (const double pitch : {0.9, 0.45, 0.225}) {
+    const SkinLayout layout =
+        *lay_out_skin(arm, test_worlds::tubes(), {.voxel_size_m = 0.01, .pitch_vox = pitch});
+    SkinSensing sensing(layout, {});
+    sensing.sense(X_WL, 7, world);
+    double total = 0.0;
+    for (const auto& sums : sensing.sums()) total += sums.mu;
+    totals.push_back(total);
+  }
+  ASSERT_GT(totals[2], 0.0);
+  EXPECT_NEAR(totals[0], totals[2], 0.02 * totals[2]);
+  EXPECT_NEAR(totals[1], totals[2], 0.01 * totals[2]);
+}
+
+}  // namespace
+}  // namespace phantom::robot

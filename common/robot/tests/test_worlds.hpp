@@ -1,0 +1,77 @@
+#pragma once
+// Workspaces and skins for tests.
+
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "common/robot/skin.hpp"
+#include "common/voxel/workspace.hpp"
+
+namespace phantom::robot::test_worlds {
+
+inline const std::vector<float> kPalette{0.0F, 5.0F, 9.0F, 13.0F, 20.0F, 32.0F, 100.0F};
+
+/// Box of 2.4 m around `centre` with 10 mm voxels. `code_at` gives the μ code of a voxel's centre.
+inline voxel::Workspace make(const std::function<std::uint8_t(const Eigen::Vector3d&)>& code_at,
+                             const Eigen::Vector3d& centre = {0, 0, 1}, double voxel_m = 0.01) {
+  const auto n = static_cast<std::int32_t>(2.4 / voxel_m);
+  voxel::GridSpec grid{centre - Eigen::Vector3d::Constant(1.2), voxel_m, {n, n, n}};
+  voxel::Workspace workspace(grid, kPalette);
+  for (std::int32_t z = 0; z < n; ++z) {
+    for (std::int32_t y = 0; y < n; ++y) {
+      for (std::int32_t x = 0; x < n; ++x) {
+        const std::uint8_t code = code_at(grid.centre_of({x, y, z}));
+        if (code == 0) continue;
+        const auto brick = workspace.make_brick({x >> 5, y >> 5, z >> 5});
+        const std::size_t at =
+            voxel::brick_offset(static_cast<std::uint32_t>(x) & 31U, static_cast<std::uint32_t>(y) & 31U,
+                                static_cast<std::uint32_t>(z) & 31U);
+        brick.mu_code[at] = code;
+        brick.order[at] = static_cast<std::int8_t>(code == 6 ? voxel::kOrderBoundary : 6 - code);
+        brick.object[at] = 1;
+      }
+    }
+  }
+  workspace.version = 1;
+  return workspace;
+}
+
+/// Five layers of `thickness_m` around a solid whose surface is at distance 0.
+inline std::uint8_t layer_code(double distance_m, double thickness_m = 0.04) {
+  if (distance_m <= 0.0) return 6;
+  const double layer = std::floor(distance_m / thickness_m);
+  return layer >= 5.0 ? 0 : static_cast<std::uint8_t>(5 - static_cast<int>(layer));
+}
+
+/// Balls scattered through the suspended arm's reach.
+inline voxel::Workspace balls(const Eigen::Vector3d& shift = Eigen::Vector3d::Zero()) {
+  const std::vector<Eigen::Vector4d> spheres{
+      {0.3, 0.2, 0.9, 0.12}, {-0.3, 0.1, 0.6, 0.1}, {0.0, -0.4, 1.1, 0.15}, {0.1, 0.1, 0.3, 0.2}};
+  return make(
+      [&](const Eigen::Vector3d& p) {
+        double nearest = 1e9;
+        for (const auto& ball : spheres)
+          nearest = std::min(nearest, (p - shift - ball.head<3>()).norm() - ball[3]);
+        return layer_code(nearest);
+      },
+      Eigen::Vector3d(0, 0, 1) + shift);
+}
+
+/// Tubes of 4 cm along −z of every moving link of the suspended arm.
+inline std::vector<LinkSkin> tubes() {
+  std::vector<LinkSkin> skin;
+  const std::vector<std::pair<const char*, double>> lengths{
+      {"l1", 0.1}, {"l2", 0.2}, {"l3", 0.45}, {"l4", 0.3}, {"l5", 0.1}, {"l6", 0.1}, {"l7", 0.12}};
+  for (const auto& [link, length] : lengths) {
+    SkinSegment segment;
+    segment.to_m = {0.0, 0.0, -length};
+    segment.from_radius_m = 0.04;
+    segment.to_radius_m = 0.03;
+    segment.gain = 1.5;
+    skin.push_back({link, {segment}});
+  }
+  return skin;
+}
+
+}  // namespace phantom::robot::test_worlds
