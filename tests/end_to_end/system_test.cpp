@@ -116,11 +116,11 @@ TEST_F(System, TheWorkspaceArrivesWholeAndItsHashAgrees) {
       {v.origin_m().x(), v.origin_m().y(), v.origin_m().z()},
       v.voxel_size_m(),
       {static_cast<int>(v.size_x_vox()), static_cast<int>(v.size_y_vox()), static_cast<int>(v.size_z_vox())}};
-  description.palette = v.palette();
+  description.palette_Pa_s_per_m = v.palette();
   description.brick_count = v.brick_count();
   description.content_hash = v.content_hash();
   ASSERT_TRUE(assembler.commit(description));
-  const auto workspace = assembler.workspace();
+  const auto workspace = assembler.current();
   ASSERT_NE(workspace, nullptr) << "count and hash must agree";
   EXPECT_GE(workspace->grid().size_vox[0] * workspace->grid().voxel_size_m, 2.0);
   EXPECT_GE(seen_->objects.size(), 12u);
