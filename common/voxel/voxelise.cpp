@@ -175,10 +175,11 @@ core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const
   triangles.reserve(unique.size());
   for (const Corners& t : unique) triangles.push_back({points[t[0]], points[t[1]], points[t[2]]});
 
-  solid.interior = solid.report.closed ? inside_along(0, triangles, solid.box, true)
-                                       : vote(triangles, solid.box, solid.report.disputed_voxels);
+  solid.inside = solid.report.closed ? inside_along(0, triangles, solid.box, true)
+                                     : vote(triangles, solid.box, solid.report.disputed_voxels);
   solid.boundary = BitVolume(solid.box.size);
   for (const SnappedTriangle& triangle : triangles) detail::mark_triangle(triangle, solid.boundary);
+  solid.interior = solid.inside;
   for (std::size_t i = 0; i < solid.interior.words().size(); ++i) {
     solid.interior.words()[i] &= ~solid.boundary.words()[i];
   }

@@ -15,11 +15,12 @@ struct VoxeliseReport {
 };
 
 /// A body as voxels: `boundary` where its surface passes, `interior` where the voxel's centre is inside and
-/// no surface passes. Both cover `box`.
+/// no surface passes. All cover `box`.
 struct SolidVoxels {
   VoxelBox box;
   BitVolume boundary;
   BitVolume interior;
+  BitVolume inside;  ///< every voxel whose centre is inside, surface or not
   VoxeliseReport report;
 };
 
