@@ -1,0 +1,32 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "common/core/clock.hpp"
+#include "common/percept/tone.hpp"
+
+namespace phantom::audio_percept {
+
+enum class SinkChoice {
+  kAuto,  ///< a live device if one opens, else paced
+  kLive,  ///< a live device, or an error
+  kPaced  ///< no device: the sound is made at its pace and goes to the recording alone
+};
+
+/// audio_percept.yaml.
+struct AudioPerceptConfig {
+  percept::ToneLaw law;
+  double smoothing_s = 0.010;
+  double alarm_gain = 0.3;
+  core::Nanoseconds unsafe_alarm_ns = 0;     ///< how long a new hit alert sounds
+  core::Nanoseconds percept_timeout_ns = 0;  ///< age from which a percept is stale
+  core::Nanoseconds link_timeout_ns = 0;     ///< age from which a master or slave state is stale
+  SinkChoice sink = SinkChoice::kAuto;
+  std::string device;  ///< OpenAL's name of a playback device; empty: the default one
+};
+
+/// Reads and checks a configuration. Throws runtime::ConfigError (file, line, key, value, what is allowed).
+AudioPerceptConfig load_config(const std::filesystem::path& path);
+
+}  // namespace phantom::audio_percept

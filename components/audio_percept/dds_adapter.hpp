@@ -1,0 +1,30 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/core/health.hpp"
+#include "common/core/network.hpp"
+#include "components/audio_percept/inbox.hpp"
+
+namespace phantom::audio_percept {
+
+/// The component's ends in the data space: percept, master_state, slave_state and hit_alert in,
+/// component_status out. Samples that are out of order, out of range or not finite are refused and counted;
+/// the others go to the inbox.
+class DdsAdapter {
+ public:
+  /// Throws dds::DdsError. `inbox` must outlive the adapter.
+  DdsAdapter(const core::NetworkOptions& network, Inbox& inbox);
+  ~DdsAdapter();
+
+  /// Publishes component_status. One thread.
+  void report(const core::Health& health);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace phantom::audio_percept

@@ -1,0 +1,31 @@
+#include <iostream>
+
+#include "common/runtime/deployment.hpp"
+#include "components/audio_percept/session.hpp"
+
+int main(int argc, char** argv) {
+  using namespace phantom;
+  runtime::ProcessDescription description;
+  description.name = "audio_percept";
+  description.summary =
+      "Makes the vicinity of objects audible: pitch tells how close the nearest part of the arm is, loudness "
+      "how fast it "
+      "moves. Alarms tell a lost link, an emergency stop and unsafe motion apart from it.";
+  description.details =
+      "Topics in: percept, master_state, slave_state, hit_alert. Topic out: component_status.\n"
+      "Without a playback device the sound is made all the same; --report-dir keeps it as audio.wav.\n"
+      "Example: audio_percept --report-dir report";
+  description.run = [](const runtime::ProcessOptions& options) {
+    const auto deployment = runtime::load_deployment(options);
+    const auto config = audio_percept::load_config(options.config);
+    auto sink = audio_percept::open_sink(config);
+    if (options.check) {
+      std::cout << "configuration is valid; sound would go to: " << sink.sink->name()
+                << (sink.notice.empty() ? "" : " (" + sink.notice + ")") << '\n';
+      return static_cast<int>(runtime::kExitDone);
+    }
+    audio_percept::run_session(config, deployment.network, std::move(sink), options.report_dir);
+    return static_cast<int>(runtime::kExitDone);
+  };
+  return runtime::process_main(argc, argv, description);
+}

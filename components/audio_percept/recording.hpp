@@ -1,0 +1,48 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace phantom::audio_percept {
+
+/// Samples on their way from the audio thread (push) to the one that writes the file (pop).
+class SampleRing {
+ public:
+  /// Room for at least `capacity` samples.
+  explicit SampleRing(std::size_t capacity);
+  /// Takes all or, without room, none; what finds no room is counted. Real-time safe: yes.
+  void push(std::span<const std::int16_t> samples) noexcept;
+  /// Moves what is there into `out`, up to its size; returns how many. Real-time safe: yes.
+  std::size_t pop(std::span<std::int16_t> out) noexcept;
+  std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
+
+ private:
+  std::vector<std::int16_t> samples_;  // a power of two long
+  std::atomic<std::uint64_t> written_{0}, read_{0}, dropped_{0};
+};
+
+/// audio.wav: 48 kHz, mono, 16 bit.
+class WavFile {
+ public:
+  /// Throws std::runtime_error, naming the file, if it cannot be made.
+  explicit WavFile(const std::filesystem::path& path);
+  ~WavFile();
+  WavFile(WavFile&&) noexcept;
+
+  /// Throws std::runtime_error if the disk does not take them.
+  void write(std::span<const std::int16_t> samples);
+  double seconds() const noexcept;
+  double peak() const noexcept { return peak_; }  ///< 1 = full scale
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+  std::uint64_t frames_ = 0;
+  double peak_ = 0.0;
+};
+
+}  // namespace phantom::audio_percept

@@ -1,0 +1,30 @@
+#include "components/audio_percept/sink.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/runtime/process.hpp"
+#include "components/audio_percept/audio_percept.hpp"
+
+namespace phantom::audio_percept {
+
+int PacedSink::periods_due(double dt_s) {
+  constexpr double kMostOwed_s = 5.0;  // after a suspended host the sound does not run after the clock
+  owed_s_ = std::min(owed_s_ + dt_s, kMostOwed_s);
+  const double periods = std::floor(owed_s_ / kPeriod_s + 1e-6);
+  owed_s_ -= periods * kPeriod_s;
+  return static_cast<int>(periods);
+}
+
+OpenedSink open_sink(const AudioPerceptConfig& config) {
+  if (config.sink == SinkChoice::kPaced) return {std::make_unique<PacedSink>(), false, ""};
+  std::string reason;
+  if (auto live = open_live_sink(config.device, reason)) return {std::move(live), true, ""};
+  if (config.sink == SinkChoice::kLive) {
+    throw runtime::MissingError("output.sink: live needs a playback device: " + reason +
+                                "; allowed without one: auto or paced");
+  }
+  return {std::make_unique<PacedSink>(), false, reason};
+}
+
+}  // namespace phantom::audio_percept

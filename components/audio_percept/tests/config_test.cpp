@@ -1,0 +1,99 @@
+#include "components/audio_percept/config.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "common/runtime/config_reader.hpp"
+
+namespace phantom::audio_percept {
+namespace {
+
+using testing::HasSubstr;
+
+std::string shipped() {
+  std::ifstream file(std::string(PHANTOM_SOURCE_DIR) + "/components/audio_percept/audio_percept.yaml");
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+AudioPerceptConfig load_text(const std::string& yaml) {
+  const auto path =
+      std::filesystem::temp_directory_path() / ("audio_percept_test_" + std::to_string(getpid()) + ".yaml");
+  std::ofstream(path) << yaml;
+  const struct Remove {
+    std::filesystem::path path;
+    ~Remove() { std::filesystem::remove(path); }
+  } remove{path};
+  return load_config(path);
+}
+
+// The shipped file with one text replaced, and what the error must say.
+void expect_refused(const std::string& from, const std::string& to, const std::vector<std::string>& told) {
+  std::string yaml = shipped();
+  const auto place = yaml.find(from);
+  ASSERT_NE(place, std::string::npos) << from;
+  yaml.replace(place, from.size(), to);
+  try {
+    load_text(yaml);
+    FAIL() << "accepted: " << to;
+  } catch (const runtime::ConfigError& error) {
+    for (const auto& part : told) EXPECT_THAT(error.what(), HasSubstr(part));
+    EXPECT_THAT(error.what(), HasSubstr(".yaml:")) << "names the file and the line";
+  }
+}
+
+TEST(Config, TheShippedFileIsValid) {
+  const AudioPerceptConfig config = load_text(shipped());
+  EXPECT_EQ(config.law.pitch, percept::PitchLaw::kExponential);
+  EXPECT_DOUBLE_EQ(config.law.min_frequency_Hz, 220.0);
+  EXPECT_DOUBLE_EQ(config.smoothing_s, 0.010);
+  EXPECT_EQ(config.percept_timeout_ns, 200 * core::kNsPerMillisecond);
+  EXPECT_EQ(config.sink, SinkChoice::kAuto);
+}
+
+TEST(Config, RefusesAnUnknownKey) {
+  expect_refused("smoothing_ms", "smoothing_s", {"smoothing_s", "unknown key", "smoothing_ms"});
+}
+TEST(Config, RefusesAnUnknownPitchLaw) {
+  expect_refused("law: exponential", "law: cubic", {"pitch.law", "cubic", "exponential, linear"});
+}
+TEST(Config, RefusesAFrequencyOutOfRange) {
+  expect_refused("max_frequency_Hz: 1760", "max_frequency_Hz: 90000",
+                 {"pitch.max_frequency_Hz", "90000", "8000"});
+}
+TEST(Config, RefusesAReversedPitchRange) {
+  expect_refused("min_frequency_Hz: 220", "min_frequency_Hz: 2000",
+                 {"max_frequency_Hz", "above min_frequency_Hz"});
+}
+TEST(Config, RefusesSilenceAtRest) {
+  expect_refused("rest_gain: 0.08", "rest_gain: 0", {"level.rest_gain", "0.001"});
+}
+TEST(Config, RefusesARestGainAboveTheFull) {
+  expect_refused("full_gain: 0.6", "full_gain: 0.05", {"level.full_gain", "rest_gain"});
+}
+TEST(Config, RefusesMoreThanFullScale) {
+  expect_refused("gain: 0.3", "gain: 0.5", {"alarms.gain", "full scale"});
+}
+TEST(Config, RefusesAZeroFullSpeed) {
+  expect_refused("full_speed_m_s: 0.25", "full_speed_m_s: 0", {"level.full_speed_m_s"});
+}
+TEST(Config, RefusesATimeOutOfZero) {
+  expect_refused("percept_timeout_ms: 200", "percept_timeout_ms: 0", {"staleness.percept_timeout_ms", "20"});
+}
+TEST(Config, RefusesATimeThatIsNotANumber) {
+  expect_refused("link_timeout_ms: 500", "link_timeout_ms: soon", {"staleness.link_timeout_ms", "soon"});
+}
+TEST(Config, RefusesAnUnknownSink) {
+  expect_refused("sink: auto", "sink: speaker", {"output.sink", "speaker", "auto, live, paced"});
+}
+TEST(Config, RefusesAMissingSection) {
+  expect_refused("staleness:", "stale_ness:", {"staleness", "missing"});
+}
+
+}  // namespace
+}  // namespace phantom::audio_percept

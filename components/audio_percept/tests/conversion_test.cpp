@@ -1,0 +1,132 @@
+#include "components/audio_percept/conversion.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace phantom::audio_percept {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+template <class Message>
+Message stamped(std::uint64_t number, std::uint64_t session = 5) {
+  Message message;
+  message.stamp().sequence_number(number);
+  message.stamp().session(session);
+  return message;
+}
+
+msg::Percept percept(std::uint64_t number, double closeness = 0.5, double speed_m_s = 0.1) {
+  auto message = stamped<msg::Percept>(number);
+  message.valid(true);
+  message.closeness(closeness);
+  message.speed_m_s(speed_m_s);
+  message.joint_count(7);
+  return message;
+}
+
+TEST(PerceptConverter, TakesWhatIsValid) {
+  PerceptConverter converter;
+  PerceptSample sample;
+  ASSERT_TRUE(converter.accept(percept(1, 0.25, 0.5), 77, sample));
+  EXPECT_EQ(sample.received_ns, 77);
+  EXPECT_TRUE(sample.valid);
+  EXPECT_DOUBLE_EQ(sample.closeness, 0.25);
+  EXPECT_DOUBLE_EQ(sample.speed_m_s, 0.5);
+}
+
+TEST(PerceptConverter, RefusesWhatIsNotANumberOrOutOfRange) {
+  PerceptConverter converter;
+  PerceptSample sample{1, true, 0.1, 0.2};
+  for (const auto& [closeness, speed] : {std::pair{kNan, 0.1},
+                                         {0.5, kNan},
+                                         {-0.1, 0.1},
+                                         {1.1, 0.1},
+                                         {0.5, -0.1},
+                                         {0.5, std::numeric_limits<double>::infinity()}}) {
+    EXPECT_FALSE(converter.accept(percept(1, closeness, speed), 2, sample)) << closeness << ' ' << speed;
+  }
+  EXPECT_EQ(sample.received_ns, 1) << "left alone";
+  EXPECT_TRUE(converter.accept(percept(1), 2, sample)) << "a refused sample does not count as newer";
+}
+
+TEST(PerceptConverter, RefusesAnImpossibleJointCount) {
+  PerceptConverter converter;
+  PerceptSample sample;
+  for (std::uint32_t count : {0U, 17U, 4000000000U}) {
+    auto message = percept(1);
+    message.joint_count(count);
+    EXPECT_FALSE(converter.accept(message, 2, sample)) << count;
+  }
+}
+
+TEST(PerceptConverter, RefusesWhatIsReorderedOrRepeatedButNotARestart) {
+  PerceptConverter converter;
+  PerceptSample sample;
+  EXPECT_TRUE(converter.accept(percept(10), 1, sample));
+  EXPECT_FALSE(converter.accept(percept(10), 2, sample));
+  EXPECT_FALSE(converter.accept(percept(9), 3, sample));
+  auto restarted = percept(1);
+  restarted.stamp().session(6);
+  EXPECT_TRUE(converter.accept(restarted, 4, sample));
+}
+
+TEST(LinkConverter, TellsTheStatesApartAndRefusesUnknownOnes) {
+  LinkConverter converter;
+  LinkSample sample;
+  std::uint64_t number = 0;
+  const auto state = [&](msg::LinkState value) {
+    auto message = stamped<msg::SlaveState>(++number);
+    message.joint_count(7);
+    message.state(value);
+    return converter.accept(message, 1, sample);
+  };
+  EXPECT_TRUE(state(msg::LINK_INIT));
+  EXPECT_EQ(sample.state, Link::kIdle);
+  EXPECT_TRUE(state(msg::LINK_COUPLED));
+  EXPECT_EQ(sample.state, Link::kActive);
+  EXPECT_TRUE(state(msg::LINK_DEGRADED));
+  EXPECT_EQ(sample.state, Link::kDegraded);
+  EXPECT_TRUE(state(msg::LINK_STOPPED));
+  EXPECT_EQ(sample.state, Link::kStopped);
+  EXPECT_FALSE(state(static_cast<msg::LinkState>(99)));
+}
+
+msg::HitAlert alert(std::uint64_t number, std::uint32_t which, bool cleared, std::uint64_t session = 5) {
+  auto message = stamped<msg::HitAlert>(number, session);
+  message.alert(which);
+  message.cleared(cleared);
+  return message;
+}
+
+TEST(AlertConverter, CountsTheAlertsThatAreNotOver) {
+  AlertConverter converter;
+  AlertSample sample;
+  ASSERT_TRUE(converter.accept(alert(1, 1, false), 10, sample));
+  ASSERT_TRUE(converter.accept(alert(2, 2, false), 20, sample));
+  EXPECT_EQ(sample.active, 2U);
+  EXPECT_EQ(sample.raised_ns, 20);
+  ASSERT_TRUE(converter.accept(alert(3, 1, true), 30, sample));
+  EXPECT_EQ(sample.active, 1U);
+  EXPECT_EQ(sample.raised_ns, 20);
+  EXPECT_FALSE(converter.accept(alert(4, 0, false), 40, sample)) << "alerts count from 1";
+}
+
+TEST(AlertConverter, ARestartedSenderForgetsItsAlerts) {
+  AlertConverter converter;
+  AlertSample sample;
+  ASSERT_TRUE(converter.accept(alert(1, 7, false), 10, sample));
+  ASSERT_TRUE(converter.accept(alert(1, 1, false, 6), 20, sample));
+  EXPECT_EQ(sample.active, 1U);
+}
+
+TEST(AlertConverter, StaysBoundedWhenNothingIsCleared) {
+  AlertConverter converter;
+  AlertSample sample;
+  for (std::uint32_t i = 1; i < 5000; ++i) ASSERT_TRUE(converter.accept(alert(i, i, false), 1, sample));
+  EXPECT_LE(sample.active, 1000U);
+}
+
+}  // namespace
+}  // namespace phantom::audio_percept
