@@ -1,0 +1,91 @@
+#include "components/synthetic_viewer/aids.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+constexpr Colour kPgvColour{0.10F, 0.45F, 0.85F};
+constexpr Colour kPlaneColour{0.25F, 0.62F, 0.92F};
+
+/// Frame with z along `direction` (not zero) at a place.
+geometry::Pose along(const Eigen::Vector3d& position_m, const Eigen::Vector3d& direction) {
+  return {Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), direction).toRotationMatrix(),
+          position_m};
+}
+
+void add_arrow(Frame& frame, const Eigen::Vector3d& from_m, const Eigen::Vector3d& arrow_m, double radius_m,
+               const Colour& colour) {
+  const double length_m = arrow_m.norm();
+  const double head_m = std::min(4.5 * radius_m, 0.6 * length_m);
+  const geometry::Pose base = along(from_m, arrow_m);
+  const geometry::Pose neck = along(from_m + arrow_m * (1 - head_m / length_m), arrow_m);
+  frame.items.push_back(
+      {kCylinder, matrix_of(base, {radius_m, radius_m, length_m - head_m}), colour, 1.0F, 0.55F});
+  frame.items.push_back(
+      {kCone, matrix_of(neck, {2.4 * radius_m, 2.4 * radius_m, head_m}), colour, 1.0F, 0.55F});
+}
+
+}  // namespace
+
+Colour mix(const Colour& a, const Colour& b, double share) {
+  const float t = static_cast<float>(std::clamp(share, 0.0, 1.0));
+  return {a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t, a[2] + (b[2] - a[2]) * t};
+}
+
+Colour closeness_colour(double closeness) {
+  constexpr Colour kFar{0.05F, 0.42F, 0.62F}, kNear{0.98F, 0.78F, 0.05F}, kTouching{0.88F, 0.03F, 0.05F};
+  return closeness < 0.5 ? mix(kFar, kNear, 2 * closeness) : mix(kNear, kTouching, 2 * closeness - 1);
+}
+
+Colour motion_colour(MotionClass motion) {
+  switch (motion) {
+    case MotionClass::kSafe:
+      return {0.06F, 0.55F, 0.16F};
+    case MotionClass::kNeutral:
+      return {0.90F, 0.52F, 0.03F};
+    case MotionClass::kDangerous:
+      return {0.90F, 0.06F, 0.05F};
+    case MotionClass::kNone:
+      break;
+  }
+  return {0.45F, 0.47F, 0.50F};
+}
+
+void add_arrows(Frame& frame, const Aids& aids) {
+  constexpr double kLookAhead_s = 0.5, kLeast_m_s = 0.005;
+  const double speed = aids.velocity_m_s.norm();
+  if (speed > kLeast_m_s) {
+    const double length_m = std::clamp(speed * kLookAhead_s, 0.06, 0.30);
+    add_arrow(frame, aids.position_m, aids.velocity_m_s / speed * length_m, 0.006,
+              motion_colour(aids.motion));
+  }
+  if (!aids.pgv.isZero()) {
+    const double length_m = std::clamp(aids.gap_m, 0.05, 0.12);
+    add_arrow(frame, aids.position_m, aids.pgv.normalized() * length_m, 0.004, kPgvColour);
+  }
+}
+
+void add_cone_and_plane(Frame& frame, const Aids& aids) {
+  if (aids.pgv.isZero()) return;
+  const Eigen::Vector3d direction = aids.pgv.normalized();
+  const double gap_m = std::clamp(aids.gap_m, 0.0, 0.25), length_m = std::max(gap_m, 0.04);
+  const Eigen::Vector3d tip_m = aids.position_m + gap_m * direction;
+  const double radius_m = std::clamp(0.3 * length_m, 0.012, 0.04);
+  const geometry::Pose base = along(tip_m - length_m * direction, direction);
+  frame.items.push_back({kCone, matrix_of(base, {radius_m, radius_m, length_m}),
+                         closeness_colour(aids.closeness), 0.45F, 0.5F});
+  // A hair in front of the surface that it touches, or the two would flicker through each other.
+  const geometry::Pose plane = along(tip_m - 0.001 * direction, direction);
+  frame.items.push_back({kDisc, matrix_of(plane, {0.13, 0.13, 1.0}), kPlaneColour, 0.28F, 0.6F});
+}
+
+void add_marker(Frame& frame, const Eigen::Vector3d& position_m, double radius_m, const Colour& colour) {
+  const geometry::Pose pose{Eigen::Matrix3d::Identity(), position_m};
+  frame.items.push_back({kSphere, matrix_of(pose, Eigen::Vector3d::Constant(radius_m)), colour, 1.0F, 0.6F});
+  frame.items.push_back(
+      {kSphere, matrix_of(pose, Eigen::Vector3d::Constant(2.2 * radius_m)), colour, 0.22F, 0.8F});
+}
+
+}  // namespace phantom::synthetic_viewer

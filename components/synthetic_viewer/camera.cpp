@@ -1,0 +1,75 @@
+#include "components/synthetic_viewer/camera.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+/// Rows: right, up, backward. Looking (nearly) along z, y of W takes the place of up.
+Eigen::Matrix3d camera_axes(const Eigen::Vector3d& forward) {
+  const Eigen::Vector3d up =
+      std::abs(forward.z()) > 0.999 ? Eigen::Vector3d::UnitY().eval() : Eigen::Vector3d::UnitZ().eval();
+  const Eigen::Vector3d right = forward.cross(up).normalized();
+  Eigen::Matrix3d rows;
+  rows.row(0) = right;
+  rows.row(1) = right.cross(forward);
+  rows.row(2) = -forward;
+  return rows;
+}
+
+}  // namespace
+
+Eigen::Matrix4d view_matrix(const Camera& camera) {
+  const Eigen::Matrix3d rows = camera_axes((camera.target_m - camera.eye_m).normalized());
+  Eigen::Matrix4d view = Eigen::Matrix4d::Identity();
+  view.topLeftCorner<3, 3>() = rows;
+  view.topRightCorner<3, 1>() = -(rows * camera.eye_m);
+  return view;
+}
+
+Eigen::Matrix4d projection_matrix(const Camera& camera, double aspect) {
+  const double scale = 1.0 / std::tan(camera.vertical_fov_rad / 2);
+  const double depth = camera.near_m - camera.far_m;
+  Eigen::Matrix4d projection = Eigen::Matrix4d::Zero();
+  projection(0, 0) = scale / aspect;
+  projection(1, 1) = scale;
+  projection(2, 2) = (camera.far_m + camera.near_m) / depth;
+  projection(2, 3) = 2 * camera.far_m * camera.near_m / depth;
+  projection(3, 2) = -1;
+  return projection;
+}
+
+std::optional<Eigen::Vector2d> project(const Camera& camera, int width_px, int height_px,
+                                       const Eigen::Vector3d& p_W_m) {
+  const double aspect = static_cast<double>(width_px) / height_px;
+  const Eigen::Vector4d clip = projection_matrix(camera, aspect) * view_matrix(camera) * p_W_m.homogeneous();
+  if (!(clip.w() >= camera.near_m)) return std::nullopt;
+  return Eigen::Vector2d((clip.x() / clip.w() + 1) / 2 * width_px, (1 - clip.y() / clip.w()) / 2 * height_px);
+}
+
+Camera frame_box(const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m, double azimuth_rad,
+                 double elevation_rad, double vertical_fov_rad, double aspect, double margin) {
+  Camera camera;
+  camera.vertical_fov_rad = vertical_fov_rad;
+  camera.target_m = (min_m + max_m) / 2;
+  const Eigen::Vector3d away(std::cos(elevation_rad) * std::cos(azimuth_rad),
+                             std::cos(elevation_rad) * std::sin(azimuth_rad), std::sin(elevation_rad));
+  const Eigen::Matrix3d rows = camera_axes(-away);
+  const double tan_y = std::tan(vertical_fov_rad / 2) / margin, tan_x = tan_y * aspect;
+  double distance_m = 0, reach_m = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector3d p((corner & 1 ? max_m : min_m).x(), (corner & 2 ? max_m : min_m).y(),
+                            (corner & 4 ? max_m : min_m).z());
+    const Eigen::Vector3d c = rows * (p - camera.target_m);  // c.z: towards the camera
+    distance_m = std::max({distance_m, c.z() + std::abs(c.x()) / tan_x, c.z() + std::abs(c.y()) / tan_y});
+    reach_m = std::max(reach_m, c.norm());
+  }
+  camera.eye_m = camera.target_m + distance_m * away;
+  camera.near_m = std::max(0.01, 0.2 * (distance_m - reach_m));
+  camera.far_m = distance_m + 6 * reach_m;
+  return camera;
+}
+
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,80 @@
+#include "components/synthetic_viewer/cell_scene.hpp"
+
+#include <algorithm>
+
+#include "components/synthetic_viewer/aids.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+void add_box_outline(Frame& frame, const Eigen::Vector3f& low, const Eigen::Vector3f& high) {
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int corner = 0; corner < 4; ++corner) {
+      Eigen::Vector3f from = low, to = high;
+      const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+      from[u] = to[u] = (corner & 1) != 0 ? high[u] : low[u];
+      from[v] = to[v] = (corner & 2) != 0 ? high[v] : low[v];
+      frame.lines.push_back({from, to});
+    }
+  }
+}
+
+}  // namespace
+
+Frame CellScene::frame(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) const {
+  Frame frame;
+  frame.floor_min_m = min_m_.cast<float>();
+  frame.floor_max_m = max_m_.cast<float>();
+  add_box_outline(frame, frame.floor_min_m, frame.floor_max_m);
+  for (const auto& [id, object] : state.objects) {
+    const auto mesh = meshes.find(object.mesh_hash);
+    if (mesh == meshes.end()) continue;
+    frame.items.push_back({mesh->second.picture, matrix_of(object.X_WO), object.colour, 1.0F, 0.0F, true});
+  }
+  if (state.arm.received_ns == 0) return frame;
+  const bool known = age_s(state.arm.received_ns, now_ns) <= staleness.slave_s;
+  const bool felt = state.percept.valid && state.percept.closeness > 0 &&
+                    age_s(state.percept.received_ns, now_ns) <= staleness.percept_s;
+  robot::LinkPoses X_WL;
+  arm_.link_poses(state.arm.position, X_WL);
+  for (const LinkBody& part : links) {
+    DrawItem item{
+        part.body.picture, matrix_of(X_WL[part.link] * part.X_link_mesh), part.colour, 1.0F, 0.0F, true};
+    if (felt && part.link == state.percept.link) {
+      item.colour =
+          mix(item.colour, closeness_colour(state.percept.closeness), 0.7 + 0.3 * state.percept.closeness);
+      item.own_light = 0.3F;
+    }
+    if (!known) item.opacity = 0.4F;
+    frame.items.push_back(item);
+  }
+  return frame;
+}
+
+RayScene CellScene::obstacles(const ViewerState& state, bool with_arm) const {
+  RayScene scene;
+  for (const auto& [id, object] : state.objects) {
+    const auto mesh = meshes.find(object.mesh_hash);
+    if (mesh != meshes.end() && mesh->second.obstacle)
+      scene.bodies.push_back({mesh->second.obstacle, object.X_WO});
+  }
+  if (!with_arm || state.arm.received_ns == 0) return scene;
+  robot::LinkPoses X_WL;
+  arm_.link_poses(state.arm.position, X_WL);
+  for (const LinkBody& part : links) {
+    if (part.body.obstacle) scene.bodies.push_back({part.body.obstacle, X_WL[part.link] * part.X_link_mesh});
+  }
+  return scene;
+}
+
+std::string CellScene::link_name(std::size_t link) const {
+  return link < arm_.links().size() ? arm_.links()[link].name : "link " + std::to_string(link);
+}
+
+bool CellScene::complete(const ViewerState& state) const {
+  return !state.objects.empty() &&
+         std::all_of(state.objects.begin(), state.objects.end(),
+                     [this](const auto& object) { return meshes.count(object.second.mesh_hash) > 0; });
+}
+
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <string>
+
+#include "components/synthetic_viewer/aids.hpp"
+#include "components/synthetic_viewer/cell_scene.hpp"
+#include "components/synthetic_viewer/config.hpp"
+#include "components/synthetic_viewer/hud.hpp"
+
+namespace phantom::synthetic_viewer {
+
+/// Composes the views: what is in each frame, and what is written over it. Pure: state in, frames and texts
+/// out.
+class Compositor {
+ public:
+  Compositor(const ViewerConfig& config, std::string cell, const CellScene& scene)
+      : config_(config), cell_(std::move(cell)), scene_(scene) {}
+
+  /// What a picture is made from.
+  struct Moment {
+    const ViewerState& state;
+    const RayScene& objects;  ///< without the arm
+    core::Nanoseconds now_ns;
+  };
+
+  /// The whole cell, with the arrows of the worst sensor, and a mark on the zone of `hit`.
+  Frame main_frame(const Moment& moment, const HitView& hit) const;
+  /// The hit zone with cone and plane.
+  Frame hit_frame(const Moment& moment, const HitView& hit) const;
+  /// From the arm's last link.
+  Frame tool_frame(const Moment& moment) const;
+
+  Hud main_hud(const Moment& moment) const;
+  Hud hit_hud(const Moment& moment, const HitView& hit) const;
+  Hud tool_hud(const Moment& moment) const;
+
+ private:
+  bool percept_known(const Moment& moment) const;
+  Aids live_aids(const Moment& moment) const;
+  Aids hit_aids(const Moment& moment, const HitView& hit) const;
+  double gap_m(const RayScene& objects, const Eigen::Vector3d& from_m, const Eigen::Vector3d& pgv) const;
+  void add_contact(Frame& frame, const Moment& moment) const;
+
+  const ViewerConfig& config_;
+  std::string cell_;
+  const CellScene& scene_;
+};
+
+}  // namespace phantom::synthetic_viewer

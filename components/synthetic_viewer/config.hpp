@@ -1,0 +1,63 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <string>
+
+#include "components/synthetic_viewer/renderer.hpp"
+#include "components/synthetic_viewer/state.hpp"
+#include "components/synthetic_viewer/synthetic_viewer.hpp"
+
+namespace phantom::synthetic_viewer {
+
+struct MainViewConfig {
+  PictureFormat format{1280, 720, 1, true};
+  double azimuth_rad = 0.0;        ///< of the camera, from x towards y, seen from the workspace's middle
+  double elevation_rad = 0.0;      ///< of the camera above the floor
+  double field_of_view_rad = 0.0;  ///< vertical
+  double margin = 1.0;             ///< 1: the workspace's corners touch the picture's border
+};
+
+struct HitZoneViewConfig {
+  PictureFormat format{640, 360, 1, true};
+  HitViewConfig rule;
+  double field_of_view_rad = 0.0;
+};
+
+/// Camera on the arm's last link.
+struct ToolViewConfig {
+  bool enabled = false;
+  PictureFormat format{640, 360, 1, true};
+  Eigen::Vector3d eye_m = Eigen::Vector3d::Zero();      ///< in the tip link's frame
+  Eigen::Vector3d look_at_m = Eigen::Vector3d::Zero();  ///< likewise
+  double field_of_view_rad = 0.0;
+};
+
+struct PageConfig {
+  bool enabled = true;
+  std::string address = "127.0.0.1";
+  int port = 8080;             ///< 0: any free one
+  bool allow_commands = true;  ///< whether the page may command the system
+  int max_streams = 24;        ///< pictures and events that may be followed at once, all pages together
+};
+
+/// synthetic_viewer.yaml.
+struct ViewerConfig {
+  GraphicsPlatform graphics = GraphicsPlatform::kAuto;
+  double frame_rate_hz = 10.0;
+  int niceness = 10;  ///< of the rendering threads
+  MainViewConfig main_view;
+  HitZoneViewConfig hit_view;
+  ToolViewConfig tool_view;
+  Staleness staleness;
+  PageConfig page;
+  int jpeg_quality = 80;
+  int report_samples = 4;     ///< per pixel, in the pictures of the report
+  int report_pictures = 200;  ///< hit pictures at most
+  std::string arm;            ///< of the cell; empty: the only one
+};
+
+/// Reads and checks a configuration. Throws core::ConfigError (file, line, key, value, what is allowed).
+ViewerConfig load_config(const std::filesystem::path& path);
+
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "common/core/health.hpp"
+#include "common/core/network.hpp"
+#include "common/core/status.hpp"
+#include "common/dds/endpoint.hpp"
+#include "components/synthetic_viewer/inbox.hpp"
+#include "components/synthetic_viewer/samples.hpp"
+
+namespace phantom::synthetic_viewer {
+
+/// What the messages must fit to.
+struct ArmShape {
+  std::size_t joint_count = 0;
+  std::size_t link_count = 0;  ///< base included
+};
+
+// From a message to the viewer's own type; nothing if a field is not finite, out of its range, or does not
+// fit the arm. `received_ns` is left to the caller. Pure.
+std::optional<ArmSample> convert(const msg::SlaveState& message, const ArmShape& shape);
+std::optional<MasterSample> convert(const msg::MasterState& message, const ArmShape& shape);
+std::optional<PerceptSample> convert(const msg::Percept& message, const ArmShape& shape);
+std::optional<HitSample> convert(const msg::HitAlert& message, const ArmShape& shape);
+std::optional<ObjectSample> convert(const msg::WorkspaceObject& message);
+std::optional<MeshChunkSample> convert(const msg::MeshChunk& message);
+std::optional<ComponentSample> convert(const msg::ComponentStatus& message);
+std::optional<Command> convert(const msg::OperatorCommand& message);
+
+/// The viewer's place in the data space: fills the inbox from the topics (checked, in order), sends what the
+/// page commands, and tells how the viewer is. Its callbacks never wait for a picture.
+class DdsAdapter {
+ public:
+  /// Joins the domain. Throws dds::DdsError.
+  DdsAdapter(const core::NetworkOptions& network, const ArmShape& shape, Inbox& inbox);
+  ~DdsAdapter();
+
+  /// Publishes an operator_command. Thread-safe. May block for some milliseconds.
+  core::Status send(const Command& command);
+  /// Publishes component_status. One thread.
+  void publish(const core::Health& health);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace phantom::synthetic_viewer

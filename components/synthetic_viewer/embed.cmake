@@ -1,0 +1,12 @@
+# cmake -DFOLDER=web -DOUT=web_files.cpp -P embed.cmake: writes the page's files as string constants.
+set(code "// Made from web/ by embed.cmake.\n#include \"components/synthetic_viewer/web_files.hpp\"\n\n")
+string(APPEND code "namespace phantom::synthetic_viewer::web {\n")
+foreach(pair "index.html|kIndexHtml" "page.css|kPageCss" "page.js|kPageJs")
+  string(REPLACE "|" ";" pair "${pair}")
+  list(GET pair 0 file)
+  list(GET pair 1 name)
+  file(READ "${FOLDER}/${file}" text)
+  string(APPEND code "const char* const ${name} = R\"__page__(${text})__page__\";\n")
+endforeach()
+string(APPEND code "}\n")
+file(WRITE "${OUT}" "${code}")

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "common/geometry/pose.hpp"
+#include "components/synthetic_viewer/camera.hpp"
+
+namespace phantom::synthetic_viewer {
+
+using Colour = std::array<float, 3>;  ///< linear RGB, 0…1
+
+/// Name of a mesh that the renderer holds. Those below stand from the start.
+using MeshHandle = std::uint32_t;
+inline constexpr MeshHandle kNoMesh = 0, kCone = 1, kCylinder = 2, kSphere = 3, kDisc = 4;
+inline constexpr MeshHandle kFirstFreeHandle = 16;
+
+/// One mesh somewhere.
+struct DrawItem {
+  MeshHandle mesh = kNoMesh;
+  Eigen::Matrix4f W_from_mesh = Eigen::Matrix4f::Identity();  ///< affine; may scale, must not mirror
+  Colour colour{0.7F, 0.7F, 0.7F};
+  float opacity = 1.0F;       ///< below 1: drawn after all others, sorted, without hiding what is behind
+  float own_light = 0.0F;     ///< 0: lit like all else, 1: shines in its own colour
+  bool casts_shadow = false;  ///< on the floor
+};
+
+struct Line {
+  Eigen::Vector3f from_m, to_m;  ///< in W
+};
+
+/// Everything that one picture shows.
+struct Frame {
+  Camera camera;
+  std::vector<DrawItem> items;
+  std::vector<Line> lines;
+  Colour line_colour{0.10F, 0.15F, 0.20F};
+  Eigen::Vector3f floor_min_m =
+      Eigen::Vector3f::Zero();  ///< grid on the floor, in the plane z = floor_min_m.z()
+  Eigen::Vector3f floor_max_m = Eigen::Vector3f::Zero();  ///< not above min: no floor
+};
+
+/// A pose as the matrix of a DrawItem, with the mesh scaled by `scale` first.
+Eigen::Matrix4f matrix_of(const geometry::Pose& X_WM, const Eigen::Vector3d& scale = Eigen::Vector3d::Ones());
+
+}  // namespace phantom::synthetic_viewer

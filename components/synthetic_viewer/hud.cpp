@@ -1,0 +1,148 @@
+#include "components/synthetic_viewer/hud.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+const cv::Scalar kText(236, 232, 226), kFaint(176, 166, 152), kDark(24, 20, 17), kTrack(62, 54, 47),
+    kRed(56, 52, 226), kAmber(30, 160, 245), kBlue(214, 160, 86);
+
+cv::Mat wrap(const Image& image) {
+  return cv::Mat(image.height_px, image.width_px, CV_8UC3, const_cast<std::uint8_t*>(image.bgr.data()));
+}
+
+/// Lengths in units of a picture 720 high.
+class Brush {
+ public:
+  explicit Brush(cv::Mat picture) : picture_(picture), unit_(std::max(0.55, picture.rows / 720.0)) {}
+
+  int px(double units) const { return static_cast<int>(std::lround(units * unit_)); }
+  int width() const { return picture_.cols; }
+  int height() const { return picture_.rows; }
+
+  cv::Size size_of(const std::string& text, double size) const {
+    int baseline = 0;
+    return cv::getTextSize(text, cv::FONT_HERSHEY_DUPLEX, size * unit_ / 30, 1, &baseline);
+  }
+  void write(const std::string& text, cv::Point left_base, double size, const cv::Scalar& colour) {
+    const int thickness = size * unit_ > 32 ? 2 : 1;
+    cv::putText(picture_, text, left_base, cv::FONT_HERSHEY_DUPLEX, size * unit_ / 30, colour, thickness,
+                cv::LINE_AA);
+  }
+  /// Blends a colour over a rectangle.
+  void shade(cv::Rect area, const cv::Scalar& colour, double share) {
+    area &= cv::Rect(0, 0, picture_.cols, picture_.rows);
+    if (area.empty()) return;
+    cv::Mat part = picture_(area);
+    cv::addWeighted(part, 1 - share, cv::Mat(part.size(), part.type(), colour), share, 0, part);
+  }
+  void fill(cv::Rect area, const cv::Scalar& colour) { cv::rectangle(picture_, area, colour, cv::FILLED); }
+  void line(cv::Point from, cv::Point to, const cv::Scalar& colour) {
+    cv::line(picture_, from, to, colour, 1, cv::LINE_AA);
+  }
+  void frame(const cv::Scalar& colour, int thickness) {
+    cv::rectangle(picture_, {0, 0, picture_.cols, picture_.rows}, colour, 2 * thickness);
+  }
+
+ private:
+  cv::Mat picture_;
+  double unit_;
+};
+
+/// A faint label over a value; returns the x where the next one may begin.
+int write_pair(Brush& brush, int x, const std::string& label, const std::string& value,
+               const cv::Scalar& colour) {
+  const int base = brush.height() - brush.px(14);
+  brush.write(label, {x, base - brush.px(24)}, 13, kFaint);
+  brush.write(value, {x, base}, 18, colour);
+  return x + std::max(brush.size_of(label, 13).width, brush.size_of(value, 18).width) + brush.px(34);
+}
+
+cv::Scalar bar_colour(double closeness) { return closeness < 0.4 ? kBlue : closeness < 0.75 ? kAmber : kRed; }
+
+std::string number(const char* format, double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+int draw_closeness(Brush& brush, const Hud& hud, int x) {
+  const int width = brush.px(230), base = brush.height() - brush.px(14), height = brush.px(13);
+  brush.write("CLOSENESS", {x, base - brush.px(24)}, 13, kFaint);
+  const cv::Rect track(x, base - height, width, height);
+  brush.fill(track, kTrack);
+  if (hud.closeness_known) {
+    const double share = std::clamp(hud.closeness, 0.0, 1.0);
+    brush.fill({track.x, track.y, static_cast<int>(track.width * share), track.height}, bar_colour(share));
+  } else {
+    brush.line(track.tl(), track.br(), kFaint);
+  }
+  brush.write(hud.closeness_known ? number("%.2f", hud.closeness) : "-", {x + width + brush.px(10), base}, 18,
+              kText);
+  return x + width + brush.px(84);
+}
+
+void draw_gauges(Brush& brush, const Hud& hud) {
+  brush.shade({0, brush.height() - brush.px(62), brush.width(), brush.px(62)}, kDark, 0.62);
+  int x = draw_closeness(brush, hud, brush.px(22));
+  x = write_pair(brush, x, "SPEED", hud.closeness_known ? number("%.3f m/s", hud.speed_m_s) : "-", kText);
+  const cv::Scalar motion_colour = hud.motion == "dangerous" ? kRed
+                                   : hud.motion == "neutral" ? kAmber
+                                                             : kText;
+  x = std::max(x, brush.px(530));  // so that the columns do not dance with the numbers' widths
+  write_pair(brush, x, "MOTION", hud.motion, motion_colour);
+  write_pair(brush, x + brush.px(150), "NEAREST", hud.nearest, kText);
+  const int right = brush.width() - brush.px(22);
+  const int age_x = right - brush.px(108);
+  write_pair(brush, age_x, "POSE AGE", hud.model_age, kText);
+  write_pair(brush, age_x - brush.px(150), "SLAVE", hud.link_state, kText);
+}
+
+void draw_titles(Brush& brush, const Hud& hud) {
+  const int x = brush.px(22);
+  if (!hud.title.empty()) {
+    const cv::Size size = brush.size_of(hud.title, 21), below = brush.size_of(hud.subtitle, 15);
+    const int height = brush.px(hud.subtitle.empty() ? 44 : 68);
+    brush.shade({0, 0, std::max(size.width, below.width) + brush.px(50), height}, kDark, 0.55);
+    brush.write(hud.title, {x, brush.px(31)}, 21, hud.alarm ? kRed : kText);
+    if (!hud.subtitle.empty()) brush.write(hud.subtitle, {x, brush.px(56)}, 15, kFaint);
+  }
+  if (hud.banner.empty()) return;
+  const cv::Size size = brush.size_of(hud.banner, 34);
+  const int top = brush.height() / 5;
+  brush.shade({0, top, brush.width(), brush.px(74)}, cv::Scalar(24, 20, 120), 0.78);
+  brush.write(hud.banner, {(brush.width() - size.width) / 2, top + brush.px(49)}, 34,
+              cv::Scalar(255, 255, 255));
+}
+
+std::string encode(const Image& image, const char* kind, const std::vector<int>& parameters) {
+  std::vector<std::uint8_t> bytes;
+  if (!cv::imencode(kind, wrap(image), bytes, parameters)) {
+    throw std::runtime_error(std::string("cannot encode a picture as ") + kind);
+  }
+  return {bytes.begin(), bytes.end()};
+}
+
+}  // namespace
+
+void draw_hud(Image& image, const Hud& hud) {
+  Brush brush(wrap(image));
+  if (hud.gauges) draw_gauges(brush, hud);
+  draw_titles(brush, hud);
+  if (hud.alarm) brush.frame(kRed, brush.px(4));
+}
+
+std::string encode_jpeg(const Image& image, int quality) {
+  return encode(image, ".jpg", {cv::IMWRITE_JPEG_QUALITY, quality});
+}
+
+std::string encode_png(const Image& image) { return encode(image, ".png", {cv::IMWRITE_PNG_COMPRESSION, 3}); }
+
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,44 @@
+#include "components/synthetic_viewer/inbox.hpp"
+
+#include <chrono>
+
+namespace phantom::synthetic_viewer {
+
+bool Inbox::put(Event event) {
+  const bool urgent = std::holds_alternative<HitSample>(event);
+  {
+    const std::lock_guard lock(mutex_);
+    if (events_.size() >= kMaxEvents) {
+      lost_.fetch_add(1, std::memory_order_relaxed);
+      return false;
+    }
+    events_.push_back(std::move(event));
+    urgent_ = urgent_ || urgent;
+  }
+  if (urgent) arrived_.notify_one();
+  return true;
+}
+
+std::deque<Event> Inbox::take_events() {
+  std::deque<Event> taken;
+  const std::lock_guard lock(mutex_);
+  taken.swap(events_);
+  urgent_ = false;
+  return taken;
+}
+
+void Inbox::wait_until(core::Nanoseconds due_ns) {
+  const auto left = std::chrono::nanoseconds(due_ns - core::monotonic_ns());
+  std::unique_lock lock(mutex_);
+  arrived_.wait_for(lock, left, [this] { return urgent_; });
+}
+
+void Inbox::wake() {
+  {
+    const std::lock_guard lock(mutex_);
+    urgent_ = true;
+  }
+  arrived_.notify_one();
+}
+
+}  // namespace phantom::synthetic_viewer

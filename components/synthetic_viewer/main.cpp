@@ -1,0 +1,63 @@
+#include <iostream>
+
+#include "common/runtime/deployment.hpp"
+#include "common/runtime/process.hpp"
+#include "components/synthetic_viewer/config.hpp"
+#include "components/synthetic_viewer/dds_adapter.hpp"
+#include "components/synthetic_viewer/viewer_loop.hpp"
+
+namespace {
+
+using namespace phantom;
+using namespace phantom::synthetic_viewer;
+
+int run(const runtime::ProcessOptions& options) {
+  const runtime::Deployment deployment = runtime::load_deployment(options);
+  const ViewerConfig config = load_config(options.config);
+  const runtime::CellConfig cell = runtime::load_cell(deployment.cell);
+  robot::SerialArm arm = load_arm(cell.arm(config.arm));
+  const ArmShape shape{arm.joint_count(), arm.links().size()};
+  std::vector<LinkMeshData> arm_meshes = load_arm_meshes(arm);
+  if (options.check) {
+    const GlContext graphics(config.graphics);
+    std::cout << "configuration is valid; graphics: " << graphics.description() << '\n';
+    return runtime::kExitDone;
+  }
+  Inbox inbox;
+  PageContent content;
+  ViewerLoop viewer(config, cell, std::move(arm), std::move(arm_meshes), inbox, content,
+                    Report(options.report_dir, config.report_pictures));
+  DdsAdapter adapter(deployment.network, shape, inbox);
+  std::unique_ptr<WebServer> server;
+  if (config.page.enabled) {
+    server = std::make_unique<WebServer>(
+        config.page, content, [&adapter](const Command& command) { return adapter.send(command); });
+    std::cout << "operator's page: " << server->url() << std::endl;
+  }
+  viewer.start();
+  while (viewer.running() && runtime::sleep_unless_stopped(0.5)) adapter.publish(viewer.health());
+  const std::string url = server ? server->url() : std::string();
+  server.reset();
+  viewer.finish(url);
+  return runtime::kExitDone;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return runtime::process_main(
+      argc, argv,
+      {"synthetic_viewer",
+       "Shows the cell and the moving arm from their models alone, and the zone that threatens to be hit "
+       "from the best "
+       "side; serves the operator's page with live views, torques, alerts and the state of every component.",
+       "Reads slave_state, master_state, percept, hit_alert, workspace_object, mesh_chunk, component_status "
+       "and "
+       "operator_command;\nwrites operator_command (from the page) and component_status. Needs no display: "
+       "it renders "
+       "into memory.\nThe page's address is printed on standard output. With --report-dir it leaves "
+       "hit_<alert>_<node>.png, "
+       "main*.png and synthetic_viewer.json.",
+       {},
+       run});
+}

@@ -1,0 +1,142 @@
+#include "components/synthetic_viewer/page_state.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+using Json = nlohmann::json;
+
+Json number_or_null(double value, bool known = true) {
+  return known && std::isfinite(value) ? Json(value) : Json();
+}
+
+Json link_json(const ViewerState& state, core::Nanoseconds now_ns) {
+  const MasterSample& master = state.master;
+  const bool master_known = master.received_ns != 0;
+  return {
+      {"slave", state.arm.received_ns == 0 ? "NONE" : name_of(state.arm.state)},
+      {"master", master_known ? name_of(master.state) : "NONE"},
+      {"slave_age_s", number_or_null(age_s(state.arm.received_ns, now_ns))},
+      {"master_age_s", number_or_null(age_s(master.received_ns, now_ns))},
+      {"round_trip_s", number_or_null(master.round_trip_s, master.round_trip_s >= 0)},
+      {"percept_gain", number_or_null(master.percept_gain, master_known)},
+      {"feedback_gain", number_or_null(master.feedback_gain, master_known)},
+      {"percept_enabled", master.percept_enabled},
+      {"percept_limited", master.percept_limited},
+      {"reach", master.reach},
+      {"contact", state.arm.contact},
+      {"contact_object", object_name(state, state.arm.contact ? state.arm.contact_object : std::uint16_t{0})},
+      {"contact_force_N", number_or_null(state.arm.contact_force_N, state.arm.contact_force_N >= 0)},
+      {"tool_speed_m_s", state.arm.tool_speed_m_s}};
+}
+
+Json percept_json(const ViewerState& state, const CellScene& scene, const Staleness& staleness,
+                  core::Nanoseconds now_ns) {
+  const PerceptSample& percept = state.percept;
+  const double age = age_s(percept.received_ns, now_ns);
+  const bool known = percept.valid && age <= staleness.percept_s;
+  return {{"known", known},
+          {"age_s", number_or_null(age)},
+          {"closeness", number_or_null(percept.closeness, known)},
+          {"mu", number_or_null(percept.mu_Pa_s_per_m, known)},
+          {"speed_m_s", number_or_null(percept.speed_m_s, known)},
+          {"motion", known ? name_of(percept.motion) : "none"},
+          {"link", known && percept.closeness > 0 ? scene.link_name(percept.link) : std::string()},
+          {"object", known && percept.closeness > 0 ? object_name(state, percept.object) : std::string()}};
+}
+
+Json joints_json(const ViewerState& state, const CellScene& scene) {
+  Json joints = Json::array();
+  for (std::size_t i = 0; i < scene.arm().joint_count(); ++i) {
+    const robot::Joint& joint = scene.arm().joints()[i];
+    joints.push_back({{"name", joint.name},
+                      {"prismatic", joint.type == robot::JointType::kPrismatic},
+                      {"position", state.arm.position[i]},
+                      {"velocity", state.arm.velocity[i]},
+                      {"lower", number_or_null(joint.lower)},
+                      {"upper", number_or_null(joint.upper)},
+                      {"percept_torque", state.master.percept_torque_Nm[i]},
+                      {"feedback_torque", state.master.feedback_torque_Nm[i]},
+                      {"drag_torque", state.percept.drag_torque_Nm[i]}});
+  }
+  return joints;
+}
+
+Json hits_json(const ViewerState& state, const CellScene& scene, core::Nanoseconds start_ns) {
+  Json hits = Json::array();
+  for (auto record = state.hits.rbegin(); record != state.hits.rend(); ++record) {
+    const HitSample& hit = record->raised;
+    hits.push_back(
+        {{"alert", hit.alert},
+         {"t", core::seconds(hit.received_ns - start_ns)},
+         {"utc_ms", hit.utc_ns / 1'000'000},
+         {"rule", name_of(hit.rule)},
+         {"link", hit.link_name.empty() ? scene.link_name(hit.link) : hit.link_name},
+         {"object", object_name(state, hit.object)},
+         {"speed_m_s", hit.speed_m_s},
+         {"cleared_after_s", number_or_null(record->cleared_after_s, record->cleared_after_s >= 0)}});
+  }
+  return hits;
+}
+
+Json loops_json(const ComponentSample& component) {
+  Json loops = Json::array();
+  for (const core::LoopStatistics& loop : component.loops) {
+    loops.push_back({{"name", loop.name},
+                     {"rate_hz", loop.rate_hz},
+                     {"nominal_hz", number_or_null(1 / loop.period_s)},
+                     {"p50_us", loop.wakeup_p50_us},
+                     {"p99_us", loop.wakeup_p99_us},
+                     {"slips", loop.slips}});
+  }
+  return loops;
+}
+
+Json components_json(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
+  Json components = Json::array();
+  for (const auto& [key, component] : state.components) {
+    const double age = age_s(component.received_ns, now_ns);
+    components.push_back({{"name", component.name},
+                          {"host", component.host},
+                          {"state", age > staleness.component_s ? "SILENT" : name_of(component.state)},
+                          {"message", component.message},
+                          {"age_s", number_or_null(age)},
+                          {"loops", loops_json(component)},
+                          {"refused", component.refused},
+                          {"deadline_missed", component.deadline_missed},
+                          {"incompatible_qos", component.incompatible_qos}});
+  }
+  return components;
+}
+
+}  // namespace
+
+std::string page_state_json(const ViewerState& state, const CellScene& scene, const HitView& view,
+                            const Staleness& staleness, const PageFacts& facts, core::Nanoseconds now_ns) {
+  const Json json{{"t", core::seconds(now_ns - facts.start_ns)},
+                  {"cell", facts.cell},
+                  {"banner", banner_text(state, staleness, now_ns)},
+                  {"link", link_json(state, now_ns)},
+                  {"percept", percept_json(state, scene, staleness, now_ns)},
+                  {"joints", joints_json(state, scene)},
+                  {"hits", hits_json(state, scene, facts.start_ns)},
+                  {"total_hits", state.total_hits},
+                  {"components", components_json(state, staleness, now_ns)},
+                  {"view",
+                   {{"alert", view.alert},
+                    {"threatening", view.threatening},
+                    {"node", view.alert == 0 ? "" : node_name(view.node)},
+                    {"wish", static_cast<int>(state.wish)},
+                    {"hold", state.hold}}},
+                  {"viewer",
+                   {{"frames_per_s", facts.frames_per_s},
+                    {"graphics", facts.graphics},
+                    {"allow_commands", facts.allow_commands},
+                    {"tool_view", facts.tool_view}}}};
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace phantom::synthetic_viewer

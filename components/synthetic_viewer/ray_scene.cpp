@@ -1,0 +1,146 @@
+#include "components/synthetic_viewer/ray_scene.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+constexpr std::uint32_t kLeafTriangles = 4;
+constexpr int kMaxDepth = 64;
+
+/// Möller–Trumbore, both sides.
+std::optional<double> hit_triangle(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                                   const Eigen::Vector3f* corners) noexcept {
+  const Eigen::Vector3d a = corners[0].cast<double>();
+  const Eigen::Vector3d ab = corners[1].cast<double>() - a, ac = corners[2].cast<double>() - a;
+  const Eigen::Vector3d p = direction.cross(ac);
+  const double determinant = ab.dot(p);
+  if (determinant == 0) return std::nullopt;
+  const Eigen::Vector3d from_a = origin - a;
+  const double u = from_a.dot(p) / determinant;
+  if (!(u >= 0 && u <= 1)) return std::nullopt;
+  const Eigen::Vector3d q = from_a.cross(ab);
+  const double v = direction.dot(q) / determinant;
+  if (!(v >= 0 && u + v <= 1)) return std::nullopt;
+  return ac.dot(q) / determinant;
+}
+
+bool hit_box(const Eigen::Array3d& min_m, const Eigen::Array3d& max_m, const Eigen::Array3d& origin,
+             const Eigen::Array3d& inverse, double from, double to) noexcept {
+  for (int axis = 0; axis < 3; ++axis) {
+    const double near = (min_m[axis] - origin[axis]) * inverse[axis];
+    const double far = (max_m[axis] - origin[axis]) * inverse[axis];
+    if (std::isnan(near) || std::isnan(far)) continue;  // 0·∞: the ray runs in a face of the box
+    from = std::max(from, std::min(near, far));
+    to = std::min(to, std::max(near, far));
+  }
+  return from <= to;
+}
+
+}  // namespace
+
+RayMesh::RayMesh(const geometry::TriangleMesh& mesh) {
+  std::vector<std::uint32_t> order(mesh.triangles.size());
+  std::iota(order.begin(), order.end(), 0U);
+  if (order.empty()) return;
+  nodes_.reserve(2 * order.size() / kLeafTriangles + 1);
+  build(order, 0, static_cast<std::uint32_t>(order.size()), mesh);
+  corners_m_.reserve(3 * order.size());
+  for (const std::uint32_t triangle : order) {
+    for (const std::uint32_t vertex : mesh.triangles[triangle]) corners_m_.push_back(mesh.vertices_m[vertex]);
+  }
+}
+
+std::uint32_t RayMesh::build(std::vector<std::uint32_t>& order, std::uint32_t begin, std::uint32_t end,
+                             const geometry::TriangleMesh& mesh) {
+  const auto middle_of = [&mesh](std::uint32_t triangle) {
+    const auto& t = mesh.triangles[triangle];
+    return ((mesh.vertices_m[t[0]] + mesh.vertices_m[t[1]] + mesh.vertices_m[t[2]]) / 3.0F).eval();
+  };
+  geometry::BoundingBox box, middles;
+  for (std::uint32_t i = begin; i < end; ++i) {
+    for (const std::uint32_t vertex : mesh.triangles[order[i]]) box.extend(mesh.vertices_m[vertex]);
+    middles.extend(middle_of(order[i]));
+  }
+  const auto index = static_cast<std::uint32_t>(nodes_.size());
+  nodes_.push_back({box.min_m.array(), box.max_m.array(), begin, end - begin});
+  if (end - begin <= kLeafTriangles) return index;
+  int axis = 0;
+  (middles.max_m - middles.min_m).maxCoeff(&axis);
+  const std::uint32_t half = begin + (end - begin) / 2;
+  std::nth_element(order.begin() + begin, order.begin() + half, order.begin() + end,
+                   [&](std::uint32_t a, std::uint32_t b) { return middle_of(a)[axis] < middle_of(b)[axis]; });
+  build(order, begin, half, mesh);
+  const std::uint32_t right = build(order, half, end, mesh);
+  nodes_[index].first = right;
+  nodes_[index].count = 0;
+  return index;
+}
+
+std::optional<double> RayMesh::nearest(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction,
+                                       double min_m, double max_m) const noexcept {
+  if (nodes_.empty()) return std::nullopt;
+  std::optional<double> best;
+  const Eigen::Array3d inverse = direction.array().inverse();
+  std::array<std::uint32_t, kMaxDepth> stack;  // halving: the depth is at most the bits of a triangle index
+  std::size_t depth = 0;
+  stack[depth++] = 0;
+  while (depth > 0) {
+    const std::uint32_t index = stack[--depth];
+    const Node& node = nodes_[index];
+    if (!hit_box(node.min_m.cast<double>(), node.max_m.cast<double>(), origin_m.array(), inverse, min_m,
+                 max_m))
+      continue;
+    if (node.count == 0) {
+      stack[depth++] = node.first;
+      stack[depth++] = index + 1;
+      continue;
+    }
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+      const auto distance = hit_triangle(origin_m, direction, &corners_m_[3 * i]);
+      if (distance && *distance > min_m && *distance < max_m) {
+        best = distance;
+        max_m = *distance;
+      }
+    }
+  }
+  return best;
+}
+
+std::optional<double> RayScene::nearest(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction,
+                                        double min_m, double max_m) const noexcept {
+  std::optional<double> best;
+  for (const Body& body : bodies) {
+    const geometry::Pose X_MW = body.X_WM.inverse();
+    const auto distance = body.mesh->nearest(X_MW * origin_m, X_MW.rotation * direction, min_m, max_m);
+    if (distance) {
+      best = distance;
+      max_m = *distance;
+    }
+  }
+  return best;
+}
+
+double RayScene::visible_share(const Eigen::Vector3d& look_at_m, const Eigen::Vector3d& pgv, double radius_m,
+                               const Eigen::Vector3d& eye_m) const noexcept {
+  const double length = pgv.norm();
+  const Eigen::Vector3d normal = length > 0 ? Eigen::Vector3d(pgv / length) : Eigen::Vector3d::Zero();
+  const Eigen::Vector3d u = normal.isZero() ? Eigen::Vector3d::UnitX().eval() : normal.unitOrthogonal();
+  const Eigen::Vector3d v = normal.isZero() ? Eigen::Vector3d::UnitY().eval() : normal.cross(u).eval();
+  const Eigen::Vector3d middle = look_at_m + 0.5 * radius_m * normal;
+  const std::array<Eigen::Vector3d, 5> points{middle, middle + radius_m * u, middle - radius_m * u,
+                                              middle + radius_m * v, middle - radius_m * v};
+  int seen = 0;
+  for (const Eigen::Vector3d& point : points) {
+    const Eigen::Vector3d ray = eye_m - point;
+    const double distance_m = ray.norm();
+    if (distance_m <= radius_m || !nearest(point, ray / distance_m, radius_m, distance_m)) ++seen;
+  }
+  return seen / static_cast<double>(points.size());
+}
+
+}  // namespace phantom::synthetic_viewer

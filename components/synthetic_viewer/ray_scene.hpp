@@ -1,0 +1,59 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "common/geometry/mesh.hpp"
+#include "common/geometry/pose.hpp"
+
+namespace phantom::synthetic_viewer {
+
+/// A triangle mesh prepared for rays: a bounding-volume tree, built once. Constant afterwards, thread-safe.
+class RayMesh {
+ public:
+  explicit RayMesh(const geometry::TriangleMesh& mesh);
+
+  /// Distance along the ray (unit `direction`, both in the mesh's frame) to the nearest triangle, from either
+  /// side, within (min_m, max_m); nothing if there is none. Real-time safe: yes.
+  std::optional<double> nearest(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction,
+                                double min_m, double max_m) const noexcept;
+  std::size_t triangle_count() const noexcept { return corners_m_.size() / 3; }
+
+ private:
+  struct Node {
+    Eigen::Array3f min_m, max_m;
+    std::uint32_t first =
+        0;  // leaf: first triangle; inner: index of the right child (the left one is the next node)
+    std::uint32_t count = 0;  // triangles of a leaf; 0: inner node
+  };
+  std::uint32_t build(std::vector<std::uint32_t>& order, std::uint32_t begin, std::uint32_t end,
+                      const geometry::TriangleMesh& mesh);
+
+  std::vector<Node> nodes_;
+  std::vector<Eigen::Vector3f> corners_m_;  // three per triangle, in leaf order
+};
+
+/// Everything that can stand between a camera and what it looks at.
+class RayScene {
+ public:
+  struct Body {
+    std::shared_ptr<const RayMesh> mesh;
+    geometry::Pose X_WM;
+  };
+  std::vector<Body> bodies;
+
+  /// Nearest surface along a ray of W within (min_m, max_m). Real-time safe: yes.
+  std::optional<double> nearest(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction,
+                                double min_m, double max_m) const noexcept;
+
+  /// Share 0…1 of a hit zone that `eye_m` sees: rays from points around the look-at point, a little in front
+  /// of the skin (towards `pgv`, of radius_m), to the eye. Surfaces nearer than radius_m to their start do
+  /// not count, because the look-at point lies on the skin itself. Real-time safe: yes.
+  double visible_share(const Eigen::Vector3d& look_at_m, const Eigen::Vector3d& pgv, double radius_m,
+                       const Eigen::Vector3d& eye_m) const noexcept;
+};
+
+}  // namespace phantom::synthetic_viewer

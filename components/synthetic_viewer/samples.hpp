@@ -1,0 +1,113 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/core/clock.hpp"
+#include "common/core/health.hpp"
+#include "common/core/joints.hpp"
+#include "common/geometry/pose.hpp"
+
+namespace phantom::synthetic_viewer {
+
+// What the topics bring, checked, in the viewer's own types. `received_ns` is CLOCK_MONOTONIC of this host; 0
+// stands for "nothing received yet". Vectors are in W, SI units.
+
+using Vector3 = std::array<double, 3>;
+
+enum class LinkState { kInit, kReady, kAligned, kCoupled, kDegraded, kStopped };
+enum class MotionClass { kNone, kSafe, kNeutral, kDangerous };
+enum class HitRule { kNone, kVeryClose, kModerateMoving, kFarNearing };
+
+struct ArmSample {  // slave_state
+  core::Nanoseconds received_ns = 0;
+  LinkState state = LinkState::kInit;
+  core::JointArray position{};  ///< rad or m
+  core::JointArray velocity{};  ///< rad/s or m/s
+  bool contact = false;
+  double contact_force_N = -1.0;  ///< −1: not measured
+  std::uint16_t contact_object = 0;
+  Vector3 contact_point_m{};
+  double tool_speed_m_s = 0.0;
+};
+
+struct PerceptSample {
+  core::Nanoseconds received_ns = 0;
+  bool valid = false;
+  double mu_Pa_s_per_m = 0.0;
+  double closeness = 0.0;  ///< 0…1
+  double speed_m_s = 0.0;
+  Vector3 position_m{}, velocity_m_s{}, pgv{};
+  MotionClass motion = MotionClass::kNone;
+  std::uint32_t link = 0;
+  std::uint16_t object = 0;  ///< 0: free space
+  core::JointArray drag_torque_Nm{};
+};
+
+struct MasterSample {
+  core::Nanoseconds received_ns = 0;
+  LinkState state = LinkState::kInit;
+  core::JointArray percept_torque_Nm{}, feedback_torque_Nm{};
+  double percept_gain = 0.0, feedback_gain = 0.0;
+  bool percept_enabled = false, percept_limited = false;
+  std::int32_t reach = -1;
+  double round_trip_s = -1.0;  ///< −1: none
+};
+
+struct HitSample {
+  core::Nanoseconds received_ns = 0;
+  std::int64_t utc_ns = 0;
+  std::uint32_t alert = 0;
+  HitRule rule = HitRule::kNone;
+  std::uint32_t link = 0;
+  std::string link_name;
+  std::uint16_t object = 0;
+  Vector3 look_at_m{}, pgv{};
+  double speed_m_s = 0.0;
+  double mu_Pa_s_per_m = 0.0;
+  bool cleared = false;
+};
+
+struct ObjectSample {  // workspace_object
+  std::uint16_t id = 0;
+  std::string name;
+  std::uint64_t mesh_hash = 0;
+  geometry::Pose X_WO;
+  std::array<float, 3> colour{};
+};
+struct ObjectGone {
+  std::uint16_t id = 0;
+};
+
+struct MeshChunkSample {
+  std::uint64_t mesh_hash = 0;
+  std::uint32_t chunk = 0, chunk_count = 0, vertex_count = 0, triangle_count = 0;
+  std::vector<std::uint8_t> data;
+};
+
+struct ComponentSample {  // component_status
+  core::Nanoseconds received_ns = 0;
+  std::string name, host, message;
+  core::ComponentState state = core::ComponentState::kStarting;
+  std::vector<core::LoopStatistics> loops;
+  std::vector<core::HealthFigure> figures;
+  std::uint64_t refused = 0, deadline_missed = 0, incompatible_qos = 0;  ///< added up over its endpoints
+};
+
+enum class CommandKind {
+  kEmergencyStop,
+  kReset,
+  kSetPerceptGain,
+  kSetFeedbackGain,
+  kEnablePercept,
+  kViewHold,
+  kViewNode,
+};
+struct Command {
+  CommandKind kind = CommandKind::kEmergencyStop;
+  double value = 0.0;
+};
+
+}  // namespace phantom::synthetic_viewer

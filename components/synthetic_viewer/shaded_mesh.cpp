@@ -1,0 +1,196 @@
+#include "components/synthetic_viewer/shaded_mesh.hpp"
+
+#include <Eigen/Geometry>
+#include <bit>
+#include <cmath>
+#include <numbers>
+#include <unordered_map>
+#include <utility>
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+using Key = std::array<std::uint32_t, 3>;
+struct KeyHash {
+  std::size_t operator()(const Key& key) const noexcept {
+    std::uint64_t hash = 0x9E3779B97F4A7C15ULL;
+    for (const std::uint32_t word : key) {
+      hash = (hash ^ word) * 0xD6E8FEB86659FD93ULL;
+      hash ^= hash >> 32;
+    }
+    return hash;
+  }
+};
+
+Key key_of(const Eigen::Vector3f& v) {  // adding 0 makes −0 and +0 the same place
+  return {std::bit_cast<std::uint32_t>(v.x() + 0.0F), std::bit_cast<std::uint32_t>(v.y() + 0.0F),
+          std::bit_cast<std::uint32_t>(v.z() + 0.0F)};
+}
+
+/// Corners that meet at one place, in a list that runs through `next`.
+struct Places {
+  std::vector<std::uint32_t> place_of_vertex;
+  std::vector<std::uint32_t> first, next, size;  // first corner of a place; the next one of a corner
+};
+constexpr std::uint32_t kEnd = ~0U;
+// Where more corners than this meet (the middle of a disc, a broken file) normals stay those of the faces:
+// the work of comparing each with each must not grow without bound.
+constexpr std::uint32_t kMaxCorners = 512;
+
+Places find_places(const geometry::TriangleMesh& mesh,
+                   const std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  Places places;
+  std::unordered_map<Key, std::uint32_t, KeyHash> known;
+  known.reserve(mesh.vertices_m.size());
+  places.place_of_vertex.reserve(mesh.vertices_m.size());
+  for (const Eigen::Vector3f& v : mesh.vertices_m) {
+    places.place_of_vertex.push_back(
+        known.try_emplace(key_of(v), static_cast<std::uint32_t>(known.size())).first->second);
+  }
+  places.first.assign(known.size(), kEnd);
+  places.size.assign(known.size(), 0);
+  places.next.resize(3 * triangles.size());
+  for (std::uint32_t corner = 0; corner < places.next.size(); ++corner) {
+    const std::uint32_t place = places.place_of_vertex[triangles[corner / 3][corner % 3]];
+    places.next[corner] = std::exchange(places.first[place], corner);
+    ++places.size[place];
+  }
+  return places;
+}
+
+ShadedMesh::Vertex vertex(const Eigen::Vector3f& position, const Eigen::Vector3f& normal) {
+  return {{position.x(), position.y(), position.z()}, {normal.x(), normal.y(), normal.z()}};
+}
+
+}  // namespace
+
+ShadedMesh shade(const geometry::TriangleMesh& mesh, double crease_rad) {
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<Eigen::Vector3f> normals;  // unit
+  std::vector<float> areas;
+  for (const auto& t : mesh.triangles) {
+    const Eigen::Vector3f& a = mesh.vertices_m[t[0]];
+    const Eigen::Vector3f cross = (mesh.vertices_m[t[1]] - a).cross(mesh.vertices_m[t[2]] - a);
+    const float length = cross.norm();
+    if (!(length > 0)) continue;
+    triangles.push_back(t);
+    normals.push_back(cross / length);
+    areas.push_back(length);
+  }
+  const Places places = find_places(mesh, triangles);
+  const float least_cosine = static_cast<float>(std::cos(crease_rad));
+  ShadedMesh shaded;
+  std::vector<std::uint32_t> made(places.next.size());  // index of the vertex that a corner got
+  for (std::uint32_t corner = 0; corner < made.size(); ++corner) {
+    const std::uint32_t face = corner / 3, source = triangles[face][corner % 3];
+    const std::uint32_t place = places.place_of_vertex[source];
+    Eigen::Vector3f sum = normals[face] * areas[face];
+    if (places.size[place] <= kMaxCorners) {
+      sum.setZero();
+      for (std::uint32_t other = places.first[place]; other != kEnd; other = places.next[other]) {
+        if (normals[other / 3].dot(normals[face]) >= least_cosine)
+          sum += normals[other / 3] * areas[other / 3];
+      }
+    }
+    const Eigen::Vector3f normal = sum.normalized();
+    std::uint32_t index = kEnd;
+    // A neighbour corner that came out with the same normal shares its vertex; only earlier corners have one.
+    for (std::uint32_t other = places.next[corner], tries = 0; other != kEnd && tries < 16;
+         other = places.next[other], ++tries) {
+      const auto& n = shaded.vertices[made[other]].normal;
+      if (Eigen::Vector3f(n[0], n[1], n[2]).dot(normal) > 0.99999F) {
+        index = made[other];
+        break;
+      }
+    }
+    if (index == kEnd) {
+      index = static_cast<std::uint32_t>(shaded.vertices.size());
+      shaded.vertices.push_back(vertex(mesh.vertices_m[source], normal));
+    }
+    made[corner] = index;
+    shaded.indices.push_back(index);
+  }
+  return shaded;
+}
+
+namespace {
+
+constexpr std::uint32_t kSides = 32;
+
+Eigen::Vector3f on_circle(std::uint32_t side) {
+  const double angle = 2 * std::numbers::pi * side / kSides;
+  return {static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle)), 0.0F};
+}
+
+void add_disc(ShadedMesh& mesh, float z, bool up) {
+  const auto middle = static_cast<std::uint32_t>(mesh.vertices.size());
+  const Eigen::Vector3f normal(0, 0, up ? 1.0F : -1.0F), lift(0, 0, z);
+  mesh.vertices.push_back(vertex(lift, normal));
+  for (std::uint32_t side = 0; side < kSides; ++side)
+    mesh.vertices.push_back(vertex(on_circle(side) + lift, normal));
+  for (std::uint32_t side = 0; side < kSides; ++side) {
+    const std::uint32_t a = middle + 1 + side, b = middle + 1 + (side + 1) % kSides;
+    mesh.indices.insert(mesh.indices.end(), {middle, up ? a : b, up ? b : a});
+  }
+}
+
+/// Side of a cone or cylinder from radius 1 at z = 0 to `top` at z = 1.
+void add_mantle(ShadedMesh& mesh, float top) {
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (std::uint32_t side = 0; side < kSides; ++side) {
+    const Eigen::Vector3f out = on_circle(side);
+    const Eigen::Vector3f normal = (out + Eigen::Vector3f(0, 0, 1 - top)).normalized();
+    mesh.vertices.push_back(vertex(out, normal));
+    mesh.vertices.push_back(vertex(out * top + Eigen::Vector3f(0, 0, 1), normal));
+  }
+  for (std::uint32_t side = 0; side < kSides; ++side) {
+    const std::uint32_t a = first + 2 * side, b = first + 2 * ((side + 1) % kSides);
+    mesh.indices.insert(mesh.indices.end(), {a, b, a + 1, a + 1, b, b + 1});
+  }
+}
+
+}  // namespace
+
+ShadedMesh unit_cone() {
+  ShadedMesh mesh;
+  add_mantle(mesh, 0.0F);
+  add_disc(mesh, 0.0F, false);
+  return mesh;
+}
+
+ShadedMesh unit_cylinder() {
+  ShadedMesh mesh;
+  add_mantle(mesh, 1.0F);
+  add_disc(mesh, 0.0F, false);
+  add_disc(mesh, 1.0F, true);
+  return mesh;
+}
+
+ShadedMesh unit_disc() {
+  ShadedMesh mesh;
+  add_disc(mesh, 0.0F, true);
+  add_disc(mesh, 0.0F, false);
+  return mesh;
+}
+
+ShadedMesh unit_sphere() {
+  constexpr std::uint32_t kRings = 16;
+  ShadedMesh mesh;
+  for (std::uint32_t ring = 0; ring <= kRings; ++ring) {
+    const double polar = std::numbers::pi * ring / kRings;
+    for (std::uint32_t side = 0; side <= kSides; ++side) {
+      const Eigen::Vector3f p = on_circle(side) * static_cast<float>(std::sin(polar)) +
+                                Eigen::Vector3f(0, 0, static_cast<float>(std::cos(polar)));
+      mesh.vertices.push_back(vertex(p, p));
+    }
+  }
+  for (std::uint32_t ring = 0; ring < kRings; ++ring) {
+    for (std::uint32_t side = 0; side < kSides; ++side) {
+      const std::uint32_t a = ring * (kSides + 1) + side, b = a + kSides + 1;
+      mesh.indices.insert(mesh.indices.end(), {a, b, a + 1, a + 1, b, b + 1});
+    }
+  }
+  return mesh;
+}
+
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "common/geometry/mesh.hpp"
+
+namespace phantom::synthetic_viewer {
+
+/// A mesh as the graphics card takes it: indexed vertices with normals.
+struct ShadedMesh {
+  struct Vertex {
+    std::array<float, 3> position_m;
+    std::array<float, 3> normal;
+  };
+  std::vector<Vertex> vertices;
+  std::vector<std::uint32_t> indices;  ///< three per triangle, counter-clockwise seen from outside
+};
+
+/// Gives a mesh normals that are smooth over bends of less than `crease_rad` and sharp elsewhere. Vertices at
+/// the same place are one, whether the source shares them or not; triangles without area are left out. Pure.
+ShadedMesh shade(const geometry::TriangleMesh& mesh, double crease_rad = 0.6);
+
+/// Parts of artefacts, all along +z: unit length, unit radius.
+ShadedMesh unit_cone();      ///< base z = 0, tip z = 1
+ShadedMesh unit_cylinder();  ///< z from 0 to 1
+ShadedMesh unit_sphere();    ///< around the origin
+ShadedMesh unit_disc();      ///< in the plane z = 0, faces both ways
+
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,128 @@
+#include "components/synthetic_viewer/state.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace phantom::synthetic_viewer {
+
+void ViewerState::take(const HitSample& hit) {
+  const auto known = std::find_if(hits.rbegin(), hits.rend(), [&hit](const HitRecord& record) {
+    return record.raised.alert == hit.alert;
+  });
+  if (hit.cleared) {
+    if (known != hits.rend() && known->cleared_after_s < 0) {
+      known->cleared_after_s = core::seconds(hit.received_ns - known->raised.received_ns);
+    }
+    return;
+  }
+  if (known != hits.rend() && known->cleared_after_s < 0) return;
+  hits.push_back({hit, -1.0});
+  ++total_hits;
+  if (hits.size() > kMaxHits) hits.pop_front();
+}
+
+void ViewerState::take(ComponentSample component) {
+  std::string key = component.name + "@" + component.host;
+  components[std::move(key)] = std::move(component);
+}
+
+void ViewerState::take(const Command& command) {
+  if (command.kind == CommandKind::kViewHold) hold = command.value != 0;
+  if (command.kind == CommandKind::kViewNode)
+    wish = node_from_number(command.value).value_or(ViewNode::kAutomatic);
+}
+
+double age_s(core::Nanoseconds received_ns, core::Nanoseconds now_ns) noexcept {
+  return received_ns == 0 ? std::numeric_limits<double>::infinity() : core::seconds(now_ns - received_ns);
+}
+
+std::string banner_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
+  const double slave_age_s = age_s(state.arm.received_ns, now_ns);
+  if (state.arm.received_ns == 0) return "NO SLAVE: waiting for its first state";
+  if (slave_age_s > staleness.slave_s) {
+    const double shown_s = std::floor(slave_age_s * 10) / 10;
+    std::string number = std::to_string(shown_s);
+    return "LINK LOST: the arm's pose is " + number.substr(0, number.find('.') + 2) + " s old";
+  }
+  if (state.arm.state == LinkState::kStopped || state.master.state == LinkState::kStopped)
+    return "EMERGENCY STOP";
+  if (state.arm.state == LinkState::kDegraded) return "LINK DEGRADED: the slave holds";
+  if (age_s(state.percept.received_ns, now_ns) > staleness.percept_s)
+    return "NO PERCEPT: the phantom is silent";
+  if (!state.percept.valid) return "NO PERCEPT: the phantom has no valid model";
+  return {};
+}
+
+std::string object_name(const ViewerState& state, std::uint16_t id) {
+  if (id == 0) return "free space";
+  const auto found = state.objects.find(id);
+  return found == state.objects.end() || found->second.name.empty() ? "object " + std::to_string(id)
+                                                                    : found->second.name;
+}
+
+const char* name_of(LinkState state) noexcept {
+  switch (state) {
+    case LinkState::kInit:
+      return "INIT";
+    case LinkState::kReady:
+      return "READY";
+    case LinkState::kAligned:
+      return "ALIGNED";
+    case LinkState::kCoupled:
+      return "COUPLED";
+    case LinkState::kDegraded:
+      return "DEGRADED";
+    case LinkState::kStopped:
+      return "STOPPED";
+  }
+  return "?";
+}
+
+const char* name_of(MotionClass motion) noexcept {
+  switch (motion) {
+    case MotionClass::kNone:
+      return "none";
+    case MotionClass::kSafe:
+      return "safe";
+    case MotionClass::kNeutral:
+      return "neutral";
+    case MotionClass::kDangerous:
+      return "dangerous";
+  }
+  return "?";
+}
+
+const char* name_of(HitRule rule) noexcept {
+  switch (rule) {
+    case HitRule::kNone:
+      return "none";
+    case HitRule::kVeryClose:
+      return "very_close";
+    case HitRule::kModerateMoving:
+      return "moderate_moving";
+    case HitRule::kFarNearing:
+      return "far_nearing";
+  }
+  return "?";
+}
+
+const char* name_of(core::ComponentState state) noexcept {
+  switch (state) {
+    case core::ComponentState::kStarting:
+      return "STARTING";
+    case core::ComponentState::kReady:
+      return "READY";
+    case core::ComponentState::kRunning:
+      return "RUNNING";
+    case core::ComponentState::kDegraded:
+      return "DEGRADED";
+    case core::ComponentState::kStopped:
+      return "STOPPED";
+    case core::ComponentState::kFault:
+      return "FAULT";
+  }
+  return "?";
+}
+
+}  // namespace phantom::synthetic_viewer

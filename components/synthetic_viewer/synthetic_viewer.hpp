@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "components/synthetic_viewer/view_choice.hpp"
+
+namespace phantom::synthetic_viewer {
+
+struct HitViewConfig {
+  ViewChoiceConfig choice;
+  double least_show_s = 1.0;  ///< an alert's view stays at least this long before a newer alert takes it
+  double hold_after_clear_s = 3.0;  ///< and so long after the alert is over
+};
+
+/// A hit alert as the view needs it.
+struct AlertNews {
+  std::uint32_t alert = 0;
+  bool cleared = false;
+  Eigen::Vector3d look_at_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d pgv = Eigen::Vector3d::Zero();
+};
+
+/// What the hit-zone view shows now.
+struct HitView {
+  std::uint32_t alert = 0;   ///< 0: no view
+  bool threatening = false;  ///< the alert is not over
+  ViewNode node = ViewNode::kAutomatic;
+  ViewSituation situation;
+  Eigen::Vector3d eye_m = Eigen::Vector3d::Zero();
+};
+
+/// Decides which hit zone is shown, and from where (4.2): the newest alert, steadily, until it has been over
+/// for a while; the operator may hold the view and name the node. Time comes in as dt only. step() allocates
+/// nothing.
+class SyntheticViewer {
+ public:
+  explicit SyntheticViewer(const HitViewConfig& config) : config_(config), chooser_(config.choice) {}
+
+  /// An alert was raised or cleared. A cleared alert that is not known is ignored.
+  void take(const AlertNews& news) noexcept;
+
+  /// One frame later. `hold`: keep the view that is shown; `wish`: the operator's node, or automatic.
+  HitView step(bool hold, ViewNode wish, const VisibleShare& visible, double dt_s);
+
+ private:
+  struct Alert {
+    AlertNews news;
+    bool pending = false;  // raised, and neither shown nor over
+  };
+  void show(const AlertNews& news) noexcept;
+
+  static constexpr std::size_t kRemembered = 16;
+
+  HitViewConfig config_;
+  ViewChooser chooser_;
+  std::optional<AlertNews> shown_;
+  double shown_s_ = 0.0;
+  double over_s_ = 0.0;  // since the shown alert was cleared
+  std::array<Alert, kRemembered> alerts_{};
+  std::size_t next_ = 0;
+};
+
+}  // namespace phantom::synthetic_viewer

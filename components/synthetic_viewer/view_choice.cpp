@@ -1,0 +1,89 @@
+#include "components/synthetic_viewer/view_choice.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+constexpr std::array<std::array<int, 3>, kNodeCount + 1> kSigns{{{0, 0, 0},
+                                                                 {1, 1, 1},
+                                                                 {-1, 1, 1},
+                                                                 {-1, -1, 1},
+                                                                 {1, -1, 1},
+                                                                 {1, 1, -1},
+                                                                 {-1, 1, -1},
+                                                                 {-1, -1, -1},
+                                                                 {1, -1, -1},
+                                                                 {0, 1, 0},
+                                                                 {0, -1, 0},
+                                                                 {1, 0, 0},
+                                                                 {-1, 0, 0},
+                                                                 {0, 0, 1},
+                                                                 {0, 0, -1}}};
+constexpr std::array<const char*, kNodeCount + 1> kNames{"auto", "1", "2", "3", "4", "5", "6", "7",
+                                                         "8",    "N", "S", "E", "W", "T", "B"};
+
+// A view from below is as good in geometry but unfamiliar: it loses against its mirror image above.
+constexpr double kFamiliar = 0.06;
+// What laterality counts for when nothing can be seen at all, so that the order stays defined.
+constexpr double kBlind = 0.05;
+
+}  // namespace
+
+Eigen::Vector3d node_direction(ViewNode node) noexcept {
+  const auto& s = kSigns[static_cast<std::size_t>(node)];
+  const Eigen::Vector3d direction(s[0], s[1], s[2]);
+  return node == ViewNode::kAutomatic ? direction : direction.normalized().eval();
+}
+
+const char* node_name(ViewNode node) noexcept { return kNames[static_cast<std::size_t>(node)]; }
+
+std::optional<ViewNode> node_from_number(double number) noexcept {
+  if (!(number >= 0 && number <= kNodeCount) || number != std::floor(number)) return std::nullopt;
+  return static_cast<ViewNode>(static_cast<int>(number));
+}
+
+ViewChooser::Scores ViewChooser::scores(const ViewSituation& situation, const VisibleShare& visible) const {
+  Scores result{};
+  const double length = situation.pgv.norm();
+  for (int number = 1; number <= kNodeCount; ++number) {
+    const Eigen::Vector3d direction = node_direction(static_cast<ViewNode>(number));
+    const double along = length > 0 ? direction.dot(situation.pgv) / length : 0.0;
+    const double lateral = std::sqrt(std::max(0.0, 1 - along * along));
+    const double seen =
+        std::clamp(visible(situation, situation.look_at_m + config_.distance_m * direction), 0.0, 1.0);
+    result[static_cast<std::size_t>(number)] =
+        seen * (0.25 + 0.75 * lateral) + kBlind * lateral + kFamiliar * (direction.z() >= 0 ? 1 : 0);
+  }
+  return result;
+}
+
+void ViewChooser::change_to(ViewNode node) noexcept {
+  if (node != node_) stayed_s_ = 0;
+  node_ = node;
+  better_s_ = 0;
+  free_ = false;
+}
+
+ViewNode ViewChooser::step(const ViewSituation& situation, const VisibleShare& visible, double dt_s) {
+  stayed_s_ += dt_s;
+  if (situation.wish != ViewNode::kAutomatic) {
+    change_to(situation.wish);
+    return node_;
+  }
+  const Scores score = scores(situation, visible);
+  const auto best = static_cast<ViewNode>(std::max_element(score.begin() + 1, score.end()) - score.begin());
+  const double mine = node_ == ViewNode::kAutomatic ? -1.0 : score[static_cast<std::size_t>(node_)];
+  const bool better = score[static_cast<std::size_t>(best)] > mine + config_.margin;
+  if (free_) {
+    change_to(better ? best : node_);
+    return node_;
+  }
+  better_s_ = better ? better_s_ + dt_s : 0.0;
+  if (better_s_ >= config_.dwell_s && stayed_s_ >= config_.least_stay_s) change_to(best);
+  return node_;
+}
+
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <functional>
+#include <optional>
+
+namespace phantom::synthetic_viewer {
+
+/// Where to look from: nodes of a cube around the look-at point, its axes parallel to W (fig. 6.22). The
+/// numbers are those of operator_command. Corners: 1 to 4 above, 5 to 8 below, each set counter-clockwise
+/// from +x+y.
+enum class ViewNode : int {
+  kAutomatic = 0,
+  kCorner1 = 1,
+  kCorner2,
+  kCorner3,
+  kCorner4,
+  kCorner5,
+  kCorner6,
+  kCorner7,
+  kCorner8,
+  kNorth,   ///< +y
+  kSouth,   ///< −y
+  kEast,    ///< +x
+  kWest,    ///< −x
+  kTop,     ///< +z
+  kBottom,  ///< −z
+};
+inline constexpr int kNodeCount = 14;
+
+/// Unit vector from the look-at point to the node; zero for kAutomatic. Real-time safe: yes.
+Eigen::Vector3d node_direction(ViewNode node) noexcept;
+/// "1" … "8", "N", "S", "E", "W", "T", "B"; "auto". Real-time safe: yes.
+const char* node_name(ViewNode node) noexcept;
+/// The node with an operator_command's number; nothing unless it is a whole number 0…14.
+std::optional<ViewNode> node_from_number(double number) noexcept;
+
+struct ViewChoiceConfig {
+  double distance_m = 0.6;    ///< from the look-at point to the camera
+  double margin = 0.12;       ///< score by which another node must be better (scores run from 0 to about 1)
+  double dwell_s = 0.6;       ///< for how long it must be better
+  double least_stay_s = 1.5;  ///< a node is kept at least this long, whatever happens
+};
+
+/// What is to be seen.
+struct ViewSituation {
+  Eigen::Vector3d look_at_m = Eigen::Vector3d::Zero();  ///< point O, in W
+  Eigen::Vector3d pgv = Eigen::Vector3d::Zero();        ///< towards the object, in W; 0: no direction
+  ViewNode wish = ViewNode::kAutomatic;                 ///< the operator's choice
+};
+
+/// Share 0…1 of a situation's hit zone that can be seen from a place in W.
+using VisibleShare = std::function<double(const ViewSituation&, const Eigen::Vector3d& eye_m)>;
+
+/// Chooses the look-from node: lateral (close to the plane through the contact normal to the PGV, 6.7.1), not
+/// occluded, steady. Time comes in as dt only. Not thread-safe; step() allocates nothing.
+class ViewChooser {
+ public:
+  explicit ViewChooser(const ViewChoiceConfig& config) : config_(config) {}
+
+  /// One frame later: the node to look from now.
+  ViewNode step(const ViewSituation& situation, const VisibleShare& visible, double dt_s);
+  /// The next step() chooses freely (the view was off); until then the old node stays the favourite among
+  /// equals.
+  void release() noexcept { free_ = true; }
+
+  ViewNode node() const noexcept { return node_; }
+  Eigen::Vector3d eye_m(const ViewSituation& situation) const {
+    return situation.look_at_m + config_.distance_m * node_direction(node_);
+  }
+
+ private:
+  using Scores = std::array<double, kNodeCount + 1>;  // by node number
+  Scores scores(const ViewSituation& situation, const VisibleShare& visible) const;
+  void change_to(ViewNode node) noexcept;
+
+  ViewChoiceConfig config_;
+  ViewNode node_ = ViewNode::kAutomatic;
+  bool free_ = true;
+  double stayed_s_ = 0.0;
+  double better_s_ = 0.0;  // for how long some other node has been better
+};
+
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <atomic>
+#include <deque>
+#include <exception>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "common/core/health.hpp"
+#include "common/core/histogram.hpp"
+#include "common/runtime/cell.hpp"
+#include "components/synthetic_viewer/arm_meshes.hpp"
+#include "components/synthetic_viewer/compositor.hpp"
+#include "components/synthetic_viewer/inbox.hpp"
+#include "components/synthetic_viewer/mesh_assembler.hpp"
+#include "components/synthetic_viewer/page_state.hpp"
+#include "components/synthetic_viewer/report.hpp"
+#include "components/synthetic_viewer/web_server.hpp"
+
+namespace phantom::synthetic_viewer {
+
+/// The viewer's own thread: takes what came in, decides what to show, draws, and hands the pictures out. It
+/// owns the OpenGL context and runs at low priority.
+class ViewerLoop {
+ public:
+  /// Fills in `page`'s callbacks. `inbox` and `page` must outlive the loop.
+  ViewerLoop(const ViewerConfig& config, const runtime::CellConfig& cell, robot::SerialArm arm,
+             std::vector<LinkMeshData> arm_meshes, Inbox& inbox, PageContent& page, Report report);
+  /// Ends the thread, if need be.
+  ~ViewerLoop();
+
+  void start();
+  /// Ends the thread and completes the report, in which `page_url` is named; then throws what ended the
+  /// thread before, if anything did.
+  void finish(const std::string& page_url);
+  /// False once the thread has ended by itself.
+  bool running() const { return !ended_.load(); }
+  /// For component_status. Any thread.
+  core::Health health();
+
+ private:
+  void run();
+  void work();
+  void set_up();
+  void take_news();
+  void take(Event& event);
+  void take_chunk(MeshChunkSample chunk);
+  void tick(double dt_s);
+  Compositor::Moment moment() const { return {state_, objects_, now_ns_}; }
+  void show_main();
+  void show_hit();
+  void show_tool();
+  void photograph_alerts(const VisibleShare& visible);
+  void photograph_milestones();
+  Image main_photograph();
+  void publish_state();
+  void publish_health();
+
+  ViewerConfig config_;
+  std::string cell_name_;
+  std::vector<LinkMeshData> arm_meshes_;
+  Inbox& inbox_;
+  PageContent& page_;
+
+  // The viewer thread's own.
+  CellScene scene_;
+  Compositor compositor_;
+  ViewerState state_;
+  SyntheticViewer viewer_;
+  MeshAssembler assembler_;
+  std::deque<Event> backlog_;
+  std::unique_ptr<Renderer> renderer_;
+  Report report_;
+  HitView hit_;
+  RayScene objects_;  // where they stand now
+  std::vector<HitSample> unphotographed_;
+  bool saved_start_ = false, saved_hit_ = false, saved_contact_ = false;
+  core::Nanoseconds start_ns_ = 0, now_ns_ = 0, alert_to_picture_max_ns_ = 0;
+  std::uint64_t frames_ = 0, refused_meshes_ = 0;
+  double frames_per_s_ = 0.0;
+  core::DurationHistogram work_, lateness_;
+  std::string graphics_;
+
+  // Shared with other threads.
+  std::mutex shared_mutex_;
+  core::Health health_;
+  std::shared_ptr<const Image> newest_main_;
+  std::map<std::uint32_t, std::string> hit_jpegs_;
+
+  std::atomic<bool> stop_{false}, ended_{false};
+  std::exception_ptr problem_;
+  std::thread thread_;
+};
+
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,229 @@
+'use strict';
+// The operator's page: follows /events, shows the streams, posts commands. Fields of an event: page_state.cpp.
+
+const byId = id => document.getElementById(id);
+const put = (id, text) => { const e = typeof id === 'string' ? byId(id) : id; if (e.textContent !== text) e.textContent = text; };
+const fixed = (value, digits, unit = '') => value === null || value === undefined ? '–' : value.toFixed(digits) + unit;
+const duration = s => s === null ? '–' : s < 0.001 ? (s * 1e6).toFixed(0) + ' µs' : s < 1 ? (s * 1e3).toFixed(s < 0.01 ? 2 : 0) + ' ms' : s.toFixed(1) + ' s';
+
+let state = null;
+let source = null;
+let lastEvent = 0;
+let torqueScale = 1;
+
+// Streams: an image with a source holds a connection, of which a browser grants six per host. A page that nobody sees
+// gives them back, and the hit zone's stream is open only while there is a zone to show.
+const streams = {
+  set(id, path) {
+    const image = byId(id);
+    const wanted = path && !document.hidden ? path : '';
+    if ((image.dataset.stream || '') === wanted) return;
+    image.dataset.stream = wanted;
+    if (wanted) image.src = wanted + '?' + Date.now();
+    else image.removeAttribute('src');
+  }
+};
+for (const id of ['main-view', 'hit-view', 'tool-view']) {
+  byId(id).addEventListener('error', () => { byId(id).dataset.stream = ''; });
+}
+
+function connect() {
+  if (source) source.close();
+  source = new EventSource('events');
+  source.onmessage = message => { lastEvent = performance.now(); state = JSON.parse(message.data); show(); };
+}
+
+function showBanner() {
+  const silent = performance.now() - lastEvent > 2000;
+  const text = silent ? 'NO CONNECTION TO THE VIEWER: what you see is out of date' : state ? state.banner : '';
+  put('banner', text);
+  byId('banner').hidden = !text;
+}
+
+function show() {
+  showBanner();
+  const { link, percept, view, viewer } = state;
+  put('cell', state.cell);
+  put('slave-state', link.slave);
+  put('master-state', link.master);
+  put('pose-age', duration(link.slave_age_s));
+  put('round-trip', duration(link.round_trip_s));
+  put('reach', link.reach < 0 ? '–' : String(link.reach));
+  put('viewer-rate', fixed(viewer.frames_per_s, 1, ' fps'));
+  byId('viewer-rate').title = viewer.graphics;
+  showPercept(percept, link);
+  showJoints(state.joints);
+  showCommands(link, view, viewer);
+  showViews(view, viewer);
+  showHits(state.hits, state.total_hits);
+  showComponents(state.components);
+}
+
+function showBar(id, share, grade) {
+  const bar = byId(id + '-bar');
+  bar.style.width = Math.max(0, Math.min(1, share)) * 100 + '%';
+  bar.className = grade > 0.75 ? 'hot' : grade > 0.4 ? 'warm' : '';
+}
+
+function showPercept(percept, link) {
+  put('closeness', fixed(percept.closeness, 2));
+  put('speed', fixed(percept.speed_m_s, 3, ' m/s'));
+  showBar('closeness', percept.closeness ?? 0, percept.closeness ?? 0);
+  showBar('speed', (percept.speed_m_s ?? 0) / 0.5, 0);
+  byId('closeness-meter').setAttribute('aria-valuenow', percept.closeness ?? 0);
+  byId('speed-meter').setAttribute('aria-valuenow', percept.speed_m_s ?? 0);
+  put('motion', percept.known ? (percept.motion === 'none' ? 'no direction' : percept.motion) : 'no percept');
+  byId('motion').className = 'chip ' + percept.motion;
+  put('nearest-link', percept.known ? percept.link || 'all links free' : 'unknown');
+  put('nearest-object', percept.known ? percept.object || '–' : '–');
+  byId('contact').hidden = !link.contact;
+  put('contact', link.contact ? `Contact with ${link.contact_object}` + (link.contact_force_N === null ? '' : `, ${link.contact_force_N.toFixed(1)} N`) : '');
+}
+
+function showJoints(joints) {
+  const box = byId('joints');
+  if (box.childElementCount !== joints.length) {
+    box.replaceChildren(...joints.map(joint => {
+      const row = document.createElement('div');
+      row.className = 'joint';
+      row.innerHTML = '<span class="name"></span><span class="twoway"><i class="percept"></i><i class="feedback"></i></span><span class="value"></span>';
+      row.querySelector('.name').textContent = joint.name;
+      row.title = `${joint.name}, in ${joint.prismatic ? 'N' : 'N·m'}`;
+      return row;
+    }));
+  }
+  const largest = Math.max(0, ...joints.flatMap(j => [Math.abs(j.percept_torque), Math.abs(j.feedback_torque)]));
+  while (torqueScale < largest) torqueScale *= torqueScale.toString().startsWith('2') ? 2.5 : 2;
+  put('torque-scale', `±${torqueScale} N·m or N`);
+  joints.forEach((joint, i) => {
+    const row = box.children[i];
+    row.querySelector('.percept').style.transform = `scaleX(${joint.percept_torque / torqueScale})`;
+    row.querySelector('.feedback').style.transform = `scaleX(${joint.feedback_torque / torqueScale})`;
+    put(row.querySelector('.value'), (joint.percept_torque + joint.feedback_torque).toFixed(2));
+  });
+}
+
+function showCommands(link, view, viewer) {
+  for (const e of document.querySelectorAll('#commands button, #commands input, #stop, #node, #hold')) e.disabled = !viewer.allow_commands;
+  if (!viewer.allow_commands) say('This viewer only shows; commands are switched off in its configuration.', false);
+  put('gain-now', fixed(link.percept_gain, 2) + (link.percept_limited ? ' (limited)' : ''));
+  if (!byId('gain').value && link.percept_gain !== null) byId('gain').value = +link.percept_gain.toFixed(3);
+  byId('percept').setAttribute('aria-pressed', link.percept_enabled);
+  put('percept', link.percept_enabled ? 'Percept on' : 'Percept off');
+  byId('hold').setAttribute('aria-pressed', view.hold);
+  if (document.activeElement !== byId('node')) byId('node').value = view.wish;
+}
+
+function showViews(view, viewer) {
+  streams.set('main-view', 'stream/main');
+  const image = byId('hit-view');
+  const last = state.hits[0];
+  byId('hit-figure').classList.toggle('threat', view.threatening);
+  if (view.alert) {
+    streams.set('hit-view', 'stream/hit');
+    put('hit-caption', `Alert ${view.alert}, from ${view.node}${view.threatening ? '' : ', over'}`);
+  } else if (last) {
+    image.dataset.stream = '';
+    const still = `hits/${last.alert}.jpg`;
+    if (!image.src.endsWith(still)) image.src = still;
+    put('hit-caption', `Alert ${last.alert}, over: first picture`);
+  } else {
+    put('hit-caption', 'Hit zone');
+  }
+  image.classList.toggle('past', !view.alert);
+  image.hidden = !view.alert && !last;
+  byId('hit-empty').hidden = !image.hidden;
+  byId('tool-figure').hidden = !viewer.tool_view;
+  streams.set('tool-view', viewer.tool_view ? 'stream/tool' : '');
+}
+
+const kRules = { very_close: 'very close', moderate_moving: 'moving in the vicinity', far_nearing: 'nearing', none: '' };
+
+function showHits(hits, total) {
+  put('hit-count', String(total));
+  const list = byId('hits');
+  const key = hits.map(h => h.alert + (h.cleared_after_s === null ? '!' : '')).join();
+  if (list.dataset.key === key && list.childElementCount) return;
+  list.dataset.key = key;
+  if (!hits.length) {
+    const none = document.createElement('li');
+    none.className = 'none';
+    none.textContent = 'None so far.';
+    return list.replaceChildren(none);
+  }
+  list.replaceChildren(...hits.map(hit => {
+    const item = document.createElement('li');
+    item.className = hit.cleared_after_s === null ? 'now' : '';
+    item.innerHTML = '<a target="_blank"><img loading="lazy" alt=""></a><div><div class="what"></div><div class="why"></div></div>';
+    item.querySelector('a').href = item.querySelector('img').src = `hits/${hit.alert}.jpg`;
+    item.querySelector('a').setAttribute('aria-label', `Picture of alert ${hit.alert}`);
+    item.querySelector('.what').textContent = `${hit.link} → ${hit.object}`;
+    const over = hit.cleared_after_s === null ? 'threatens' : `over after ${duration(hit.cleared_after_s)}`;
+    item.querySelector('.why').textContent = `#${hit.alert} at ${hit.t.toFixed(1)} s, ${kRules[hit.rule]}, ${hit.speed_m_s.toFixed(2)} m/s, ${over}`;
+    return item;
+  }));
+}
+
+function rate(hz) { return hz >= 100 ? hz.toFixed(0) + ' Hz' : hz.toFixed(1) + ' Hz'; }
+
+function showComponents(components) {
+  const rows = [];
+  for (const c of components) {
+    const row = document.createElement('tr');
+    const loop = c.loops[0];
+    const cells = [[c.name, ''], [c.state, 'state ' + c.state], [loop ? rate(loop.rate_hz) : '–', 'number'],
+      [loop ? duration(loop.p99_us * 1e-6) : '–', 'number'], [`${c.refused} / ${c.deadline_missed}`, 'number']];
+    for (const [text, kind] of cells) {
+      const cell = document.createElement('td');
+      cell.textContent = text;
+      if (kind) cell.className = kind;
+      row.append(cell);
+    }
+    row.title = c.host + c.loops.map(l => `\n${l.name}: ${rate(l.rate_hz)}, ${l.slips} slips`).join('');
+    rows.push(row);
+    if (c.message) {
+      row.className = 'with-message';
+      const note = document.createElement('tr');
+      note.innerHTML = '<td class="message" colspan="5"></td>';
+      note.firstChild.textContent = c.message;
+      rows.push(note);
+    }
+  }
+  byId('components').replaceChildren(...rows);
+}
+
+function say(text, bad) {
+  put('answer', text);
+  byId('answer').className = bad ? 'bad' : '';
+}
+
+async function command(kind, value) {
+  const body = value === undefined ? { kind } : { kind, value };
+  try {
+    const response = await fetch('command', { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify(body) });
+    const answer = await response.json();
+    say(answer.ok ? `${kind.replaceAll('_', ' ')}: sent` : `Refused: ${answer.message}`, !answer.ok);
+  } catch (problem) {
+    say(`Not sent: the viewer does not answer (${problem.message})`, true);
+  }
+}
+
+byId('stop').addEventListener('click', () => command('emergency_stop'));
+byId('reset').addEventListener('click', () => { if (confirm('Reset: the arm may move again. Is the cell clear?')) command('reset'); });
+byId('percept').addEventListener('click', () => command('enable_percept', byId('percept').getAttribute('aria-pressed') === 'true' ? 0 : 1));
+byId('hold').addEventListener('click', () => command('view_hold', byId('hold').getAttribute('aria-pressed') === 'true' ? 0 : 1));
+byId('node').addEventListener('change', () => command('view_node', +byId('node').value));
+byId('gain-form').addEventListener('submit', event => { event.preventDefault(); command('set_percept_gain', +byId('gain').value); });
+// Esc stops, wherever the focus is. Not Space: that presses the button that has the focus.
+addEventListener('keydown', event => { if (event.key === 'Escape') { event.preventDefault(); command('emergency_stop'); } });
+document.addEventListener('visibilitychange', () => {
+  if (document.hidden) {
+    source.close();
+    for (const id of ['main-view', 'hit-view', 'tool-view']) streams.set(id, '');
+  } else {
+    connect();
+  }
+});
+setInterval(showBanner, 500);
+setInterval(() => { if (!document.hidden && source && source.readyState === EventSource.CLOSED) connect(); }, 1500);
+connect();

@@ -1,0 +1,10 @@
+#pragma once
+
+namespace phantom::synthetic_viewer::web {
+
+// The files of web/, put into the executable by embed.cmake.
+extern const char* const kIndexHtml;
+extern const char* const kPageCss;
+extern const char* const kPageJs;
+
+}  // namespace phantom::synthetic_viewer::web
