@@ -104,7 +104,7 @@ core::JointArray drag_torque(const DragCoefficients& drag, DragMode mode, const 
   core::JointArray torque{};
   const auto coefficient = [&](std::size_t i) { return v[i] >= 0.0 ? drag.plus[i] : drag.minus[i]; };
   if (mode == DragMode::kSeparable) {
-    for (std::size_t i = 0; i < joint_count; ++i) torque[i] = -coefficient(i) * v[i];
+    for (std::size_t i = 0; i < joint_count; ++i) torque[i] = 0.0 - coefficient(i) * v[i];  // no negative zeros
     return torque;
   }
   core::JointArray scale{};

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "components/phantom_sensing/phantom_sensing.hpp"
+
+namespace phantom::phantom_sensing {
+
+/// phantom_sensing.yaml, checked.
+struct Config {
+  std::filesystem::path file;
+  std::string arm;  ///< empty: the cell's only arm
+  robot::SkinOptions skin;
+  PerceptSettings percept;
+  double percept_rate_hz = 100.0;  ///< topic percept, at most the rate of slave_state
+  double staleness_s = 0.1;        ///< slave_state older than this makes the percept invalid
+};
+
+/// Reads and checks the parameters. Throws ConfigError (file, line, key, value, what is allowed).
+Config load_config(const std::filesystem::path& file);
+
+}  // namespace phantom::phantom_sensing

@@ -1,0 +1,31 @@
+#pragma once
+
+// Conversion between topic types and what the component works with. Part of the DDS adapter: nothing else
+// sees idl.
+
+#include <string>
+
+#include "common/dds/stamp.hpp"
+#include "common/dds/topics.hpp"
+#include "common/robot/serial_arm.hpp"
+#include "common/voxel/workspace_assembler.hpp"
+#include "components/phantom_sensing/sensing_loop.hpp"
+
+namespace phantom::phantom_sensing {
+
+/// Share of a joint's range by which a reported position may lie outside it (idl: joint limits ± 5 %).
+inline constexpr double kRangeTolerance = 0.05;
+
+/// Why a slave_state cannot be used, naming the field and what is allowed; empty if it can. Does not look at
+/// its order.
+std::string refusal(const msg::SlaveState& state, const robot::SerialArm& arm);
+SlaveSample sample_of(const msg::SlaveState& state, core::Nanoseconds received_ns);
+
+voxel::VersionDescription description_of(const msg::WorkspaceVersion& version);
+
+/// Fill everything but the stamp.
+void fill(msg::DragField& message, const StepOutputs& outputs, const TickInfo& info, std::size_t joint_count);
+void fill(msg::Percept& message, const StepOutputs& outputs, const TickInfo& info, std::size_t joint_count);
+void fill(msg::HitAlert& message, const percept::Alert& alert, bool cleared, const robot::SerialArm& arm);
+
+}  // namespace phantom::phantom_sensing

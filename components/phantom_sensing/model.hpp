@@ -1,0 +1,17 @@
+#pragma once
+
+#include "common/core/network.hpp"
+#include "common/runtime/cell.hpp"
+#include "components/phantom_sensing/config.hpp"
+
+namespace phantom::phantom_sensing {
+
+/// Arm and skin of the cell's arm `config.arm`. Throws ConfigError naming the cell's file and what is wrong.
+/// Logs what was left out or is coarser than the rule.
+PhantomModel load_model(const runtime::CellConfig& cell, const Config& config);
+
+/// The cell's objects, voxelised, layered and merged in this process, as wva_server would publish them
+/// (version 1). Throws ConfigError naming the object. Takes seconds.
+voxel::Workspace build_workspace(const runtime::CellConfig& cell);
+
+}  // namespace phantom::phantom_sensing

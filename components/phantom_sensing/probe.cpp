@@ -1,0 +1,179 @@
+#include "components/phantom_sensing/probe.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+
+#include "common/core/clock.hpp"
+#include "common/core/errors.hpp"
+#include "common/percept/closeness.hpp"
+#include "components/phantom_sensing/model.hpp"
+
+namespace phantom::phantom_sensing {
+namespace {
+
+using core::ConfigError;
+
+/// Names as they stand in the CSV.
+const char* name_of(percept::MotionClass motion) {
+  switch (motion) {
+    case percept::MotionClass::kSafe:
+      return "safe";
+    case percept::MotionClass::kNeutral:
+      return "neutral";
+    case percept::MotionClass::kDangerous:
+      return "dangerous";
+    case percept::MotionClass::kNone:
+      break;
+  }
+  return "none";
+}
+
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> cells;
+  std::string cell;
+  for (const char c : line) {
+    if (c == ',') {
+      cells.push_back(std::move(cell));
+      cell.clear();
+    } else if (c != ' ' && c != '\t' && c != '\r') {
+      cell += c;
+    }
+  }
+  cells.push_back(std::move(cell));
+  return cells;
+}
+
+/// Where a column goes: the row's member, or nullptr for a name that is not allowed.
+double* place(ProbeRow& row, const std::string& column, std::size_t joint_count) {
+  if (column == "t") return &row.t_s;
+  std::size_t joint = 0;
+  if (column.size() < 2 || (column[0] != 'q' && column[0] != 'v')) return nullptr;
+  const auto [end, error] = std::from_chars(column.data() + 1, column.data() + column.size(), joint);
+  if (error != std::errc() || end != column.data() + column.size() || joint < 1 || joint > joint_count)
+    return nullptr;
+  return column[0] == 'q' ? &row.position[joint - 1] : &row.velocity[joint - 1];
+}
+
+void check_header(const std::vector<std::string>& columns, const std::string& where,
+                  std::size_t joint_count) {
+  const std::string allowed = "; allowed: t, q1…q" + std::to_string(joint_count) + ", v1…v" +
+                              std::to_string(joint_count) + ", each once";
+  ProbeRow seen;
+  for (const std::string& column : columns) {
+    double* target = place(seen, column, joint_count);
+    if (target == nullptr) throw ConfigError(where + "column '" + column + "' is unknown" + allowed);
+    if (*target != 0.0) throw ConfigError(where + "column '" + column + "' stands twice" + allowed);
+    *target = 1.0;
+  }
+  if (columns.size() != 1 + 2 * joint_count) {
+    throw ConfigError(where + "has " + std::to_string(columns.size()) + " columns" + allowed);
+  }
+}
+
+std::ofstream open_for_writing(const std::filesystem::path& path) {
+  std::ofstream file(path);
+  if (!file) throw core::MissingError(path.string() + ": cannot be written");
+  file.precision(17);
+  return file;
+}
+
+void write_row(const ProbeRow& row, const StepOutputs& out, std::size_t n, bool directional,
+               std::ostream& csv) {
+  csv << row.t_s;
+  for (std::size_t i = 0; i < n; ++i) csv << ',' << out.percept.drag_torque[i];
+  for (std::size_t i = 0; i < n; ++i)
+    csv << ',' << (row.velocity[i] >= 0 ? out.drag.plus[i] : out.drag.minus[i]);
+  if (directional) {
+    for (std::size_t i = 0; i < n; ++i) csv << ',' << out.drag.plus[i];
+    for (std::size_t i = 0; i < n; ++i) csv << ',' << out.drag.minus[i];
+  }
+  const SkinPercept& p = out.percept;
+  csv << ',' << p.worst.mu << ',' << p.worst.link << ',' << p.worst.sensor << ',' << p.worst.object;
+  for (int axis = 0; axis < 3; ++axis) csv << ',' << p.worst.position_W_m[axis];
+  for (int axis = 0; axis < 3; ++axis) csv << ',' << p.gradient.pgv_W_m[axis];
+  csv << ',' << p.gradient.strength << ',' << p.velocity_W_m_s.norm() << ',' << name_of(p.motion) << ','
+      << static_cast<int>(p.rule) << '\n';
+}
+
+}  // namespace
+
+std::vector<ProbeRow> read_probe_rows(std::istream& csv, const std::string& name, std::size_t joint_count) {
+  std::vector<ProbeRow> rows;
+  std::string line;
+  if (!std::getline(csv, line)) throw ConfigError(name + ":1: is empty; a header line is needed");
+  const std::vector<std::string> columns = split(line);
+  check_header(columns, name + ":1: ", joint_count);
+  for (int number = 2; std::getline(csv, line); ++number) {
+    const std::string where = name + ":" + std::to_string(number) + ": ";
+    const std::vector<std::string> cells = split(line);
+    if (cells.size() == 1 && cells[0].empty()) continue;
+    if (cells.size() != columns.size()) {
+      throw ConfigError(where + "has " + std::to_string(cells.size()) +
+                        " values; allowed: " + std::to_string(columns.size()) + ", as the header");
+    }
+    ProbeRow row;
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      double value = 0.0;
+      const auto [end, error] = std::from_chars(cells[i].data(), cells[i].data() + cells[i].size(), value);
+      if (error != std::errc() || end != cells[i].data() + cells[i].size() || !std::isfinite(value)) {
+        throw ConfigError(where + columns[i] + ": '" + cells[i] + "' is not a finite number");
+      }
+      *place(row, columns[i], joint_count) = value;
+    }
+    if (!rows.empty() && !(row.t_s >= rows.back().t_s)) throw ConfigError(where + "t: goes back in time");
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+void run_probe_rows(const PhantomModel& model, const PerceptSettings& settings,
+                    const voxel::Workspace& workspace, const std::vector<ProbeRow>& rows, std::ostream& csv) {
+  const std::size_t n = model.arm.joint_count();
+  const auto header = [&](const char* name) {
+    for (std::size_t i = 1; i <= n; ++i) csv << ',' << name << i;
+  };
+  csv << 't';
+  header("tau");
+  header("b");
+  if (settings.directional.enabled) {
+    header("bplus");
+    header("bminus");
+  }
+  csv << ",mu,link,sensor,object,x_m,y_m,z_m,pgvx_m,pgvy_m,pgvz_m,pgs,speed_m_s,motion,rule\n";
+  PhantomSensing sensing(model, settings);
+  const SensedWorkspace sensed{&workspace, percept::greatest_neighbour_mu(workspace)};
+  StepOutputs outputs;
+  double before_s = rows.empty() ? 0.0 : rows.front().t_s;
+  for (const ProbeRow& row : rows) {
+    sensing.step({row.position, row.velocity, row.t_s - before_s, sensed, true}, outputs);
+    before_s = row.t_s;
+    write_row(row, outputs, n, settings.directional.enabled, csv);
+  }
+}
+
+int run_probe(const ProbeRequest& request, Config config) {
+  if (!request.arm.empty()) config.arm = request.arm;
+  if (request.mode == "coupled") config.percept.mode = robot::DragMode::kCoupled;
+  if (request.mode == "separable") config.percept.mode = robot::DragMode::kSeparable;
+  if (request.directional) config.percept.directional.enabled = true;
+  const runtime::CellConfig cell = runtime::load_cell(request.cell);
+  const PhantomModel model = load_model(cell, config);
+  std::ifstream joints(request.joints);
+  if (!joints) throw core::MissingError(request.joints.string() + ": no such file");
+  const auto rows = read_probe_rows(joints, request.joints.string(), model.arm.joint_count());
+  std::ofstream csv = open_for_writing(request.out);
+  const auto start_ns = core::monotonic_ns();
+  const voxel::Workspace workspace = build_workspace(cell);
+  const auto built_ns = core::monotonic_ns();
+  run_probe_rows(model, config.percept, workspace, rows, csv);
+  if (!csv.flush()) throw std::runtime_error(request.out.string() + ": could not be written to the end");
+  std::cout << rows.size() << " rows, " << model.skin.size() << " sensors; workspace built in "
+            << core::seconds(built_ns - start_ns) << " s, sensed in "
+            << core::seconds(core::monotonic_ns() - built_ns) << " s\n";
+  return 0;
+}
+
+}  // namespace phantom::phantom_sensing

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <filesystem>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include "components/phantom_sensing/config.hpp"
+
+namespace phantom::phantom_sensing {
+
+/// `phantom_sensing probe`: the same step as in the running component, fed from a file instead of from DDS.
+struct ProbeRequest {
+  std::filesystem::path cell;
+  std::string arm;  ///< empty: the configuration's
+  std::filesystem::path joints;
+  std::string mode;  ///< "separable", "coupled"; empty: the configuration's
+  bool directional = false;
+  std::filesystem::path out;
+};
+
+/// A row of the joints file.
+struct ProbeRow {
+  double t_s = 0.0;
+  core::JointArray position{}, velocity{};
+};
+
+/// Reads CSV with a header naming t, q1…qn and v1…vn, in any order. Throws ConfigError naming file, line and
+/// column: unknown or missing columns, a joint count other than the arm's, what is not a finite number, a
+/// time that does not rise.
+std::vector<ProbeRow> read_probe_rows(std::istream& csv, const std::string& name, std::size_t joint_count);
+
+/// Writes one row per input row: t, tau1…taun, b1…bn (coefficient for the direction of motion; with
+/// directional drag also bplus and bminus), mu, link, sensor, object, x_m, y_m, z_m, pgvx_m, pgvy_m, pgvz_m,
+/// pgs, speed_m_s, motion, rule.
+void run_probe_rows(const PhantomModel& model, const PerceptSettings& settings,
+                    const voxel::Workspace& workspace, const std::vector<ProbeRow>& rows, std::ostream& csv);
+
+/// The whole command. Returns the exit code; throws ConfigError and MissingError.
+int run_probe(const ProbeRequest& request, Config config);
+
+}  // namespace phantom::phantom_sensing

@@ -1,0 +1,125 @@
+#include "components/phantom_sensing/sensing_loop.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <ctime>
+
+namespace phantom::phantom_sensing {
+namespace {
+
+constexpr core::Nanoseconds kLongestWatchdog_ns = 10 * core::kNsPerMillisecond;
+constexpr core::Nanoseconds kFiguresPeriod_ns = 400 * core::kNsPerMillisecond;
+
+}  // namespace
+
+SensingLoop::SensingLoop(const PhantomModel& model, const Config& config, WorkspaceKeeper& workspace,
+                         PerceptSink& sink)
+    : config_(config),
+      workspace_(workspace),
+      sink_(sink),
+      sensing_(model, config.percept),
+      staleness_ns_(core::from_seconds(config.staleness_s)),
+      watchdog_ns_(std::min(kLongestWatchdog_ns, staleness_ns_ / 2)),
+      percept_period_ns_(core::from_seconds(1.0 / config.percept_rate_hz)) {
+  sem_init(&wake_, 0, 0);
+}
+
+SensingLoop::~SensingLoop() { sem_destroy(&wake_); }
+
+void SensingLoop::offer(const SlaveSample& sample) noexcept {
+  inbox_.write(sample);
+  sem_post(&wake_);
+}
+
+void SensingLoop::stop() noexcept {
+  stop_.store(true, std::memory_order_relaxed);
+  sem_post(&wake_);
+}
+
+void SensingLoop::run() {
+  while (!stop_.load(std::memory_order_relaxed)) {
+    const core::Nanoseconds until = core::monotonic_ns() + watchdog_ns_;
+    const timespec due{until / core::kNsPerSecond, until % core::kNsPerSecond};
+    while (sem_clockwait(&wake_, CLOCK_MONOTONIC, &due) != 0 && errno == EINTR) {
+    }
+    while (sem_trywait(&wake_) == 0) {
+    }  // several states may have come: only the newest counts
+    turn(core::monotonic_ns());
+  }
+  publish_figures();
+}
+
+void SensingLoop::publish_figures() {
+  counted_.tick_p50_us = 1e-3 * static_cast<double>(tick_times_.quantile_ns(0.5));
+  counted_.tick_p99_us = 1e-3 * static_cast<double>(tick_times_.quantile_ns(0.99));
+  counted_.tick_max_us = 1e-3 * static_cast<double>(tick_times_.max_ns());
+  published_.write(counted_);
+}
+
+void SensingLoop::turn(core::Nanoseconds now_ns) {
+  const bool fresh = inbox_.read(newest_);
+  if (fresh) counted_.state_seen = true;
+  const bool state_valid = counted_.state_seen && now_ns - newest_.received_ns <= staleness_ns_;
+  if (fresh && state_valid) {
+    tick(now_ns, true);
+  } else if (!state_valid && (outputs_.valid || now_ns - last_invalid_ns_ >= watchdog_ns_ / 2)) {
+    tick(now_ns, false);
+  }
+  if (now_ns >= next_figures_ns_) {
+    next_figures_ns_ = now_ns + kFiguresPeriod_ns;
+    publish_figures();
+  }
+}
+
+/// Time between two states by their writer's clock, so that a replay gives the same; 0 across a restart of
+/// the writer.
+double SensingLoop::elapsed_s(const SlaveSample& sample) const noexcept {
+  if (sample.id.session != ticked_.id.session || ticked_.id.sequence_number == 0) return 0.0;
+  return std::clamp(core::seconds(sample.id.monotonic_ns - ticked_.id.monotonic_ns), 0.0, 1.0);
+}
+
+void SensingLoop::tick(core::Nanoseconds now_ns, bool state_valid) {
+  StepInputs inputs;
+  inputs.workspace = workspace_.newest();
+  inputs.state_valid = state_valid;
+  if (state_valid) {
+    inputs.position = newest_.position;
+    inputs.velocity = newest_.velocity;
+    inputs.dt_s = elapsed_s(newest_);
+    ticked_ = newest_;
+  }
+  const core::Nanoseconds start_ns = core::monotonic_ns();
+  sensing_.step(inputs, outputs_);
+  const core::Nanoseconds step_ns = core::monotonic_ns() - start_ns;
+  if (outputs_.valid) {
+    tick_times_.record(step_ns);
+    ++counted_.ticks;
+  } else {
+    last_invalid_ns_ = now_ns;
+    ++counted_.invalid_turns;
+  }
+  const double age_s = counted_.state_seen ? core::seconds(now_ns - newest_.received_ns) : 0.0;
+  counted_.model_age_s = age_s;
+  counted_.workspace_version = outputs_.workspace_version;
+  counted_.active_sensors = outputs_.active_sensors;
+  counted_.valid = outputs_.valid;
+  publish(now_ns, {newest_, age_s, core::seconds(step_ns)});
+}
+
+void SensingLoop::publish(core::Nanoseconds now_ns, const TickInfo& info) {
+  sink_.on_drag(outputs_, info);  // first: the haptic loop waits for it
+  if (now_ns >= next_percept_ns_) {
+    const bool late = now_ns - next_percept_ns_ > percept_period_ns_;
+    next_percept_ns_ = (late ? now_ns : next_percept_ns_) + percept_period_ns_;
+    sink_.on_percept(outputs_, info);
+  }
+  if (outputs_.alerts.cleared) sink_.on_alert(*outputs_.alerts.cleared, true);
+  if (outputs_.alerts.raised) sink_.on_alert(*outputs_.alerts.raised, false);
+}
+
+LoopFigures SensingLoop::figures() {
+  published_.read(read_);
+  return read_;
+}
+
+}  // namespace phantom::phantom_sensing

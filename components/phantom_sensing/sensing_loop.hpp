@@ -1,0 +1,107 @@
+#pragma once
+
+#include <semaphore.h>
+
+#include <atomic>
+#include <cstdint>
+
+#include "common/core/clock.hpp"
+#include "common/core/histogram.hpp"
+#include "common/core/snapshot.hpp"
+#include "components/phantom_sensing/config.hpp"
+#include "components/phantom_sensing/phantom_sensing.hpp"
+#include "components/phantom_sensing/workspace_keeper.hpp"
+
+namespace phantom::phantom_sensing {
+
+/// Identity of a sample: of a stamp, or of an echo of one.
+struct SampleId {
+  std::uint64_t sequence_number = 0;  ///< 0: none
+  std::int64_t monotonic_ns = 0;      ///< of the writer's host
+  std::uint64_t session = 0;
+};
+
+/// A slave_state that passed validation.
+struct SlaveSample {
+  SampleId id;
+  SampleId master_echo;
+  core::Nanoseconds received_ns = 0;  ///< CLOCK_MONOTONIC of this host
+  core::JointArray position{}, velocity{};
+};
+
+/// What is published besides the step's outputs.
+struct TickInfo {
+  SlaveSample slave;         ///< that the tick rests on; id 0: none came yet
+  double model_age_s = 0.0;  ///< time since it was received
+  double tick_s = 0.0;       ///< time that the step took
+};
+
+/// Takes what the loop makes. Called on the loop's thread.
+class PerceptSink {
+ public:
+  virtual ~PerceptSink() = default;
+  virtual void on_drag(const StepOutputs& outputs, const TickInfo& info) = 0;
+  virtual void on_percept(const StepOutputs& outputs, const TickInfo& info) = 0;
+  virtual void on_alert(const percept::Alert& alert, bool cleared) = 0;
+};
+
+/// How the loop does; published for the status, newest only.
+struct LoopFigures {
+  std::uint64_t ticks = 0;          ///< steps on a valid state and workspace
+  std::uint64_t invalid_turns = 0;  ///< turns that had to publish an invalid result
+  double tick_p50_us = 0.0, tick_p99_us = 0.0, tick_max_us = 0.0;
+  double model_age_s = 0.0;
+  std::uint64_t workspace_version = 0;
+  std::size_t active_sensors = 0;
+  bool state_seen = false;  ///< a slave_state has come since the start
+  bool valid = false;       ///< newest result
+};
+
+/// Turns every new slave_state into one tick and what it publishes; the newest state wins. A watchdog on the
+/// monotonic clock makes the result invalid when the state is stale or there is no workspace, from the start
+/// on: at most staleness + one watchdog period after the last sample, and again every watchdog period.
+class SensingLoop {
+ public:
+  /// All outlive this.
+  SensingLoop(const PhantomModel& model, const Config& config, WorkspaceKeeper& workspace, PerceptSink& sink);
+  ~SensingLoop();
+  SensingLoop(const SensingLoop&) = delete;
+  SensingLoop& operator=(const SensingLoop&) = delete;
+
+  /// Gives it a state; one thread. Real-time safe: yes.
+  void offer(const SlaveSample& sample) noexcept;
+  /// Works until stop(), on the calling thread.
+  void run();
+  void stop() noexcept;  ///< thread-safe
+  /// One wake-up at a given time: what run() does, for tests.
+  void turn(core::Nanoseconds now_ns);
+
+  /// Newest figures, at most half a second old; one reader thread.
+  LoopFigures figures();
+  core::Nanoseconds watchdog_period_ns() const noexcept { return watchdog_ns_; }
+
+ private:
+  void tick(core::Nanoseconds now_ns, bool state_valid);
+  double elapsed_s(const SlaveSample& sample) const noexcept;
+  void publish(core::Nanoseconds now_ns, const TickInfo& info);
+  void publish_figures();
+
+  const Config& config_;
+  WorkspaceKeeper& workspace_;
+  PerceptSink& sink_;
+  PhantomSensing sensing_;
+  core::Nanoseconds staleness_ns_, watchdog_ns_, percept_period_ns_;
+
+  sem_t wake_;
+  std::atomic<bool> stop_{false};
+  core::Snapshot<SlaveSample> inbox_;
+
+  SlaveSample newest_, ticked_;
+  StepOutputs outputs_;
+  core::Nanoseconds last_invalid_ns_ = 0, next_percept_ns_ = 0, next_figures_ns_ = 0;
+  core::DurationHistogram tick_times_;
+  LoopFigures counted_, read_;
+  core::Snapshot<LoopFigures> published_;
+};
+
+}  // namespace phantom::phantom_sensing

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <variant>
+#include <vector>
+
+#include "common/core/snapshot.hpp"
+#include "common/voxel/workspace_assembler.hpp"
+#include "components/phantom_sensing/phantom_sensing.hpp"
+
+namespace phantom::phantom_sensing {
+
+/// Assembles the workspace from bricks on a thread of its own and hands whole versions to the sensing thread
+/// without a lock: the sensing thread gets a bare pointer, this keeps the version alive until the sensing
+/// thread has moved on.
+class WorkspaceKeeper {
+ public:
+  /// `on_refused` is called on the keeper's thread for each sample that cannot be used, with what is wrong
+  /// with it.
+  explicit WorkspaceKeeper(std::function<void(const std::string&)> on_refused);
+  ~WorkspaceKeeper();
+  WorkspaceKeeper(const WorkspaceKeeper&) = delete;
+  WorkspaceKeeper& operator=(const WorkspaceKeeper&) = delete;
+
+  // From middleware threads: queue and return.
+  void put_brick(voxel::BrickKey key, std::uint64_t version, std::vector<std::uint8_t> bytes);
+  void remove_brick(voxel::BrickKey key);
+  void commit(voxel::VersionDescription description);
+
+  /// The newest whole version, valid until the next call; none before the first. One thread only. Real-time
+  /// safe: yes.
+  SensedWorkspace newest() noexcept;
+
+  /// Version that was handed over last; 0: none. Thread-safe.
+  std::uint64_t version() const noexcept { return version_.load(std::memory_order_relaxed); }
+  /// Versions kept alive: 1, or 2 while the sensing thread still uses the one before. Thread-safe.
+  std::size_t versions_kept() const noexcept { return kept_.load(std::memory_order_relaxed); }
+
+ private:
+  struct Brick {
+    voxel::BrickKey key;
+    std::uint64_t version;
+    std::vector<std::uint8_t> bytes;
+  };
+  using Job = std::variant<Brick, voxel::BrickKey, voxel::VersionDescription>;
+  struct HandOver {
+    SensedWorkspace workspace;
+    std::uint64_t generation = 0;
+  };
+  struct Kept {
+    std::shared_ptr<const voxel::Workspace> workspace;
+    std::uint64_t generation;
+  };
+  void enqueue(Job job);
+  void work();
+  void apply(const Job& job);
+  void hand_over();
+  void let_go();
+
+  std::function<void(const std::string&)> on_refused_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<Job> jobs_;
+  bool stop_ = false;
+
+  // Keeper's thread only.
+  voxel::WorkspaceAssembler assembler_;
+  std::deque<Kept> alive_;
+
+  core::Snapshot<HandOver> handed_over_;
+  HandOver in_use_;  // sensing thread only
+  std::atomic<std::uint64_t> acknowledged_{0};
+  std::atomic<std::uint64_t> version_{0};
+  std::atomic<std::size_t> kept_{0};
+  std::thread thread_;
+};
+
+}  // namespace phantom::phantom_sensing
