@@ -98,7 +98,7 @@ class SensingLoop {
 
   SlaveSample newest_, ticked_;
   StepOutputs outputs_;
-  core::Nanoseconds last_invalid_ns_ = 0, next_percept_ns_ = 0, next_figures_ns_ = 0;
+  core::Nanoseconds last_invalid_ns_ = -core::kNsPerSecond, next_percept_ns_ = 0, next_figures_ns_ = 0;
   core::DurationHistogram tick_times_;
   LoopFigures counted_, read_;
   core::Snapshot<LoopFigures> published_;

@@ -1,0 +1,131 @@
+#include "components/phantom_sensing/config.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "common/core/errors.hpp"
+#include "components/phantom_sensing/model.hpp"
+
+namespace phantom::phantom_sensing {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+std::filesystem::path write(const std::string& yaml) {
+  const auto path =
+      std::filesystem::path(testing::TempDir()) / ("sensing_" + std::to_string(getpid()) + ".yaml");
+  std::ofstream(path) << yaml;
+  return path;
+}
+
+TEST(Config, TheShippedFileIsValidAndSaysTheDefaults) {
+  const Config shipped = load_config(PHANTOM_SOURCE_DIR "/components/phantom_sensing/phantom_sensing.yaml");
+  const Config defaults = load_config(write("{}"));
+  EXPECT_EQ(shipped.arm, defaults.arm);
+  EXPECT_EQ(shipped.percept_rate_hz, defaults.percept_rate_hz);
+  EXPECT_EQ(shipped.staleness_s, defaults.staleness_s);
+  EXPECT_EQ(shipped.skin.pitch_vox, defaults.skin.pitch_vox);
+  EXPECT_EQ(shipped.skin.max_sensors, defaults.skin.max_sensors);
+  EXPECT_EQ(shipped.skin.normalisation, defaults.skin.normalisation);
+  const PerceptSettings &a = shipped.percept, &b = defaults.percept;
+  EXPECT_EQ(a.mode, b.mode);
+  EXPECT_EQ(a.directional.enabled, b.directional.enabled);
+  EXPECT_EQ(a.directional.leaving_share, b.directional.leaving_share);
+  EXPECT_EQ(a.directional.full_at, b.directional.full_at);
+  EXPECT_EQ(a.gradient_reach_vox, b.gradient_reach_vox);
+  EXPECT_EQ(a.cluster_reach_vox, b.cluster_reach_vox);
+  EXPECT_EQ(a.cluster_shape, b.cluster_shape);
+  EXPECT_EQ(a.motion.dangerous_below_rad, b.motion.dangerous_below_rad);
+  EXPECT_EQ(a.motion.safe_above_rad, b.motion.safe_above_rad);
+  EXPECT_EQ(a.hit.mu_unsafe, b.hit.mu_unsafe);
+  EXPECT_EQ(a.hit.mu_moderate, b.hit.mu_moderate);
+  EXPECT_EQ(a.hit.cosine, b.hit.cosine);
+  EXPECT_EQ(a.hit.limit.points, b.hit.limit.points);
+  EXPECT_EQ(a.hit.limit.mu, b.hit.limit.mu);
+  EXPECT_EQ(a.hit.limit.speed_m_s, b.hit.limit.speed_m_s);
+  EXPECT_EQ(a.alert.clear_after_s, b.alert.clear_after_s);
+  EXPECT_EQ(a.alert.least_interval_s, b.alert.least_interval_s);
+  EXPECT_EQ(a.alert.clear_speed_share, b.alert.clear_speed_share);
+}
+
+struct Fault {
+  const char* name;
+  const char* yaml;
+  const char* key;
+  const char* allowed;
+};
+
+class ConfigRefuses : public testing::TestWithParam<Fault> {};
+
+TEST_P(ConfigRefuses, NamingFileKeyAndWhatIsAllowed) {
+  const auto path = write(GetParam().yaml);
+  try {
+    load_config(path);
+    FAIL() << "was accepted: " << GetParam().yaml;
+  } catch (const core::ConfigError& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr(path.filename().string()), HasSubstr(GetParam().key),
+                                    HasSubstr(GetParam().allowed)));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Every, ConfigRefuses,
+    testing::Values(
+        Fault{"unknown_key", "surprise: 1", "surprise", "allowed"},
+        Fault{"unknown_nested_key", "hit: {surprise: 1}", "surprise", "allowed"},
+        Fault{"mode", "mode: both", "mode", "separable"},
+        Fault{"normalisation", "normalisation: volume", "normalisation", "area"},
+        Fault{"staleness", "staleness_s: 0", "staleness_s", "0.002 to 10 s"},
+        Fault{"rate", "percept_rate_hz: fast", "percept_rate_hz", "number"},
+        Fault{"pitch", "skin: {pitch_vox: 0}", "pitch_vox", "0.05 to 10 voxels"},
+        Fault{"max_sensors", "skin: {max_sensors: 0}", "max_sensors", "allowed: 1 to "},
+        Fault{"leaving_share", "directional: {leaving_share: 1.5}", "leaving_share", "0 to 1"},
+        Fault{"full_at", "directional: {full_at: 0}", "full_at", "0.01 to 1"},
+        Fault{"reach", "cluster: {reach_vox: 16}", "reach_vox", "1 to 15 voxels"},
+        Fault{"shape", "cluster: {shape: star}", "shape", "sphere"},
+        Fault{"motion_order", "motion: {dangerous_below_deg: 130}", "safe_above_deg", "up to 180 degrees"},
+        Fault{"mu_order", "hit: {mu_moderate_Pa_s_per_m: 40}", "mu_moderate_Pa_s_per_m", "below that"},
+        Fault{"limit_lengths", "hit: {speed_limit_mu_Pa_s_per_m: [9, 32], speed_limit_m_s: [0.1]}",
+              "speed_limit_m_s", "as many"},
+        Fault{"limit_rises", "hit: {speed_limit_mu_Pa_s_per_m: [9, 32], speed_limit_m_s: [0.1, 0.2]}",
+              "speed_limit_m_s", "must not rise"}),
+    [](const auto& fault) { return std::string(fault.param.name); });
+
+TEST(Model, TheShippedCellGivesAnArmInSkinAndAWorkspace) {
+  const auto cell = runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/cell.yaml");
+  const Config config = load_config(write("{}"));
+  const PhantomModel model = load_model(cell, config);
+  EXPECT_EQ(model.arm.joint_count(), 7U);
+  EXPECT_GT(model.skin.size(), 10'000U);
+  const voxel::Workspace workspace = build_workspace(cell);
+  EXPECT_GT(workspace.brick_count(), 50U);
+  EXPECT_EQ(workspace.palette(), (std::vector<float>{0, 9, 10, 11, 13, 20, 32, 100}));
+  // The work table's plate lies below z = 0.3 m; just above it is its first layer.
+  const auto above = workspace.grid().index_of({0.0, -0.2, 0.31});
+  EXPECT_EQ(workspace.mu(above), 32.0F);
+  EXPECT_EQ(workspace.object(above), 1);
+}
+
+TEST(Model, AnotherJointCountThanHomeIsRefused) {
+  auto cell = runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/cell.yaml");
+  cell.arms[0].home.push_back(0.0);
+  try {
+    load_model(cell, load_config(write("{}")));
+    FAIL();
+  } catch (const core::ConfigError& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("cell.yaml"), HasSubstr("home: has 8 values; allowed: 7")));
+  }
+}
+
+TEST(Model, TooManySensorsAreRefused) {
+  const auto cell = runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/cell.yaml");
+  EXPECT_THROW(load_model(cell, load_config(write("skin: {max_sensors: 500}"))), core::ConfigError);
+  EXPECT_LT(load_model(cell, load_config(write("skin: {pitch_vox: 2}"))).skin.size(), 10'000U);
+}
+
+}  // namespace
+}  // namespace phantom::phantom_sensing

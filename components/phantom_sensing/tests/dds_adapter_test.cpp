@@ -1,0 +1,210 @@
+// What the adapter refuses, what it sends, and the component over a real data space.
+#include "components/phantom_sensing/dds_adapter.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "common/dds/endpoint.hpp"
+#include "common/dds/tests/test_network.hpp"
+#include "common/voxel/brick_codec.hpp"
+#include "components/phantom_sensing/dds_adapter_messages.hpp"
+#include "components/phantom_sensing/tests/rig.hpp"
+
+namespace phantom::phantom_sensing {
+namespace {
+
+using testing::HasSubstr;
+
+msg::SlaveState good_state(const robot::SerialArm& arm) {
+  msg::SlaveState state;
+  state.stamp().sequence_number(9);
+  state.stamp().monotonic_ns(12345);
+  state.stamp().session(4);
+  state.master_echo().sequence_number(8);
+  state.joint_count(static_cast<std::uint32_t>(arm.joint_count()));
+  state.position_rad()[0] = 0.2;
+  state.velocity_rad_s()[0] = 0.3;
+  return state;
+}
+
+class Validation : public testing::Test {
+ protected:
+  PhantomModel model_ = test::suspended_model();
+  msg::SlaveState state_ = good_state(model_.arm);
+  std::string why() const { return refusal(state_, model_.arm); }
+};
+
+TEST_F(Validation, AcceptsAGoodStateAndTakesAllOfIt) {
+  EXPECT_EQ(why(), "");
+  const SlaveSample sample = sample_of(state_, 777);
+  EXPECT_EQ(sample.id.sequence_number, 9U);
+  EXPECT_EQ(sample.id.monotonic_ns, 12345);
+  EXPECT_EQ(sample.id.session, 4U);
+  EXPECT_EQ(sample.master_echo.sequence_number, 8U);
+  EXPECT_EQ(sample.received_ns, 777);
+  EXPECT_EQ(sample.position[0], 0.2);
+  EXPECT_EQ(sample.velocity[0], 0.3);
+}
+
+TEST_F(Validation, RefusesAnotherJointCount) {
+  state_.joint_count(6);
+  EXPECT_EQ(why(), "joint_count is 6; allowed: 7, as the arm");
+  state_.joint_count(4'000'000'000U);
+  EXPECT_THAT(why(), HasSubstr("joint_count"));
+}
+
+TEST_F(Validation, RefusesWhatIsNotFinite) {
+  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    state_ = good_state(model_.arm);
+    state_.position_rad()[3] = bad;
+    EXPECT_EQ(why(), "position_rad[3] (j4) is not finite");
+    state_ = good_state(model_.arm);
+    state_.velocity_rad_s()[6] = bad;
+    EXPECT_EQ(why(), "velocity_rad_s[6] (j7) is not finite");
+  }
+  state_ = good_state(model_.arm);
+  state_.position_rad()[7] = std::nan("");  // past the joints: unused
+  EXPECT_EQ(why(), "");
+}
+
+TEST_F(Validation, RefusesPositionsBeyondTheJointsRangeAndFivePerCent) {
+  state_.position_rad()[0] = 0.45 + 0.044;
+  EXPECT_EQ(why(), "");
+  state_.position_rad()[0] = 0.45 + 0.046;
+  EXPECT_THAT(why(), HasSubstr("position_rad[0] (j1) is 0.496; allowed: -0.45 to 0.45"));
+}
+
+TEST_F(Validation, RefusesAStampWithoutANumber) {
+  state_.stamp().sequence_number(0);
+  EXPECT_THAT(why(), HasSubstr("sequence_number is 0"));
+}
+
+TEST_F(Validation, MessagesSayWhatTheStepGave) {
+  PhantomSensing sensing(model_, {});
+  StepOutputs out;
+  sensing.step(test::hanging(0.2, 0.3), out);
+  const TickInfo info{sample_of(state_, 777), 0.001, 20e-6};
+  msg::DragField drag;
+  fill(drag, out, info, 7);
+  EXPECT_TRUE(drag.valid());
+  EXPECT_EQ(drag.slave_echo().sequence_number(), 9U);
+  EXPECT_EQ(drag.slave_echo().monotonic_ns(), 12345);
+  EXPECT_EQ(drag.master_echo().sequence_number(), 8U);
+  EXPECT_EQ(drag.joint_count(), 7U);
+  EXPECT_EQ(drag.coefficient_plus(), out.drag.plus);
+  EXPECT_EQ(drag.coupled(), out.drag.coupled);
+  EXPECT_EQ(drag.workspace_version(), 1U);
+  msg::Percept percept;
+  fill(percept, out, info, 7);
+  EXPECT_EQ(percept.mu(), static_cast<double>(out.percept.worst.mu));
+  EXPECT_EQ(percept.motion(), msg::MOTION_DANGEROUS);
+  EXPECT_EQ(percept.object(), 1);
+  EXPECT_DOUBLE_EQ(percept.speed_m_s(), 0.3);
+  EXPECT_EQ(percept.drag_torque_Nm(), out.percept.drag_torque);
+  msg::HitAlert alert;
+  ASSERT_TRUE(out.alerts.raised);
+  fill(alert, *out.alerts.raised, false, model_.arm);
+  EXPECT_EQ(alert.alert(), 1U);
+  EXPECT_EQ(alert.rule(), msg::HIT_MODERATE_MOVING);
+  EXPECT_EQ(alert.link_name().to_string(), model_.arm.links()[alert.link()].name);
+  EXPECT_FALSE(alert.cleared());
+}
+
+/// The component's insides on one side of a data space, a slave, a workspace server and a listener on the
+/// other.
+TEST(OverDds, StatesBecomeDragAndBadOnesAreCounted) {
+  const core::NetworkOptions network = dds::test_network();
+  const PhantomModel model = test::suspended_model();
+  Config config;
+  DdsAdapter adapter(network, model.arm);
+  WorkspaceKeeper keeper([&](const std::string& why) { adapter.count_refused_workspace(why); });
+  SensingLoop loop(model, config, keeper, adapter);
+  std::thread thread([&] { loop.run(); });
+  adapter.start_reading(loop, keeper);
+
+  dds::Participant outside("outside", network);
+  dds::Writer<msg::SlaveState> slave(outside, dds::kSlaveState);
+  dds::Writer<msg::WorkspaceBrick> bricks(outside, dds::kWorkspaceBrick);
+  dds::Writer<msg::WorkspaceVersion> versions(outside, dds::kWorkspaceVersion);
+  std::atomic<bool> valid_seen{false}, invalid_seen{false}, alert_raised{false}, alert_cleared{false},
+      percept_seen{false};
+  std::atomic<std::uint64_t> refused{0};
+  dds::Reader<msg::DragField> drag(
+      outside, dds::kDragField, [&](const msg::DragField& d, const dds::SampleInfo&) {
+        if (d.valid() && d.coefficient_plus()[0] > 0.0 && d.slave_echo().session() == outside.session())
+          valid_seen = true;
+        if (!d.valid() && d.coefficient_plus()[0] == 0.0) invalid_seen = true;
+      });
+  dds::Reader<msg::Percept> percept(outside, dds::kPercept,
+                                    [&](const msg::Percept& p, const dds::SampleInfo&) {
+                                      if (p.valid() && p.mu() > 0.0) percept_seen = true;
+                                    });
+  dds::Reader<msg::HitAlert> hits(outside, dds::kHitAlert,
+                                  [&](const msg::HitAlert& h, const dds::SampleInfo&) {
+                                    (h.cleared() ? alert_cleared : alert_raised) = true;
+                                  });
+  dds::Reader<msg::ComponentStatus> status(outside, dds::kComponentStatus,
+                                           [&](const msg::ComponentStatus& s, const dds::SampleInfo&) {
+                                             for (const auto& topic : s.topics()) {
+                                               if (topic.topic().to_string() == "slave_state")
+                                                 refused = topic.refused();
+                                             }
+                                           });
+
+  EXPECT_TRUE(dds::eventually([&] { return invalid_seen.load(); })) << "invalid results from the start on";
+  const voxel::Workspace& wall = test::wall();
+  for (const voxel::BrickKey key : wall.bricks()) {
+    msg::WorkspaceBrick brick;
+    brick.bx(key.x);
+    brick.by(key.y);
+    brick.bz(key.z);
+    brick.version(1);
+    brick.voxels_zstd(voxel::encode_brick(wall.brick(key)));
+    bricks.write(brick);
+  }
+  msg::WorkspaceVersion version;
+  version.cell("wall");
+  version.version(1);
+  version.origin_m().x(wall.grid().origin_m.x());
+  version.origin_m().y(wall.grid().origin_m.y());
+  version.origin_m().z(wall.grid().origin_m.z());
+  version.voxel_size_m(wall.grid().voxel_size_m);
+  version.size_x_vox(static_cast<std::uint32_t>(wall.grid().size_vox[0]));
+  version.size_y_vox(static_cast<std::uint32_t>(wall.grid().size_vox[1]));
+  version.size_z_vox(static_cast<std::uint32_t>(wall.grid().size_vox[2]));
+  version.palette(wall.palette());
+  version.brick_count(static_cast<std::uint32_t>(wall.brick_count()));
+  version.content_hash(wall.content_hash());
+  versions.write(version);
+
+  dds::Stamper stamper(outside);
+  msg::SlaveState state = good_state(model.arm);
+  const auto send = [&] {
+    state.stamp(stamper.next());
+    slave.write(state);
+  };
+  EXPECT_TRUE(dds::eventually([&] {
+    send();
+    return valid_seen && percept_seen && alert_raised;
+  }));
+  state.position_rad()[2] = std::nan("");
+  EXPECT_TRUE(dds::eventually([&] {
+    send();
+    adapter.publish_status({});
+    return refused >= 3;
+  }));
+  invalid_seen = false;  // bad states count for nothing: the last good one grows stale
+  EXPECT_TRUE(dds::eventually([&] { return invalid_seen && alert_cleared; }));
+
+  adapter.stop_reading();
+  loop.stop();
+  thread.join();
+}
+
+}  // namespace
+}  // namespace phantom::phantom_sensing

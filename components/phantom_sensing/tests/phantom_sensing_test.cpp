@@ -1,0 +1,161 @@
+#include "components/phantom_sensing/phantom_sensing.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <random>
+
+#include "components/phantom_sensing/tests/rig.hpp"
+#include "tests/support/heap_guard.hpp"
+
+namespace phantom::phantom_sensing {
+namespace {
+
+using test::hanging;
+
+class Step : public testing::Test {
+ protected:
+  PhantomModel model_ = test::suspended_model();
+  PhantomSensing sensing_{model_, {}};
+  StepOutputs out_;
+};
+
+void expect_nothing_felt(const StepOutputs& out) {
+  for (std::size_t i = 0; i < core::kMaxJoints; ++i) {
+    EXPECT_EQ(out.drag.plus[i], 0.0);
+    EXPECT_EQ(out.drag.minus[i], 0.0);
+    EXPECT_EQ(out.percept.drag_torque[i], 0.0);
+  }
+  for (const double entry : out.drag.coupled) EXPECT_EQ(entry, 0.0);
+  EXPECT_EQ(out.percept.worst.mu, 0.0F);
+  EXPECT_EQ(out.percept.closeness, 0.0);
+  EXPECT_EQ(out.percept.velocity_W_m_s, Eigen::Vector3d::Zero());
+  EXPECT_EQ(out.percept.motion, percept::MotionClass::kNone);
+  EXPECT_EQ(out.percept.worst.object, 0);
+}
+
+TEST_F(Step, FreeSpaceIsValidAndFeelsNothing) {
+  sensing_.step(hanging(-0.4, 0.2), out_);
+  EXPECT_TRUE(out_.valid);
+  EXPECT_EQ(out_.workspace_version, 1U);
+  expect_nothing_felt(out_);
+}
+
+TEST_F(Step, WithoutWorkspaceOrStateTheResultIsInvalidAndZero) {
+  StepInputs inputs = hanging(0.2, 0.2);
+  inputs.workspace = {};
+  sensing_.step(inputs, out_);
+  EXPECT_FALSE(out_.valid);
+  EXPECT_EQ(out_.workspace_version, 0U);
+  expect_nothing_felt(out_);
+  inputs = hanging(0.2, 0.2);
+  inputs.state_valid = false;
+  sensing_.step(inputs, out_);
+  EXPECT_FALSE(out_.valid);
+  EXPECT_EQ(out_.workspace_version, 1U);
+  expect_nothing_felt(out_);
+}
+
+TEST_F(Step, DragRisesTowardsTheWallAndOpposesTheMotion) {
+  double before = 0.0;
+  for (const double x : {0.12, 0.15, 0.18, 0.22, 0.26}) {
+    sensing_.step(hanging(x, 0.1), out_);
+    EXPECT_GT(out_.drag.plus[0], before) << x;
+    EXPECT_DOUBLE_EQ(out_.percept.drag_torque[0], -0.1 * out_.drag.plus[0]);
+    before = out_.drag.plus[0];
+  }
+}
+
+TEST_F(Step, TellsWhereTheObjectIsAndHowTheMotionLiesToIt) {
+  sensing_.step(hanging(0.18, 0.1), out_);
+  const SkinPercept& percept = out_.percept;
+  ASSERT_TRUE(percept.worst.found);
+  EXPECT_GT(percept.gradient.pgv_W_m.normalized().x(), 0.99);
+  EXPECT_EQ(percept.motion, percept::MotionClass::kDangerous);
+  EXPECT_TRUE(percept.velocity_W_m_s.isApprox(Eigen::Vector3d(0.1, 0, 0), 1e-12));
+  EXPECT_DOUBLE_EQ(percept.closeness, static_cast<double>(percept.worst.mu) / 32.0);
+  sensing_.step(hanging(0.18, -0.1), out_);
+  EXPECT_EQ(out_.percept.motion, percept::MotionClass::kSafe);
+  sensing_.step(hanging(0.18, 0.0), out_);
+  EXPECT_EQ(out_.percept.motion, percept::MotionClass::kNone);
+}
+
+TEST_F(Step, DirectionalDragLetsGoWhenLeaving) {
+  PerceptSettings settings;
+  settings.directional.enabled = true;
+  settings.directional.leaving_share = 0.25;
+  PhantomSensing directional(model_, settings);
+  sensing_.step(hanging(0.2, 0.1), out_);
+  StepOutputs out;
+  directional.step(hanging(0.2, 0.1), out);
+  EXPECT_EQ(out.drag.plus[0], out_.drag.plus[0]);                  // nearing: full
+  EXPECT_DOUBLE_EQ(out.drag.minus[0], 0.25 * out_.drag.minus[0]);  // leaving: what remains
+}
+
+TEST_F(Step, RaisesLatchesAndEndsAlerts) {
+  sensing_.step(hanging(0.2, 0.3), out_);
+  ASSERT_TRUE(out_.alerts.raised);
+  const Eigen::Vector3d look_at = out_.alerts.raised->at.position_W_m;
+  EXPECT_TRUE(look_at.isApprox(out_.percept.worst.position_W_m));
+  EXPECT_EQ(out_.alerts.raised->at.object, 1);
+  StepInputs stale = hanging(0.2, 0.3);
+  stale.state_valid = false;
+  sensing_.step(stale, out_);
+  ASSERT_TRUE(out_.alerts.cleared) << "an alert on a state that is no longer known must end";
+  EXPECT_EQ(out_.alerts.cleared->number, 1U);
+  sensing_.step(stale, out_);
+  EXPECT_FALSE(out_.alerts.cleared);
+}
+
+/// Poses and speeds all over the range.
+std::vector<StepInputs> wander(std::size_t count) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  std::vector<StepInputs> inputs;
+  for (std::size_t i = 0; i < count; ++i) {
+    StepInputs in = hanging(0.4 * unit(random), unit(random), 0.01);
+    for (std::size_t j = 1; j < 7; ++j) in.position[j] = unit(random), in.velocity[j] = unit(random);
+    in.state_valid = i % 10 != 9;
+    inputs.push_back(in);
+  }
+  return inputs;
+}
+
+TEST_F(Step, AReplayGivesTheSameBitForBit) {
+  PerceptSettings settings;
+  settings.directional.enabled = true;
+  PhantomSensing one(model_, settings), two(model_, settings);
+  StepOutputs a, b;
+  for (const StepInputs& inputs : wander(100)) {
+    one.step(inputs, a);
+    two.step(inputs, b);
+    EXPECT_EQ(a.valid, b.valid);
+    EXPECT_EQ(a.drag.plus, b.drag.plus);
+    EXPECT_EQ(a.drag.minus, b.drag.minus);
+    EXPECT_EQ(a.drag.coupled, b.drag.coupled);
+    EXPECT_EQ(a.percept.worst.sensor, b.percept.worst.sensor);
+    EXPECT_EQ(a.percept.gradient.pgv_W_m, b.percept.gradient.pgv_W_m);
+    EXPECT_EQ(a.percept.drag_torque, b.percept.drag_torque);
+    EXPECT_EQ(a.alerts.raised.has_value(), b.alerts.raised.has_value());
+  }
+}
+
+TEST_F(Step, UsesNoHeap) {
+  PerceptSettings settings;
+  settings.directional.enabled = true;
+  settings.mode = robot::DragMode::kCoupled;
+  PhantomSensing sensing(model_, settings);
+  const auto inputs = wander(50);
+  std::size_t alerts = 0;
+  {
+    const ::phantom::test::HeapGuard no_heap;
+    for (const StepInputs& in : inputs) {
+      sensing.step(in, out_);
+      alerts += out_.alerts.raised ? 1U : 0U;
+    }
+  }
+  EXPECT_GT(alerts, 0U);  // the walk went through all of it
+}
+
+}  // namespace
+}  // namespace phantom::phantom_sensing

@@ -1,0 +1,75 @@
+#include "components/phantom_sensing/probe.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "common/core/errors.hpp"
+#include "components/phantom_sensing/tests/rig.hpp"
+
+namespace phantom::phantom_sensing {
+namespace {
+
+using testing::HasSubstr;
+
+std::string refusal(const std::string& csv) {
+  std::istringstream stream(csv);
+  try {
+    read_probe_rows(stream, "poses.csv", 2);
+  } catch (const core::ConfigError& error) {
+    return error.what();
+  }
+  ADD_FAILURE() << "was accepted: " << csv;
+  return {};
+}
+
+TEST(Probe, ReadsColumnsInAnyOrder) {
+  std::istringstream csv("v1, q2, t, q1, v2\r\n1,2,3,4,5\n\n-1,-2,4,1e-3,0\n");
+  const auto rows = read_probe_rows(csv, "poses.csv", 2);
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].t_s, 3.0);
+  EXPECT_EQ(rows[0].position[0], 4.0);
+  EXPECT_EQ(rows[0].position[1], 2.0);
+  EXPECT_EQ(rows[0].velocity[0], 1.0);
+  EXPECT_EQ(rows[1].position[0], 1e-3);
+}
+
+TEST(ProbeRefuses, WhatDoesNotFitTheArmNamingTheLine) {
+  EXPECT_THAT(refusal(""), HasSubstr("poses.csv:1: is empty"));
+  EXPECT_THAT(refusal("t,q1,q2,q3,v1,v2\n"),
+              HasSubstr("poses.csv:1: column 'q3' is unknown; allowed: t, q1…q2"));
+  EXPECT_THAT(refusal("t,q1,v1\n"), HasSubstr("poses.csv:1: has 3 columns"));
+  EXPECT_THAT(refusal("t,q1,q1,v1,v2\n"), HasSubstr("column 'q1' stands twice"));
+  EXPECT_THAT(refusal("t,q1,q2,v1,v2\n0,1,2,3\n"), HasSubstr("poses.csv:2: has 4 values; allowed: 5"));
+  EXPECT_THAT(refusal("t,q1,q2,v1,v2\n0,1,nan,3,4\n"),
+              HasSubstr("poses.csv:2: q2: 'nan' is not a finite number"));
+  EXPECT_THAT(refusal("t,q1,q2,v1,v2\n0,1,2x,3,4\n"), HasSubstr("'2x'"));
+  EXPECT_THAT(refusal("t,q1,q2,v1,v2\n1,0,0,0,0\n0,0,0,0,0\n"), HasSubstr("poses.csv:3: t: goes back"));
+}
+
+TEST(Probe, WritesWhatTheStepGives) {
+  const PhantomModel model = test::suspended_model();
+  ProbeRow row;
+  row.position[0] = 0.2;
+  row.velocity[0] = 0.3;
+  std::ostringstream csv;
+  csv.precision(17);
+  run_probe_rows(model, {}, test::wall(), {row}, csv);
+  PhantomSensing sensing(model, {});
+  StepOutputs out;
+  sensing.step(test::hanging(0.2, 0.3, 0.0), out);
+  std::istringstream lines(csv.str());
+  std::string header, values;
+  std::getline(lines, header);
+  std::getline(lines, values);
+  EXPECT_THAT(header, testing::StartsWith("t,tau1,tau2,tau3,tau4,tau5,tau6,tau7,b1,"));
+  std::ostringstream expected;
+  expected.precision(17);
+  expected << "0," << out.percept.drag_torque[0] << ',';
+  EXPECT_THAT(values, testing::StartsWith(expected.str()));
+  EXPECT_THAT(values, testing::EndsWith(",dangerous,2"));
+}
+
+}  // namespace
+}  // namespace phantom::phantom_sensing

@@ -1,0 +1,215 @@
+// The watchdog, the order of things and the hand-over of workspaces, on a clock that the test turns.
+#include "components/phantom_sensing/sensing_loop.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+#include "common/voxel/brick_codec.hpp"
+#include "components/phantom_sensing/tests/rig.hpp"
+
+namespace phantom::phantom_sensing {
+namespace {
+
+using core::kNsPerMillisecond;
+
+struct Seen : PerceptSink {
+  struct Drag {
+    bool valid;
+    double coefficient;
+    std::uint64_t slave, master, version;
+    double age_s;
+  };
+  std::vector<Drag> drags;
+  std::vector<bool> percepts;  // valid
+  std::vector<std::pair<std::uint32_t, bool>> alerts;
+  void on_drag(const StepOutputs& out, const TickInfo& info) override {
+    drags.push_back({out.valid, out.drag.plus[0], info.slave.id.sequence_number,
+                     info.slave.master_echo.sequence_number, out.workspace_version, info.model_age_s});
+  }
+  void on_percept(const StepOutputs& out, const TickInfo&) override { percepts.push_back(out.valid); }
+  void on_alert(const percept::Alert& alert, bool cleared) override {
+    alerts.emplace_back(alert.number, cleared);
+  }
+};
+
+/// Sends a workspace as its topics would.
+void send(const voxel::Workspace& world, std::uint64_t version, WorkspaceKeeper& keeper) {
+  for (const voxel::BrickKey key : world.bricks()) {
+    keeper.put_brick(key, version, voxel::encode_brick(world.brick(key)));
+  }
+  keeper.commit({version, world.grid(), world.palette(), static_cast<std::uint32_t>(world.brick_count()),
+                 world.content_hash()});
+}
+
+/// Waits for the keeper's thread; the deadline is only there so that a broken build ends.
+template <class Condition>
+bool eventually(const Condition& condition) {
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > until) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return true;
+}
+
+class Loop : public testing::Test {
+ protected:
+  void give_workspace(std::uint64_t version = 1) {
+    send(test::wall(), version, keeper_);
+    ASSERT_TRUE(eventually([&] { return keeper_.version() == version; }));
+  }
+  void offer(std::uint64_t number, core::Nanoseconds at_ns, double x_m = 0.2, double speed_m_s = 0.3) {
+    SlaveSample sample;
+    sample.id = {number, at_ns, 77};
+    sample.master_echo = {number + 1000, at_ns, 5};
+    sample.received_ns = at_ns;
+    sample.position[0] = x_m;
+    sample.velocity[0] = speed_m_s;
+    loop_.offer(sample);
+  }
+
+  std::vector<std::string> refused_;
+  PhantomModel model_ = test::suspended_model();
+  Config config_;
+  Seen seen_;
+  WorkspaceKeeper keeper_{[this](const std::string& why) { refused_.push_back(why); }};
+  SensingLoop loop_{model_, config_, keeper_, seen_};
+};
+
+TEST_F(Loop, SaysInvalidFromTheStartAndKeepsSayingSo) {
+  loop_.turn(1);
+  ASSERT_EQ(seen_.drags.size(), 1U);
+  EXPECT_FALSE(seen_.drags[0].valid);
+  EXPECT_EQ(seen_.drags[0].coefficient, 0.0);
+  EXPECT_EQ(seen_.drags[0].slave, 0U);
+  loop_.turn(1 + loop_.watchdog_period_ns());
+  EXPECT_EQ(seen_.drags.size(), 2U);
+  EXPECT_FALSE(seen_.percepts.empty());
+  EXPECT_FALSE(seen_.percepts[0]);
+}
+
+TEST_F(Loop, AStateWithoutAWorkspaceIsInvalid) {
+  offer(1, 100);
+  loop_.turn(200);
+  ASSERT_EQ(seen_.drags.size(), 1U);
+  EXPECT_FALSE(seen_.drags[0].valid);
+  EXPECT_EQ(seen_.drags[0].version, 0U);
+}
+
+TEST_F(Loop, EachStateGivesOneTickWithItsEchoes) {
+  give_workspace();
+  for (std::uint64_t i = 1; i <= 5; ++i) {
+    const auto now = static_cast<core::Nanoseconds>(i) * kNsPerMillisecond;
+    offer(i, now);
+    loop_.turn(now + 50'000);
+    loop_.turn(now + 60'000);  // nothing new: nothing said
+  }
+  ASSERT_EQ(seen_.drags.size(), 5U);
+  for (std::uint64_t i = 1; i <= 5; ++i) {
+    EXPECT_TRUE(seen_.drags[i - 1].valid);
+    EXPECT_GT(seen_.drags[i - 1].coefficient, 0.0);
+    EXPECT_EQ(seen_.drags[i - 1].slave, i);
+    EXPECT_EQ(seen_.drags[i - 1].master, i + 1000);
+    EXPECT_DOUBLE_EQ(seen_.drags[i - 1].age_s, 50e-6);
+    EXPECT_EQ(seen_.drags[i - 1].version, 1U);
+  }
+}
+
+TEST_F(Loop, TheNewestStateWins) {
+  give_workspace();
+  for (std::uint64_t i = 1; i <= 7; ++i) offer(i, 1000);
+  loop_.turn(2000);
+  ASSERT_EQ(seen_.drags.size(), 1U);
+  EXPECT_EQ(seen_.drags[0].slave, 7U);
+}
+
+TEST_F(Loop, AStaleStateBecomesInvalidInBoundedTimeAndEndsTheAlert) {
+  give_workspace();
+  offer(1, kNsPerMillisecond);
+  loop_.turn(kNsPerMillisecond);
+  ASSERT_TRUE(seen_.drags.back().valid);
+  ASSERT_THAT(seen_.alerts, testing::ElementsAre(std::pair(1U, false)));
+  // The watchdog turns at its period; nothing else happens.
+  core::Nanoseconds now = kNsPerMillisecond;
+  const core::Nanoseconds staleness = core::from_seconds(config_.staleness_s);
+  while (seen_.drags.back().valid) {
+    now += loop_.watchdog_period_ns();
+    ASSERT_LE(now, kNsPerMillisecond + staleness + loop_.watchdog_period_ns() + 1);
+    loop_.turn(now);
+  }
+  EXPECT_GT(now, kNsPerMillisecond + staleness);
+  EXPECT_EQ(seen_.drags.back().coefficient, 0.0);
+  EXPECT_THAT(seen_.alerts, testing::ElementsAre(std::pair(1U, false), std::pair(1U, true)));
+  // And recovers with the next state.
+  offer(2, now + 1);
+  loop_.turn(now + 2);
+  EXPECT_TRUE(seen_.drags.back().valid);
+}
+
+TEST_F(Loop, AStateThatWasStaleWhenItCameIsNotUsed) {
+  give_workspace();
+  offer(1, kNsPerMillisecond);
+  loop_.turn(kNsPerMillisecond + core::from_seconds(config_.staleness_s) + 1);
+  EXPECT_FALSE(seen_.drags.back().valid);
+}
+
+TEST_F(Loop, PerceptComesAtItsOwnRate) {
+  give_workspace();
+  for (std::uint64_t i = 1; i <= 1000; ++i) {
+    offer(i, static_cast<core::Nanoseconds>(i) * kNsPerMillisecond);
+    loop_.turn(static_cast<core::Nanoseconds>(i) * kNsPerMillisecond);
+  }
+  EXPECT_EQ(seen_.drags.size(), 1000U);
+  EXPECT_NEAR(static_cast<double>(seen_.percepts.size()), 100.0, 1.0);
+}
+
+TEST_F(Loop, CountsWhatItDoes) {
+  give_workspace();
+  loop_.turn(1);
+  offer(1, 2 * kNsPerMillisecond);
+  loop_.turn(2 * kNsPerMillisecond);
+  loop_.turn(3 * kNsPerMillisecond + 500 * kNsPerMillisecond);
+  const LoopFigures figures = loop_.figures();
+  EXPECT_EQ(figures.ticks, 1U);
+  EXPECT_EQ(figures.invalid_turns, 2U);
+  EXPECT_TRUE(figures.state_seen);
+  EXPECT_FALSE(figures.valid);
+}
+
+TEST_F(Loop, RunsOnItsOwnThreadAndEnds) {
+  give_workspace();
+  std::thread thread([&] { loop_.run(); });
+  offer(1, core::monotonic_ns());
+  EXPECT_TRUE(eventually([&] { return loop_.figures().invalid_turns > 0 || loop_.figures().ticks > 0; }));
+  loop_.stop();
+  thread.join();
+  EXPECT_GE(seen_.drags.size(), 1U);
+}
+
+TEST_F(Loop, AnOldWorkspaceIsLetGoOnlyWhenTheTickHasMovedOn) {
+  give_workspace(1);
+  const voxel::Workspace* first = keeper_.newest().voxels;
+  ASSERT_NE(first, nullptr);
+  EXPECT_EQ(first->version, 1U);
+  send(test::wall(), 2, keeper_);
+  ASSERT_TRUE(eventually([&] { return keeper_.version() == 2; }));
+  EXPECT_EQ(first->version, 1U);  // still ours to read
+  EXPECT_TRUE(eventually([&] { return keeper_.versions_kept() == 2; }));
+  const voxel::Workspace* second = keeper_.newest().voxels;
+  EXPECT_EQ(second->version, 2U);
+  EXPECT_TRUE(eventually([&] { return keeper_.versions_kept() == 1; }));
+}
+
+TEST_F(Loop, ABrickThatIsNoneIsRefusedAndTheWorkspaceStays) {
+  give_workspace(1);
+  keeper_.put_brick({0, 0, 0}, 2, {1, 2, 3});
+  send(test::wall(), 3, keeper_);
+  ASSERT_TRUE(eventually([&] { return keeper_.version() == 3; }));
+  EXPECT_EQ(refused_.size(), 1U);
+}
+
+}  // namespace
+}  // namespace phantom::phantom_sensing
