@@ -1,0 +1,166 @@
+#include "common/voxel/activation.hpp"
+
+#include <cmath>
+
+#include "common/voxel/merge.hpp"
+
+namespace phantom::voxel {
+namespace {
+
+core::Status about(const Body& body, const core::Status& status) {
+  return {status.code(), "'" + body.name + "': " + status.message()};
+}
+
+std::string extent_text(const VoxelBox& box) {
+  return std::to_string(box.size[0]) + " × " + std::to_string(box.size[1]) + " × " +
+         std::to_string(box.size[2]);
+}
+
+core::Status check_size(const VoxelBox& box) {
+  if (box.voxel_count() <= kMaxObjectVoxels) return core::Status::ok();
+  return {core::ErrorCode::kResourceExhausted,
+          "takes " + extent_text(box) + " voxels with its layers; allowed: at most " +
+              std::to_string(kMaxObjectVoxels) +
+              " in all. Is the mesh's scale right, or the voxel size too small?"};
+}
+
+/// Voxel addresses are 32 bit integers.
+core::Status check_place(const Body& body, double voxel_size_m) {
+  const geometry::BoundingBox bounds = body.mesh_W.bounding_box();
+  const double farthest_m =
+      bounds.empty() ? 0.0 : std::max(-bounds.min_m.minCoeff(), bounds.max_m.maxCoeff());
+  if (farthest_m < std::min(1e6, 1e9 * voxel_size_m)) return core::Status::ok();
+  return {core::ErrorCode::kResourceExhausted,
+          "reaches " + std::to_string(farthest_m) + " m from the origin; is its scale right?"};
+}
+
+/// Smallest box (in the solid's own voxels' addresses) that holds all its boundary and interior voxels.
+VoxelBox tight_box(const SolidVoxels& solid) {
+  std::int32_t low[3] = {INT32_MAX, INT32_MAX, INT32_MAX}, high[3] = {-1, -1, -1};
+  for (std::int32_t z = 0; z < solid.box.size[2]; ++z) {
+    for (std::int32_t y = 0; y < solid.box.size[1]; ++y) {
+      for (std::size_t i = 0; i < solid.boundary.words_per_row(); ++i) {
+        const std::uint64_t word = solid.boundary.row(y, z)[i] | solid.interior.row(y, z)[i];
+        if (word == 0) continue;
+        const auto x = static_cast<std::int32_t>(i * 64);
+        const std::int32_t first[3] = {x + std::countr_zero(word), y, z},
+                           last[3] = {x + 63 - std::countl_zero(word), y, z};
+        for (int axis = 0; axis < 3; ++axis) {
+          low[axis] = std::min(low[axis], first[axis]);
+          high[axis] = std::max(high[axis], last[axis]);
+        }
+      }
+    }
+  }
+  if (high[0] < 0) return {};
+  return {{solid.box.min.x + low[0], solid.box.min.y + low[1], solid.box.min.z + low[2]},
+          {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1}};
+}
+
+void count_solid(const SolidVoxels& solid, BodyReport& report) {
+  report.mesh = solid.report;
+  report.boundary_voxels = solid.boundary.count();
+  report.interior_voxels = solid.interior.count();
+}
+
+}  // namespace
+
+GridSpec grid_over(const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m, double voxel_size_m) {
+  GridSpec grid{min_m, voxel_size_m, {}};
+  for (int axis = 0; axis < 3; ++axis) {
+    // The millionth keeps 2.2 m ÷ 5 mm at 440 voxels whatever the quotient's rounding.
+    grid.size_vox[static_cast<std::size_t>(axis)] =
+        static_cast<std::int32_t>(std::ceil((max_m[axis] - min_m[axis]) / voxel_size_m - 1e-6));
+  }
+  return grid;
+}
+
+core::Expected<Activation> Activation::begin(const GridSpec& grid, const std::vector<LayerProfile>& profiles,
+                                             Stopwatch stopwatch) {
+  for (const LayerProfile& profile : profiles) {
+    if (core::Status checked = check_profile(profile); !checked) return checked;
+  }
+  auto palette = make_palette(profiles);
+  if (!palette) return palette.status();
+  return Activation(Workspace(grid, *palette), std::move(stopwatch));
+}
+
+core::Expected<BodyReport> Activation::add(const Body& body) {
+  BodyReport report;
+  const GridSpec& grid = workspace_.grid();
+  if (core::Status checked = check_place(body, grid.voxel_size_m); !checked) return about(body, checked);
+  const VoxelBox clip = voxelise_clip(grid, body.profile);
+  report.box = voxel_bounds(body.mesh_W, grid).grown(body.profile.reach_vox()).intersection(clip);
+  if (core::Status checked = check_size(report.box); !checked) return about(body, checked);
+  const double start_s = now_s();
+  const auto solid = voxelise(body.mesh_W, grid, clip);
+  if (!solid) return about(body, solid.status());
+  count_solid(*solid, report);
+  const double voxelised_s = now_s();
+  const ObjectVoxels layers = distance_layers(*solid, body.profile, clip);
+  const double layered_s = now_s();
+  merge(layers, body.id, code_table(body.profile, workspace_.palette()), workspace_);
+  report.box = layers.box;
+  report.voxelise_s = voxelised_s - start_s;
+  report.layers_s = layered_s - voxelised_s;
+  report.merge_s = now_s() - layered_s;
+  return report;
+}
+
+core::Expected<std::pair<Workspace, BodyReport>> activate_alone(const Body& body, double voxel_size_m,
+                                                                const Stopwatch& stopwatch) {
+  const auto now_s = [&] { return stopwatch ? stopwatch() : 0.0; };
+  if (core::Status checked = check_profile(body.profile); !checked) return checked;
+  auto palette = make_palette({body.profile});
+  if (!palette) return palette.status();
+  if (core::Status checked = check_place(body, voxel_size_m); !checked) return about(body, checked);
+  const GridSpec lattice{Eigen::Vector3d::Zero(), voxel_size_m, {0, 0, 0}};
+  const VoxelBox around = voxel_bounds(body.mesh_W, lattice);
+  if (core::Status checked = check_size(around.grown(body.profile.reach_vox())); !checked)
+    return about(body, checked);
+
+  BodyReport report;
+  const double start_s = now_s();
+  const auto solid = voxelise(body.mesh_W, lattice, around);
+  if (!solid) return about(body, solid.status());
+  count_solid(*solid, report);
+  const double voxelised_s = now_s();
+  ObjectVoxels layers =
+      distance_layers(*solid, body.profile, tight_box(*solid).grown(body.profile.reach_vox()));
+  const double layered_s = now_s();
+  const Index3 min = layers.box.min;
+  const GridSpec grid{voxel_size_m * Eigen::Vector3d(min.x, min.y, min.z), voxel_size_m, layers.box.size};
+  layers.box.min = {0, 0, 0};
+  Workspace workspace(grid, *palette);
+  merge(layers, body.id, code_table(body.profile, *palette), workspace);
+  report.box = layers.box;
+  report.voxelise_s = voxelised_s - start_s;
+  report.layers_s = layered_s - voxelised_s;
+  report.merge_s = now_s() - layered_s;
+  return std::pair{std::move(workspace), report};
+}
+
+std::array<std::uint64_t, 256> count_orders(const Workspace& workspace) {
+  std::array<std::uint64_t, 256> counts{};
+  const auto& size = workspace.grid().size_vox;
+  std::uint64_t in_bricks = 0;
+  for (const BrickKey key : workspace.bricks()) {
+    const auto brick = workspace.brick(key);
+    const VoxelBox part = VoxelBox{
+        {key.x * kBrickEdge, key.y * kBrickEdge, key.z * kBrickEdge},
+        {kBrickEdge, kBrickEdge,
+         kBrickEdge}}.intersection({{0, 0, 0}, size});
+    for (std::uint32_t z = 0; z < static_cast<std::uint32_t>(part.size[2]); ++z) {
+      for (std::uint32_t y = 0; y < static_cast<std::uint32_t>(part.size[1]); ++y) {
+        for (std::uint32_t x = 0; x < static_cast<std::uint32_t>(part.size[0]); ++x) {
+          ++counts[static_cast<std::uint8_t>(brick.order[brick_offset(x, y, z)])];
+        }
+      }
+    }
+    in_bricks += part.voxel_count();
+  }
+  counts[0] += static_cast<std::uint64_t>(workspace.grid().voxel_count()) - in_bricks;
+  return counts;
+}
+
+}  // namespace phantom::voxel

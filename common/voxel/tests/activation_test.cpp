@@ -1,0 +1,100 @@
+#include "common/voxel/activation.hpp"
+
+#include <gtest/gtest.h>
+
+#include "common/geometry/primitives.hpp"
+#include "common/voxel/tests/literal_twins.hpp"
+
+namespace phantom::voxel {
+namespace {
+
+const LayerProfile kProfile{{2, 3}, {30.0F, 20.0F}, 100.0F, 1};
+
+TEST(GridOver, HasTheVoxelsThatTheBoxHolds) {
+  const GridSpec cell = grid_over({-1.1, -1.1, 0.0}, {1.1, 1.1, 1.6}, 0.005);
+  EXPECT_EQ(cell.size_vox, (std::array<std::int32_t, 3>{440, 440, 320}));
+  EXPECT_EQ(grid_over({0, 0, 0}, {1.0, 1.0, 1.0}, 0.3).size_vox, (std::array<std::int32_t, 3>{4, 4, 4}));
+}
+
+TEST(Activation, OfABodyAloneIsThatOfTheBodyInACell) {
+  const Body body{
+      "torus", 5,
+      geometry::make_torus(0.12, 0.03).transformed({Eigen::Matrix3d::Identity(), {0.3, -0.1, 0.2}}),
+      kProfile};
+  const auto alone = activate_alone(body, 0.01);
+  ASSERT_TRUE(alone) << alone.status().message();
+  const Workspace& small = alone->first;
+  auto activation = Activation::begin({{-0.2, -0.5, -0.1}, 0.01, {90, 90, 60}}, {kProfile});
+  ASSERT_TRUE(activation);
+  ASSERT_TRUE(activation->add(body));
+  const Workspace cell = activation->take();
+  const Eigen::Vector3d shift = (small.grid().origin_m - cell.grid().origin_m) / 0.01;
+  const Index3 d{static_cast<int>(std::lround(shift.x())), static_cast<int>(std::lround(shift.y())),
+                 static_cast<int>(std::lround(shift.z()))};
+  EXPECT_LT((shift - Eigen::Vector3d(d.x, d.y, d.z)).norm(), 1e-9);
+  std::size_t different = 0;
+  twin::for_each(VoxelBox::of(small.grid()), [&](Index3 v) {
+    const Index3 w{v.x + d.x, v.y + d.y, v.z + d.z};
+    different +=
+        small.order(v) != cell.order(w) || small.mu(v) != cell.mu(w) || small.object(v) != cell.object(w) ? 1
+                                                                                                          : 0;
+  });
+  EXPECT_EQ(different, 0U);
+  // Nothing of it lies outside of its own grid.
+  EXPECT_EQ(count_orders(small)[kOrderInterior], count_orders(cell)[kOrderInterior]);
+  EXPECT_EQ(count_orders(small)[2], count_orders(cell)[2]);
+}
+
+TEST(Activation, OfABodyAloneTakesTheSmallestBox) {
+  const Body box{"box", 1,
+                 geometry::make_box({0.1, 0.2, 0.3})
+                     .transformed({Eigen::Matrix3d::Identity(), {0.0531, 0.1031, 0.1531}}),
+                 kProfile};
+  const auto alone = activate_alone(box, 0.01);
+  ASSERT_TRUE(alone);
+  // 11, 21 and 31 voxels hold the box off the lattice; reach 6 on each side.
+  EXPECT_EQ(alone->first.grid().size_vox, (std::array<std::int32_t, 3>{23, 33, 43}));
+  EXPECT_TRUE(alone->first.grid().origin_m.isApprox(Eigen::Vector3d::Constant(-0.06), 1e-9));
+}
+
+TEST(Activation, LayersBeyondTheGridStillReachIn) {
+  // The body stands wholly outside of the grid; its layers do not.
+  auto activation = Activation::begin({{0, 0, 0}, 0.01, {20, 20, 20}}, {kProfile});
+  const Body body{
+      "outside", 1,
+      geometry::make_box({0.1, 0.1, 0.1}).transformed({Eigen::Matrix3d::Identity(), {-0.0731, 0.1, 0.1}}),
+      kProfile};
+  ASSERT_TRUE(activation->add(body));
+  const Workspace& workspace = activation->workspace();
+  EXPECT_EQ(workspace.order({0, 10, 10}), 1);  // the solid's last voxel is x = −3
+  EXPECT_EQ(workspace.order({1, 10, 10}), 2);
+  EXPECT_EQ(workspace.order({3, 10, 10}), 2);
+  EXPECT_EQ(workspace.order({4, 10, 10}), kOrderFree);
+}
+
+TEST(Activation, NamesTheBodyThatItCannotTake) {
+  auto activation = Activation::begin({{0, 0, 0}, 0.01, {20, 20, 20}}, {kProfile});
+  const auto refused = activation->add({"drum", 1, geometry::make_sphere(5000, 2), kProfile});
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.status().message().find("'drum'"), std::string::npos);
+  EXPECT_EQ(activation->workspace().brick_count(), 0U);
+  const auto huge = activate_alone({"drum", 1, geometry::make_sphere(50, 2), kProfile}, 0.01);
+  ASSERT_FALSE(huge);
+  EXPECT_NE(huge.status().message().find("scale"), std::string::npos);
+  EXPECT_FALSE(activate_alone({"drum", 1, geometry::make_sphere(1e30, 2), kProfile}, 0.01));
+}
+
+TEST(Activation, CountsTheVoxelsOfEveryOrder) {
+  const auto alone = activate_alone({"ball", 1, geometry::make_sphere(0.2, 4), kProfile}, 0.01);
+  ASSERT_TRUE(alone);
+  const auto counts = count_orders(alone->first);
+  std::array<std::uint64_t, 256> literal{};
+  twin::for_each(VoxelBox::of(alone->first.grid()),
+                 [&](Index3 v) { ++literal[static_cast<std::uint8_t>(alone->first.order(v))]; });
+  EXPECT_EQ(counts, literal);
+  EXPECT_EQ(counts[kOrderBoundary], alone->second.boundary_voxels);
+  EXPECT_EQ(counts[kOrderInterior], alone->second.interior_voxels);
+}
+
+}  // namespace
+}  // namespace phantom::voxel

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+
+#include "common/geometry/mesh_io.hpp"
+
+namespace phantom::wva_server {
+
+/// wva_server.yaml.
+struct WvaServerConfig {
+  geometry::MeshImportOptions mesh_import;  ///< limits only; scale and up-axis are each object's own
+  std::size_t mesh_chunk_bytes = 256 * 1024;
+  double status_rate_hz = 2.0;
+};
+
+/// Reads and checks a configuration. Throws runtime::ConfigError (file, line, key, value, what is allowed).
+WvaServerConfig load_config(const std::filesystem::path& path);
+
+}  // namespace phantom::wva_server

@@ -1,0 +1,46 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "common/dds/participant.hpp"
+#include "common/runtime/deployment.hpp"
+#include "common/runtime/process.hpp"
+#include "components/wva_server/activate_command.hpp"
+#include "components/wva_server/service.hpp"
+
+int main(int argc, char** argv) {
+  using namespace phantom;
+  wva_server::ActivateRequest request;
+  CLI::App* activate = nullptr;
+  runtime::ProcessDescription description;
+  description.name = "wva_server";
+  description.summary =
+      "Turns the cell's CAD models into graded, viscous space: reads every object's mesh, voxelises it at "
+      "its pose, wraps "
+      "it in neighbour layers, merges all into one workspace and publishes it. Stays for those who join "
+      "later.";
+  description.details =
+      "Topics out: workspace_brick, workspace_version, workspace_object, mesh_chunk, component_status.\n"
+      "Example without DDS: wva_server activate --mesh part.stl --scale 0.001 --voxel-size-m 0.005 "
+      "--layers 4,4,4,4,4,4 --mu 32,20,13,11,10,9 --export part.nrrd";
+  description.add_options = [&](CLI::App& app) {
+    activate = app.add_subcommand(
+        "activate", "activate one mesh or a cell, export it as NRRD, print a line of JSON; no DDS");
+    activate->fallthrough();
+    wva_server::add_options(*activate, request);
+  };
+  description.run = [&](const runtime::ProcessOptions& options) {
+    const auto config = wva_server::load_config(options.config);
+    if (activate->parsed()) return wva_server::run_activate(request, config, std::cout);
+    const auto deployment = runtime::load_deployment(options);
+    const auto cell = runtime::load_cell(deployment.cell);
+    dds::check_qos_profiles(deployment.network.qos_profiles);
+    const auto bodies = wva_server::load_bodies(cell, config);
+    if (options.check) {
+      std::cout << "configuration is valid: " << bodies.size() << " objects in cell " << cell.name << '\n';
+      return static_cast<int>(runtime::kExitDone);
+    }
+    wva_server::run_service(config, deployment.network, cell, bodies, options.report_dir);
+    return static_cast<int>(runtime::kExitDone);
+  };
+  return runtime::process_main(argc, argv, description);
+}
