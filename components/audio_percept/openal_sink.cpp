@@ -2,10 +2,15 @@
 #include <AL/alc.h>
 #include <AL/alext.h>
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <vector>
 
 #include "components/audio_percept/audio_percept.hpp"
 #include "components/audio_percept/sink.hpp"
@@ -38,11 +43,31 @@ class QuietStderr {
   int saved_;
 };
 
-// A queue of three periods: 15 ms at most between a percept and the device's own buffer.
+// Asks OpenAL Soft for updates as short as our period: the application has no other way than a configuration
+// file, which here is an anonymous one. A file that the user names prevails.
+void ask_for_short_updates() {
+  if (std::getenv("ALSOFT_CONF") != nullptr) return;
+  static const int file = memfd_create("alsoft.conf", MFD_CLOEXEC);
+  const std::string text = "[general]\nperiod_size = " + std::to_string(kPeriodFrames) + "\nperiods = 2\n";
+  if (file < 0 || pwrite(file, text.data(), text.size(), 0) != static_cast<ssize_t>(text.size())) return;
+  setenv("ALSOFT_CONF", ("/proc/self/fd/" + std::to_string(file)).c_str(), 0);
+}
+
+// Periods to keep queued: what the device takes in one update and what passes between two of our turns, and
+// one more that is being refilled. Three where the device grants the short updates: 15 ms.
+std::size_t queue_length(ALCdevice* device) {
+  ALCint updates_Hz = 0;
+  alcGetIntegerv(device, ALC_REFRESH, 1, &updates_Hz);
+  if (updates_Hz <= 0) return 4;
+  const double periods_per_update = 1.0 / (updates_Hz * kPeriod_s);
+  return static_cast<std::size_t>(std::clamp(std::ceil(periods_per_update + 0.5), 2.0, 64.0)) + 1;
+}
+
 class OpenAlSink final : public AudioSink {
  public:
   OpenAlSink(ALCdevice* device, ALCcontext* context) : device_(device), context_(context) {
     alcMakeContextCurrent(context_);
+    buffers_.resize(queue_length(device_));
     alGenBuffers(static_cast<ALsizei>(buffers_.size()), buffers_.data());
     alGenSources(1, &source_);
     alSourcei(source_, AL_SOURCE_RELATIVE, AL_TRUE);
@@ -101,7 +126,7 @@ class OpenAlSink final : public AudioSink {
  private:
   ALCdevice* device_;
   ALCcontext* context_;
-  std::array<ALuint, 3> buffers_{};
+  std::vector<ALuint> buffers_;
   ALuint source_ = 0;
   std::size_t next_ = 0;
   int queued_ = 0;
@@ -114,15 +139,14 @@ class OpenAlSink final : public AudioSink {
 
 std::unique_ptr<AudioSink> open_live_sink(const std::string& device_name, std::string& reason) {
   const QuietStderr quiet;
+  ask_for_short_updates();
   ALCdevice* device = alcOpenDevice(device_name.empty() ? nullptr : device_name.c_str());
   if (device == nullptr) {
     reason = device_name.empty() ? "no playback device opens"
                                  : "the playback device '" + device_name + "' does not open";
     return nullptr;
   }
-  // Asks for updates as short as a period, and for the device's mix in its own format.
-  const std::array<ALCint, 5> wishes{ALC_FREQUENCY, static_cast<ALCint>(kSampleRate_Hz), ALC_REFRESH,
-                                     static_cast<ALCint>(1.0 / kPeriod_s), 0};
+  const std::array<ALCint, 3> wishes{ALC_FREQUENCY, static_cast<ALCint>(kSampleRate_Hz), 0};
   ALCcontext* context = alcCreateContext(device, wishes.data());
   if (context == nullptr) {
     reason = "the playback device opens but gives no context";
