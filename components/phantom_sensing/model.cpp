@@ -2,14 +2,9 @@
 
 #include <spdlog/spdlog.h>
 
-#include <cmath>
-
 #include "common/core/errors.hpp"
 #include "common/geometry/mesh_io.hpp"
-#include "common/voxel/layers.hpp"
-#include "common/voxel/merge.hpp"
-#include "common/voxel/profile.hpp"
-#include "common/voxel/voxelise.hpp"
+#include "common/voxel/activation.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {
@@ -26,16 +21,6 @@ std::vector<robot::LinkSkin> skin_of(const runtime::ArmConfig& arm) {
     }
   }
   return skin;
-}
-
-voxel::GridSpec grid_of(const runtime::CellConfig& cell) {
-  voxel::GridSpec grid{cell.min_m, cell.voxel_size_m, {}};
-  for (int axis = 0; axis < 3; ++axis) {
-    // A box that is a whole number of voxels but for rounding keeps that number.
-    const double voxels = (cell.max_m[axis] - cell.min_m[axis]) / cell.voxel_size_m;
-    grid.size_vox[static_cast<std::size_t>(axis)] = static_cast<std::int32_t>(std::ceil(voxels - 1e-6));
-  }
-  return grid;
 }
 
 voxel::LayerProfile profile_of(const runtime::LayerProfileConfig& config) {
@@ -80,29 +65,23 @@ PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
 }
 
 voxel::Workspace build_workspace(const runtime::CellConfig& cell) {
-  const voxel::GridSpec grid = grid_of(cell);
   std::vector<voxel::LayerProfile> profiles;
-  for (const auto& object : cell.objects) {
-    profiles.push_back(profile_of(object.profile));
-    if (const auto status = voxel::check_profile(profiles.back()); !status) {
-      throw ConfigError(cell.file.string() + ": object '" + object.name + "': profile: " + status.message());
-    }
-  }
-  const auto palette = value_or_throw(voxel::make_palette(profiles), cell.file.string() + ": ");
-  voxel::Workspace workspace(grid, palette);
+  for (const auto& object : cell.objects) profiles.push_back(profile_of(object.profile));
+  const voxel::GridSpec grid = voxel::grid_over(cell.min_m, cell.max_m, cell.voxel_size_m);
+  auto activation =
+      value_or_throw(voxel::Activation::begin(grid, profiles), cell.file.string() + ": objects: ");
   for (std::size_t i = 0; i < cell.objects.size(); ++i) {
     const runtime::ObjectConfig& object = cell.objects[i];
-    const std::string place = cell.file.string() + ": object '" + object.name + "': ";
+    const std::string place = cell.file.string() + ": objects[" + std::to_string(i) + "]: ";
     geometry::MeshImportOptions import;
     import.scale = object.mesh_scale;
     import.y_up = object.y_up;
     const auto mesh = value_or_throw(geometry::load_mesh(object.mesh, import), place);
-    const auto solid = value_or_throw(
-        voxel::voxelise(mesh.transformed(object.X_WO), grid, voxel::voxelise_clip(grid, profiles[i])), place);
-    const auto layers = voxel::distance_layers(solid, profiles[i], voxel::voxelise_clip(grid, profiles[i]));
-    voxel::merge(layers, static_cast<std::uint16_t>(i + 1), voxel::code_table(profiles[i], palette),
-                 workspace);
+    const voxel::Body body{object.name, static_cast<std::uint16_t>(i + 1), mesh.transformed(object.X_WO),
+                           profiles[i]};
+    value_or_throw(activation.add(body), place);
   }
+  voxel::Workspace workspace = activation.take();
   workspace.version = 1;
   return workspace;
 }
