@@ -4,7 +4,7 @@
 
 #include "common/dds/endpoint.hpp"
 #include "common/dds/status_reporter.hpp"
-#include "components/audio_percept/conversion.hpp"
+#include "components/audio_percept/dds_adapter_convert.hpp"
 
 namespace phantom::audio_percept {
 namespace {

@@ -1,4 +1,4 @@
-#include "components/audio_percept/conversion.hpp"
+#include "components/audio_percept/dds_adapter_convert.hpp"
 
 #include <gtest/gtest.h>
 
