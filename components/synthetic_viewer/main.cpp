@@ -56,7 +56,7 @@ int main(int argc, char** argv) {
        "operator_command;\nwrites operator_command (from the page) and component_status. Needs no display: "
        "it renders "
        "into memory.\nThe page's address is printed on standard output. With --report-dir it leaves "
-       "hit_<alert>_<node>.png, "
+       "hit_<number>_<node>.png, "
        "main*.png and synthetic_viewer.json.",
        {},
        run});

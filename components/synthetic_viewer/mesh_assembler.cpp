@@ -76,12 +76,9 @@ core::Expected<std::optional<geometry::TriangleMesh>> MeshAssembler::unpack(std:
   }
   geometry::TriangleMesh mesh;
   if (!geometry::mesh_from_bytes(bytes.data(), size, pending.vertex_count, pending.triangle_count, mesh)) {
-    return refuse(hash, "a triangle names a vertex that does not exist");
+    return refuse(hash, "a vertex is not finite, or a triangle names one that does not exist");
   }
   if (mesh.content_hash() != hash) return refuse(hash, "its content does not have that hash");
-  for (const Eigen::Vector3f& vertex : mesh.vertices_m) {
-    if (!vertex.allFinite()) return refuse(hash, "a vertex is not finite");
-  }
   return std::optional<geometry::TriangleMesh>(std::move(mesh));
 }
 

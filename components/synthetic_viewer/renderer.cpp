@@ -140,6 +140,7 @@ Renderer::Renderer(GraphicsPlatform platform) : context_(platform), programs_(st
   glEnableVertexAttribArray(0);
   glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
 }
 
 Renderer::~Renderer() = default;  // the context takes its objects with it
@@ -247,7 +248,6 @@ void Renderer::draw_background() const {
 void Renderer::draw_floor(const Frame& frame, const Eigen::Matrix4f& clip_from_W) const {
   if (!(frame.floor_max_m.x() > frame.floor_min_m.x())) return;
   glEnable(GL_BLEND);
-  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
   glUseProgram(programs_->floor);
   set(programs_->floor, "clip_from_world", clip_from_W);
   set(programs_->floor, "least", frame.floor_min_m);

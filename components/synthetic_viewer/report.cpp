@@ -36,7 +36,7 @@ void Report::save_hit(std::uint32_t alert, const std::string& node, double t_s, 
                       const Image& image) {
   if (!wants_hit_pictures()) return;
   char name[64];
-  std::snprintf(name, sizeof name, "hit_%03u_%s.png", alert, node.c_str());
+  std::snprintf(name, sizeof name, "hit_%03zu_%s.png", views_.size() + 1, node.c_str());
   write(name, encode_png(image));
   views_.push_back({t_s, utc_ns, node, name, alert});
 }

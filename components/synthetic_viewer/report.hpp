@@ -21,7 +21,8 @@ class Report {
 
   /// A picture of the main view as <name>.png.
   void save(const std::string& name, const Image& image);
-  /// The first picture of an alert, as hit_<alert>_<node>.png.
+  /// The first picture of an alert, as hit_<running number>_<node>.png: alerts count from 1 again
+  /// when the phantom restarts.
   void save_hit(std::uint32_t alert, const std::string& node, double t_s, std::int64_t utc_ns,
                 const Image& image);
 

@@ -29,9 +29,11 @@ HitView SyntheticViewer::step(bool hold, ViewNode wish, const VisibleShare& visi
   if (shown_ && shown_->cleared) over_s_ += dt_s;
   const bool may_change = !shown_ || (!hold && (shown_->cleared || shown_s_ >= config_.least_show_s));
   if (may_change) {
-    Alert* newest = nullptr;
-    for (Alert& alert : alerts_) {
-      if (alert.pending && (newest == nullptr || alert.news.alert > newest->news.alert)) newest = &alert;
+    const Alert* newest = nullptr;
+    // By arrival, not by number: a restarted phantom counts from 1 again.
+    for (std::size_t back = 1; back <= kRemembered && newest == nullptr; ++back) {
+      const Alert& alert = alerts_[(next_ + kRemembered - back) % kRemembered];
+      if (alert.pending) newest = &alert;
     }
     if (newest != nullptr) {
       show(newest->news);

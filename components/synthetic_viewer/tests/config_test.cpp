@@ -1,0 +1,109 @@
+#include "components/synthetic_viewer/config.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "common/core/errors.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::filesystem::path write(const std::string& yaml) {
+  std::string name = ::testing::UnitTest::GetInstance()->current_test_info()->name();
+  std::replace(name.begin(), name.end(), '/', '_');
+  const auto file = std::filesystem::path(::testing::TempDir()) / (name + "_viewer.yaml");
+  std::ofstream(file) << yaml;
+  return file;
+}
+
+std::string refusal(const std::string& yaml) {
+  try {
+    load_config(write(yaml));
+  } catch (const core::ConfigError& problem) {
+    return problem.what();
+  }
+  return "accepted";
+}
+
+const std::string kShipped = PHANTOM_SOURCE_DIR "/components/synthetic_viewer/synthetic_viewer.yaml";
+
+TEST(Config, TheShippedFileIsValidAndHoldsTheDefaults) {
+  const ViewerConfig shipped = load_config(kShipped), empty = load_config(write("{}"));
+  for (const auto* config : {&shipped, &empty}) {
+    EXPECT_EQ(config->frame_rate_hz, 10);
+    EXPECT_EQ(config->niceness, 10);
+    EXPECT_EQ(config->main_view.format.width_px, 1280);
+    EXPECT_EQ(config->hit_view.format.height_px, 360);
+    EXPECT_EQ(config->page.address, "127.0.0.1");
+    EXPECT_EQ(config->page.port, 8080);
+    EXPECT_TRUE(config->page.allow_commands);
+    EXPECT_FALSE(config->tool_view.enabled);
+  }
+  EXPECT_EQ(shipped.main_view.azimuth_rad, empty.main_view.azimuth_rad);
+  EXPECT_EQ(shipped.main_view.elevation_rad, empty.main_view.elevation_rad);
+  EXPECT_EQ(shipped.main_view.field_of_view_rad, empty.main_view.field_of_view_rad);
+  EXPECT_EQ(shipped.main_view.margin, empty.main_view.margin);
+  EXPECT_EQ(shipped.hit_view.rule.choice.distance_m, empty.hit_view.rule.choice.distance_m);
+  EXPECT_EQ(shipped.hit_view.rule.choice.margin, empty.hit_view.rule.choice.margin);
+  EXPECT_EQ(shipped.hit_view.rule.hold_after_clear_s, empty.hit_view.rule.hold_after_clear_s);
+  EXPECT_EQ(shipped.tool_view.eye_m, empty.tool_view.eye_m);
+  EXPECT_EQ(shipped.staleness.slave_s, empty.staleness.slave_s);
+  EXPECT_EQ(shipped.report_pictures, empty.report_pictures);
+}
+
+TEST(Config, AMissingFileIsNamed) {
+  try {
+    load_config("/nowhere/viewer.yaml");
+    FAIL();
+  } catch (const std::exception& problem) {
+    EXPECT_THAT(problem.what(), HasSubstr("/nowhere/viewer.yaml"));
+  }
+}
+
+struct Fault {
+  const char* name;
+  const char* yaml;
+  const char* key;
+  const char* allowed;
+};
+
+class Faults : public ::testing::TestWithParam<Fault> {};
+
+TEST_P(Faults, AreRefusedWithFileKeyAndWhatIsAllowed) {
+  const std::string message = refusal(GetParam().yaml);
+  EXPECT_THAT(message, HasSubstr("_viewer.yaml"));
+  EXPECT_THAT(message, HasSubstr(GetParam().key));
+  EXPECT_THAT(message, HasSubstr(GetParam().allowed));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Config, Faults,
+    ::testing::Values(
+        Fault{"unknown_key", "frame_rate: 10", "frame_rate", "frame_rate_hz"},
+        Fault{"graphics", "graphics: vulkan", "graphics", "surfaceless"},
+        Fault{"frame_rate", "frame_rate_hz: 0", "frame_rate_hz", "120"},
+        Fault{"niceness", "niceness: -5", "niceness", "19"},
+        Fault{"jpeg_quality", "jpeg_quality: 101", "jpeg_quality", "100"},
+        Fault{"width", "main_view: {width_px: 8}", "width_px", "3840"},
+        Fault{"height", "hit_view: {height_px: 9000}", "height_px", "2160"},
+        Fault{"samples", "main_view: {samples: 16}", "samples", "8"},
+        Fault{"elevation", "main_view: {elevation_deg: 95}", "elevation_deg", "89"},
+        Fault{"field_of_view", "hit_view: {field_of_view_deg: 170}", "field_of_view_deg", "120"},
+        Fault{"distance", "hit_view: {distance_m: 0}", "distance_m", "10"},
+        Fault{"hold", "hit_view: {hold_after_clear_s: -1}", "hold_after_clear_s", "600"},
+        Fault{"tool_view", "tool_view: {eye_m: [0, 0, 0], look_at_m: [0, 0, 0]}", "look_at_m", "eye_m"},
+        Fault{"staleness", "staleness: {slave_s: 0}", "slave_s", "60"},
+        Fault{"port", "page: {port: 70000}", "port", "65535"},
+        Fault{"streams", "page: {max_streams: 1}", "max_streams", "200"},
+        Fault{"flag", "page: {allow_commands: perhaps}", "allow_commands", "true"},
+        Fault{"not_a_number", "frame_rate_hz: fast", "frame_rate_hz", "number"}),
+    [](const auto& fault) { return std::string(fault.param.name); });
+
+}  // namespace
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,223 @@
+#include <gtest/gtest.h>
+#include <zstd.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <random>
+
+#include "common/geometry/primitives.hpp"
+#include "components/synthetic_viewer/mesh_assembler.hpp"
+#include "components/synthetic_viewer/ray_scene.hpp"
+#include "components/synthetic_viewer/shaded_mesh.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+std::vector<MeshChunkSample> chunks_of(const geometry::TriangleMesh& mesh, std::size_t chunk_bytes) {
+  const auto bytes = geometry::mesh_bytes(mesh);
+  std::vector<std::uint8_t> packed(ZSTD_compressBound(bytes.size()));
+  packed.resize(ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), 3));
+  std::vector<MeshChunkSample> chunks;
+  for (std::size_t begin = 0; begin < packed.size(); begin += chunk_bytes) {
+    MeshChunkSample chunk;
+    chunk.mesh_hash = mesh.content_hash();
+    chunk.chunk = static_cast<std::uint32_t>(chunks.size());
+    chunk.vertex_count = static_cast<std::uint32_t>(mesh.vertices_m.size());
+    chunk.triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
+    const auto from = packed.begin() + static_cast<std::ptrdiff_t>(begin);
+    chunk.data.assign(from, from + static_cast<std::ptrdiff_t>(std::min(chunk_bytes, packed.size() - begin)));
+    chunks.push_back(std::move(chunk));
+  }
+  for (MeshChunkSample& chunk : chunks) chunk.chunk_count = static_cast<std::uint32_t>(chunks.size());
+  return chunks;
+}
+
+/// The status of the last chunk's addition, and whether a mesh came out.
+std::pair<core::Status, bool> add_all(MeshAssembler& assembler, const std::vector<MeshChunkSample>& chunks) {
+  for (const MeshChunkSample& chunk : chunks) {
+    auto result = assembler.add(chunk);
+    if (!result) return {result.status(), false};
+    if (result->has_value()) return {core::Status::ok(), true};
+  }
+  return {core::Status::ok(), false};
+}
+
+class Assembler : public ::testing::Test {
+ protected:
+  geometry::TriangleMesh mesh_ = geometry::make_sphere(0.3, 3);
+  std::vector<MeshChunkSample> chunks_ = chunks_of(mesh_, 1000);
+  MeshAssembler assembler_;
+};
+
+TEST_F(Assembler, GivesTheMeshBackWhateverTheOrderOfItsChunks) {
+  ASSERT_GT(chunks_.size(), 3U);
+  std::mt19937 random(7);
+  std::shuffle(chunks_.begin(), chunks_.end(), random);
+  for (std::size_t i = 0; i < chunks_.size(); ++i) {
+    auto result = assembler_.add(chunks_[i]);
+    ASSERT_TRUE(result);
+    ASSERT_EQ(result->has_value(), i + 1 == chunks_.size());
+    if (result->has_value()) {
+      EXPECT_EQ((*result)->content_hash(), mesh_.content_hash());
+    }
+  }
+  EXPECT_EQ(assembler_.pending(), 0U);
+}
+
+TEST_F(Assembler, ARepeatedChunkChangesNothing) {
+  ASSERT_TRUE(assembler_.add(chunks_[0]));
+  ASSERT_TRUE(assembler_.add(chunks_[0]));
+  EXPECT_TRUE(add_all(assembler_, chunks_).second);
+}
+
+TEST_F(Assembler, RefusesADamagedChunkAndHealsWhenItComesAgain) {
+  auto damaged = chunks_;
+  damaged[1].data[500] ^= 0x55;
+  const auto [status, complete] = add_all(assembler_, damaged);
+  EXPECT_FALSE(complete);
+  EXPECT_FALSE(status.is_ok());
+  EXPECT_TRUE(add_all(assembler_, chunks_).second);
+}
+
+TEST_F(Assembler, RefusesAMeshThatHasNotTheAnnouncedHash) {
+  for (MeshChunkSample& chunk : chunks_) chunk.mesh_hash ^= 1;
+  EXPECT_NE(add_all(assembler_, chunks_).first.message().find("hash"), std::string::npos);
+}
+
+TEST_F(Assembler, RefusesAMeshThatHasNotTheAnnouncedSize) {
+  for (MeshChunkSample& chunk : chunks_) ++chunk.vertex_count;
+  EXPECT_NE(add_all(assembler_, chunks_).first.message().find("does not unpack"), std::string::npos);
+}
+
+TEST_F(Assembler, RefusesChunksThatDisagree) {
+  chunks_[2].triangle_count += 5;
+  EXPECT_NE(add_all(assembler_, chunks_).first.message().find("disagree"), std::string::npos);
+}
+
+TEST_F(Assembler, RefusesIndicesBeyondTheVertices) {
+  mesh_.triangles[10][1] = static_cast<std::uint32_t>(mesh_.vertices_m.size());
+  EXPECT_NE(add_all(assembler_, chunks_of(mesh_, 1000)).first.message().find("does not exist"),
+            std::string::npos);
+}
+
+TEST_F(Assembler, RefusesCoordinatesThatAreNotFinite) {
+  mesh_.vertices_m[3].y() = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_NE(add_all(assembler_, chunks_of(mesh_, 1000)).first.message().find("finite"), std::string::npos);
+}
+
+TEST_F(Assembler, ChecksAChunksFields) {
+  const auto refused = [&](auto change) {
+    MeshChunkSample chunk = chunks_[0];
+    change(chunk);
+    return !check_chunk(chunk).is_ok();
+  };
+  EXPECT_FALSE(refused([](MeshChunkSample&) {}));
+  EXPECT_TRUE(refused([](MeshChunkSample& c) { c.chunk = c.chunk_count; }));
+  EXPECT_TRUE(refused([](MeshChunkSample& c) { c.chunk_count = 0; }));
+  EXPECT_TRUE(refused([](MeshChunkSample& c) { c.chunk_count = 1'000'000; }));
+  EXPECT_TRUE(refused([](MeshChunkSample& c) { c.vertex_count = 0; }));
+  EXPECT_TRUE(refused([](MeshChunkSample& c) { c.triangle_count = 4'000'000'000; }));
+  EXPECT_TRUE(refused([](MeshChunkSample& c) { c.data.clear(); }));
+  EXPECT_TRUE(refused([](MeshChunkSample& c) { c.data.resize(300 * 1024); }));
+}
+
+/// Literal twin of the ray tree: every triangle, solved as a linear system.
+std::optional<double> nearest_literally(const geometry::TriangleMesh& mesh, const Eigen::Vector3d& origin,
+                                        const Eigen::Vector3d& direction) {
+  std::optional<double> best;
+  for (const auto& t : mesh.triangles) {
+    const Eigen::Vector3d a = mesh.vertices_m[t[0]].cast<double>();
+    Eigen::Matrix3d system;
+    system << mesh.vertices_m[t[1]].cast<double>() - a, mesh.vertices_m[t[2]].cast<double>() - a, -direction;
+    if (std::abs(system.determinant()) < 1e-15) continue;
+    const Eigen::Vector3d uvt = system.inverse() * (origin - a);
+    const bool inside = uvt[0] >= 0 && uvt[1] >= 0 && uvt[0] + uvt[1] <= 1;
+    if (inside && uvt[2] > 0 && (!best || uvt[2] < *best)) best = uvt[2];
+  }
+  return best;
+}
+
+TEST(RayMesh, AgreesWithItsLiteralTwin) {
+  const geometry::TriangleMesh torus = geometry::make_torus(0.4, 0.12, 40, 17);
+  const RayMesh tree(torus);
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  int hits = 0;
+  for (int k = 0; k < 2000; ++k) {
+    const Eigen::Vector3d origin(normal(random), normal(random), normal(random));
+    const Eigen::Vector3d direction =
+        Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
+    const auto expected = nearest_literally(torus, origin, direction);
+    const auto found = tree.nearest(origin, direction, 0.0, 1e9);
+    ASSERT_EQ(found.has_value(), expected.has_value()) << k;
+    if (expected) {
+      EXPECT_NEAR(*found, *expected, 1e-9);
+    }
+    hits += found.has_value();
+  }
+  EXPECT_GT(hits, 50);
+}
+
+TEST(RayMesh, RaysAlongTheAxesHitABox) {
+  const RayMesh box(geometry::make_box({1, 1, 1}));
+  for (int axis = 0; axis < 3; ++axis) {
+    Eigen::Vector3d origin(0.1, 0.05, -0.2), direction = Eigen::Vector3d::Zero();
+    origin[axis] = -3;
+    direction[axis] = 1;
+    const auto distance = box.nearest(origin, direction, 0.0, 100.0);
+    ASSERT_TRUE(distance);
+    EXPECT_NEAR(*distance, 2.5, 1e-6);
+    EXPECT_FALSE(box.nearest(origin, -direction, 0.0, 100.0));
+    EXPECT_FALSE(box.nearest(origin, direction, 0.0, 2.0));
+  }
+}
+
+TEST(RayMesh, AnEmptyMeshIsHitByNothing) {
+  EXPECT_FALSE(RayMesh({}).nearest(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitX(), 0, 1e9));
+}
+
+TEST(Shade, SmoothsASphereAndKeepsABoxSharp) {
+  const ShadedMesh sphere = shade(geometry::make_sphere(1.0, 3));
+  for (const auto& v : sphere.vertices) {
+    const Eigen::Map<const Eigen::Vector3f> position(v.position_m.data()), normal(v.normal.data());
+    EXPECT_GT(normal.dot(position.normalized()), 0.999F);
+  }
+  EXPECT_EQ(sphere.vertices.size(), geometry::make_sphere(1.0, 3).vertices_m.size());  // shared all over
+  const ShadedMesh box = shade(geometry::make_box({1, 2, 3}));
+  EXPECT_EQ(box.vertices.size(), 24U);  // four per face
+  for (const auto& v : box.vertices) {
+    EXPECT_FLOAT_EQ(Eigen::Map<const Eigen::Vector3f>(v.normal.data()).cwiseAbs().maxCoeff(), 1.0F);
+  }
+}
+
+TEST(Shade, JoinsVerticesThatTheSourceDoesNotShare) {
+  const geometry::TriangleMesh sphere = geometry::make_sphere(1.0, 2);
+  geometry::TriangleMesh soup;
+  for (const auto& t : sphere.triangles) {
+    const auto first = static_cast<std::uint32_t>(soup.vertices_m.size());
+    for (const std::uint32_t vertex : t) soup.vertices_m.push_back(sphere.vertices_m[vertex]);
+    soup.triangles.push_back({first, first + 1, first + 2});
+  }
+  EXPECT_EQ(shade(soup).vertices.size(), sphere.vertices_m.size());
+}
+
+TEST(Shade, LeavesOutTrianglesWithoutArea) {
+  geometry::TriangleMesh mesh = geometry::make_box({1, 1, 1});
+  mesh.triangles.push_back({0, 1, 1});
+  EXPECT_EQ(shade(mesh).indices.size(), 36U);
+}
+
+TEST(Shade, ManyTrianglesAtOnePlaceTakeNoQuadraticTime) {
+  geometry::TriangleMesh fan;
+  constexpr std::uint32_t kBlades = 200'000;
+  fan.vertices_m.emplace_back(0, 0, 0);
+  for (std::uint32_t i = 0; i <= kBlades; ++i) {
+    const float angle = 6.28F * static_cast<float>(i) / kBlades;
+    fan.vertices_m.emplace_back(std::cos(angle), std::sin(angle), 0.0F);
+  }
+  for (std::uint32_t i = 1; i <= kBlades; ++i) fan.triangles.push_back({0, i, i + 1});
+  EXPECT_EQ(shade(fan).indices.size(), 3 * kBlades);
+}
+
+}  // namespace
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,138 @@
+#include "components/synthetic_viewer/page_state.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "components/synthetic_viewer/report.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+constexpr core::Nanoseconds kNow_ns = 20 * core::kNsPerSecond;
+
+CellScene make_scene() {
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "viewer_page_arm.urdf";
+  std::ofstream(file) << R"(<robot name="a"><link name="base"/><link name="one"/>
+    <joint name="lift" type="prismatic"><parent link="base"/><child link="one"/><axis xyz="0 0 1"/>
+    <limit lower="-0.4" upper="0.6" velocity="1" effort="1"/></joint></robot>)";
+  auto arm = robot::SerialArm::from_urdf(file, "one", {});
+  if (!arm) throw std::runtime_error(arm.status().message());
+  return {std::move(arm).value(), {0, 0, 0}, {1, 1, 1}};
+}
+
+nlohmann::json page(const ViewerState& state, const HitView& view = {}) {
+  const PageFacts facts{"test cell", true, false, 9.9, "none", kNow_ns - 7 * core::kNsPerSecond};
+  return nlohmann::json::parse(page_state_json(state, make_scene(), view, {}, facts, kNow_ns));
+}
+
+TEST(PageState, SaysThatNothingIsKnownAtTheStart) {
+  const auto json = page({});
+  EXPECT_EQ(json.at("t"), 7.0);
+  EXPECT_EQ(json.at("link").at("slave"), "NONE");
+  EXPECT_TRUE(json.at("link").at("slave_age_s").is_null());
+  EXPECT_TRUE(json.at("percept").at("closeness").is_null());
+  EXPECT_FALSE(json.at("percept").at("known"));
+  EXPECT_EQ(json.at("joints").size(), 1U);
+  EXPECT_TRUE(json.at("joints")[0].at("prismatic"));
+  EXPECT_NE(json.at("banner").get<std::string>(), "");
+}
+
+TEST(PageState, StalePerceptIsNotShownAsAValue) {
+  ViewerState state;
+  state.percept = {.received_ns = kNow_ns - 5 * core::kNsPerSecond, .valid = true, .closeness = 0.7};
+  EXPECT_TRUE(page(state).at("percept").at("closeness").is_null());
+  state.percept.received_ns = kNow_ns;
+  EXPECT_EQ(page(state).at("percept").at("closeness"), 0.7);
+}
+
+TEST(PageState, ASilentComponentIsSaidToBeSilent) {
+  ViewerState state;
+  ComponentSample component;
+  component.name = "slave_io";
+  component.received_ns = kNow_ns - core::kNsPerSecond / 2;
+  component.state = core::ComponentState::kRunning;
+  state.take(component);
+  EXPECT_EQ(page(state).at("components")[0].at("state"), "RUNNING");
+  component.received_ns = kNow_ns - 3 * core::kNsPerSecond;
+  state.take(component);
+  EXPECT_EQ(page(state).at("components")[0].at("state"), "SILENT");
+}
+
+TEST(PageState, HitsAreListedNewestFirstWithTheirEnd) {
+  ViewerState state;
+  HitSample hit;
+  hit.received_ns = kNow_ns - core::kNsPerSecond;
+  hit.alert = 1;
+  hit.link = 1;
+  state.take(hit);
+  hit.alert = 2;
+  state.take(hit);
+  hit.alert = 1;
+  hit.cleared = true;
+  hit.received_ns = kNow_ns;
+  state.take(hit);
+  const auto hits = page(state).at("hits");
+  ASSERT_EQ(hits.size(), 2U);
+  EXPECT_EQ(hits[0].at("alert"), 2);
+  EXPECT_TRUE(hits[0].at("cleared_after_s").is_null());
+  EXPECT_EQ(hits[1].at("cleared_after_s"), 1.0);
+  EXPECT_EQ(hits[1].at("link"), "one");
+}
+
+TEST(PageState, TheListOfHitsIsBounded) {
+  ViewerState state;
+  HitSample hit;
+  for (std::uint32_t alert = 1; alert <= 500; ++alert) {
+    hit.alert = alert;
+    state.take(hit);
+  }
+  EXPECT_EQ(state.hits.size(), ViewerState::kMaxHits);
+  EXPECT_EQ(state.total_hits, 500U);
+}
+
+TEST(PageState, NamesFromOutsideCannotBreakTheJson) {
+  ViewerState state;
+  ComponentSample component;
+  component.name = "a\"b\n<script>\xFF";
+  component.received_ns = kNow_ns;
+  state.take(component);
+  EXPECT_NO_THROW(page(state));
+}
+
+TEST(Report, LeavesPicturesAndFigures) {
+  const auto folder = std::filesystem::path(::testing::TempDir()) / "viewer_report";
+  std::filesystem::remove_all(folder);
+  Report report(folder, 1);
+  const Image image{4, 4, std::vector<std::uint8_t>(48, 100)};
+  report.save("main", image);
+  ASSERT_TRUE(report.wants_hit_pictures());
+  report.save_hit(7, "NE", 1.5, 12345, image);
+  EXPECT_FALSE(report.wants_hit_pictures());
+  Report::Summary summary;
+  summary.frames = 30;
+  summary.seconds = 3;
+  summary.page = "http://127.0.0.1:8080/";
+  report.finish(summary);
+  EXPECT_TRUE(std::filesystem::exists(folder / "main.png"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "hit_001_NE.png"));
+  std::ifstream file(folder / "synthetic_viewer.json");
+  const auto json = nlohmann::json::parse(file);
+  EXPECT_EQ(json.at("frames"), 30);
+  EXPECT_EQ(json.at("fps"), 10.0);
+  EXPECT_EQ(json.at("page"), "http://127.0.0.1:8080/");
+  EXPECT_EQ(json.at("views")[0].at("png"), "hit_001_NE.png");
+  EXPECT_EQ(json.at("views")[0].at("alert"), 7);
+  EXPECT_EQ(json.at("views")[0].at("node"), "NE");
+}
+
+TEST(Report, DoesNothingWithoutAFolder) {
+  Report report({}, 10);
+  EXPECT_FALSE(report.wanted());
+  EXPECT_FALSE(report.wants_hit_pictures());
+  report.finish({});
+}
+
+}  // namespace
+}  // namespace phantom::synthetic_viewer

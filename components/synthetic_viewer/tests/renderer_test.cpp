@@ -1,0 +1,257 @@
+#include "components/synthetic_viewer/renderer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "common/geometry/primitives.hpp"
+#include "components/synthetic_viewer/cell_scene.hpp"
+#include "components/synthetic_viewer/compositor.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+constexpr PictureFormat kFormat{320, 240, 1, false};
+
+bool is_red(const Image& image, int x, int y) {
+  const std::uint8_t* p = image.at(x, y);
+  return p[2] > 150 && p[1] < 60 && p[0] < 60;
+}
+
+/// A red thing that shines by itself, seen in plain colour.
+DrawItem red_item(MeshHandle mesh, const geometry::Pose& X_WM) {
+  return {mesh, matrix_of(X_WM), {0.9F, 0.0F, 0.0F}, 1.0F, 1.0F, false};
+}
+
+class Rendering : public ::testing::Test {
+ protected:
+  Renderer renderer_{GraphicsPlatform::kSurfaceless};
+};
+
+// The picture and the projection tell the same story: a box covers exactly the pixels between its projected
+// corners.
+TEST_F(Rendering, ABoxCoversThePixelsBetweenItsProjectedCorners) {
+  const Eigen::Vector3d size(0.4, 0.2, 0.3);
+  const geometry::Pose X_WB{geometry::rotation_from_rpy(0.3, -0.2, 0.5), {0.1, 0.2, 0.3}};
+  Frame frame;
+  frame.camera = {{1.0, -1.2, 0.9}, {0.05, 0.15, 0.25}, 0.6, 0.05, 10};
+  frame.items = {red_item(renderer_.upload(shade(geometry::make_box(size))), X_WB)};
+  const Image image = renderer_.render(frame, kFormat);
+  Eigen::Vector2d low(1e9, 1e9), high(-1e9, -1e9);
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector3d p((corner & 1 ? 0.5 : -0.5) * size.x(), (corner & 2 ? 0.5 : -0.5) * size.y(),
+                            (corner & 4 ? 0.5 : -0.5) * size.z());
+    const auto pixel = project(frame.camera, image.width_px, image.height_px, X_WB * p);
+    ASSERT_TRUE(pixel);
+    low = low.cwiseMin(*pixel);
+    high = high.cwiseMax(*pixel);
+  }
+  Eigen::Vector2d drawn_low(1e9, 1e9), drawn_high(-1e9, -1e9);
+  for (int y = 0; y < image.height_px; ++y) {
+    for (int x = 0; x < image.width_px; ++x) {
+      if (!is_red(image, x, y)) continue;
+      drawn_low = drawn_low.cwiseMin(Eigen::Vector2d(x, y));
+      drawn_high = drawn_high.cwiseMax(Eigen::Vector2d(x + 1, y + 1));
+    }
+  }
+  EXPECT_LE((drawn_low - low).cwiseAbs().maxCoeff(), 1.0);
+  EXPECT_LE((drawn_high - high).cwiseAbs().maxCoeff(), 1.0);
+}
+
+TEST_F(Rendering, TheNearerOfTwoHidesTheOther) {
+  const MeshHandle ball = renderer_.upload(shade(geometry::make_sphere(0.1, 3)));
+  Frame frame;
+  frame.camera = {{0, -2, 0}, {0, 0, 0}, 0.6, 0.05, 10};
+  DrawItem green = red_item(ball, {Eigen::Matrix3d::Identity(), {0, 0.5, 0}});
+  green.colour = {0, 0.9F, 0};
+  frame.items = {red_item(ball, {}), green};
+  EXPECT_TRUE(is_red(renderer_.render(frame, kFormat), 160, 120));
+  std::swap(frame.items[0], frame.items[1]);
+  EXPECT_TRUE(is_red(renderer_.render(frame, kFormat), 160, 120));
+}
+
+TEST_F(Rendering, WhatIsSeeThroughShowsWhatIsBehindIt) {
+  const MeshHandle ball = renderer_.upload(shade(geometry::make_sphere(0.1, 3)));
+  Frame frame;
+  frame.camera = {{0, -2, 0}, {0, 0, 0}, 0.6, 0.05, 10};
+  frame.items = {red_item(ball, {Eigen::Matrix3d::Identity(), {0, 0.5, 0}}), red_item(ball, {})};
+  frame.items[1].colour = {0, 0, 0.9F};
+  frame.items[1].opacity = 0.4F;
+  const Image image = renderer_.render(frame, kFormat);
+  EXPECT_GT(image.at(160, 120)[2], 80);  // red from behind
+  EXPECT_GT(image.at(160, 120)[0], 60);  // blue from the front
+}
+
+TEST_F(Rendering, LitFromTheKeyLightsSideBodiesAreBrighterThere) {
+  Frame frame;
+  frame.camera = {{0, -2, 0.5}, {0, 0, 0}, 0.3, 0.05, 10};
+  frame.items = {{renderer_.upload(shade(geometry::make_sphere(0.25, 4))), Eigen::Matrix4f::Identity()}};
+  const Image image = renderer_.render(frame, kFormat);
+  EXPECT_GT(image.at(160, 60)[1], image.at(160, 180)[1] + 30);
+}
+
+TEST_F(Rendering, SamplesSmoothTheEdges) {
+  Frame frame;
+  frame.camera = {{0, -2, 0}, {0, 0, 0}, 0.3, 0.05, 10};
+  frame.items = {red_item(renderer_.upload(shade(geometry::make_sphere(0.2, 4))), {})};
+  const auto between = [](const Image& image) {  // pixels that are neither red nor background
+    int count = 0;
+    for (int y = 0; y < image.height_px; ++y) {
+      for (int x = 0; x < image.width_px; ++x) count += image.at(x, y)[2] > 110 && image.at(x, y)[2] < 200;
+    }
+    return count;
+  };
+  PictureFormat fine = kFormat;
+  fine.samples = 4;
+  EXPECT_GT(between(renderer_.render(frame, fine)), between(renderer_.render(frame, kFormat)) + 50);
+}
+
+TEST_F(Rendering, AShadowFallsOnTheFloorOnly) {
+  Frame frame;
+  frame.camera = {{0, -3, 3}, {0, 0, 0}, 0.6, 0.05, 20};
+  frame.floor_min_m = {-1, -1, 0};
+  frame.floor_max_m = {1, 1, 1};
+  DrawItem ball{renderer_.upload(shade(geometry::make_sphere(0.15, 3))),
+                matrix_of({Eigen::Matrix3d::Identity(), {0, 0, 0.6}})};
+  ball.casts_shadow = true;
+  frame.items = {ball};
+  // Where the light from (0.348, −0.464, 0.815) puts it.
+  const Eigen::Vector3d place(-0.6 * 0.348 / 0.815, 0.6 * 0.464 / 0.815, 0);
+  const auto pixel = project(frame.camera, 320, 240, place);
+  ASSERT_TRUE(pixel);
+  PictureFormat with = kFormat;
+  with.shadows = true;
+  const int x = static_cast<int>(pixel->x()), y = static_cast<int>(pixel->y());
+  EXPECT_LT(renderer_.render(frame, with).at(x, y)[1] + 10, renderer_.render(frame, kFormat).at(x, y)[1]);
+}
+
+TEST_F(Rendering, ADroppedMeshIsNotDrawn) {
+  const MeshHandle ball = renderer_.upload(shade(geometry::make_sphere(0.2, 3)));
+  Frame frame;
+  frame.camera = {{0, -2, 0}, {0, 0, 0}, 0.6, 0.05, 10};
+  frame.items = {red_item(ball, {})};
+  EXPECT_TRUE(is_red(renderer_.render(frame, kFormat), 160, 120));
+  renderer_.drop(ball);
+  EXPECT_FALSE(is_red(renderer_.render(frame, kFormat), 160, 120));
+}
+
+// A two-link arm from a file of its own, so that the test stands by itself.
+robot::SerialArm make_arm() {
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "viewer_test_arm.urdf";
+  std::ofstream(file) << R"(<robot name="a"><link name="base"/><link name="one"/>
+    <joint name="j1" type="revolute"><parent link="base"/><child link="one"/><origin xyz="0 0 0.2"/><axis xyz="0 1 0"/>
+    <limit lower="-3" upper="3" velocity="1" effort="1"/></joint></robot>)";
+  auto arm = robot::SerialArm::from_urdf(file, "one", {});
+  if (!arm) throw std::runtime_error(arm.status().message());
+  return std::move(arm).value();
+}
+
+class Scene : public Rendering {
+ protected:
+  Scene() {
+    const geometry::TriangleMesh rod = geometry::make_box({0.05, 0.05, 0.4});
+    scene_.links.push_back({1,
+                            {Eigen::Matrix3d::Identity(), {0, 0, 0.2}},
+                            {0.9F, 0, 0},
+                            {renderer_.upload(shade(rod)), std::make_shared<RayMesh>(rod)}});
+    state_.arm.received_ns = kNow_ns - 1000;
+  }
+  Frame frame() const {
+    Frame frame = scene_.frame(state_, {}, kNow_ns);
+    frame.camera = {{0, -2.5, 0.3}, {0, 0, 0.3}, 0.5, 0.05, 10};
+    for (DrawItem& item : frame.items) item.own_light = 1.0F;
+    return frame;
+  }
+  static constexpr core::Nanoseconds kNow_ns = 5 * core::kNsPerSecond;
+  CellScene scene_{make_arm(), {-0.5, -0.5, 0}, {0.5, 0.5, 1}};
+  ViewerState state_;
+};
+
+TEST_F(Scene, TheArmMovesWithItsJoints) {
+  const Image upright = renderer_.render(frame(), kFormat);
+  const Frame before = frame();
+  state_.arm.position[0] = 1.5707963;  // about +y: from up to +x
+  const Image lying = renderer_.render(frame(), kFormat);
+  const auto up = project(before.camera, 320, 240, {0, 0, 0.5}),
+             side = project(before.camera, 320, 240, {0.3, 0, 0.2});
+  ASSERT_TRUE(up && side);
+  const auto red_at = [](const Image& image, const Eigen::Vector2d& p) {
+    return is_red(image, static_cast<int>(p.x()), static_cast<int>(p.y()));
+  };
+  EXPECT_TRUE(red_at(upright, *up));
+  EXPECT_FALSE(red_at(upright, *side));
+  EXPECT_FALSE(red_at(lying, *up));
+  EXPECT_TRUE(red_at(lying, *side));
+}
+
+TEST_F(Scene, AnUnknownArmIsNotDrawnAndAStaleOneIsSeeThrough) {
+  EXPECT_EQ(frame().items.at(0).opacity, 1.0F);
+  state_.arm.received_ns = kNow_ns - 2 * core::kNsPerSecond;
+  EXPECT_LT(frame().items.at(0).opacity, 1.0F);
+  state_.arm.received_ns = 0;
+  EXPECT_TRUE(frame().items.empty());
+}
+
+TEST_F(Scene, TheWorstLinkIsPaintedByItsCloseness) {
+  const Colour plain = frame().items.at(0).colour;
+  state_.percept = {.received_ns = kNow_ns - 1000, .valid = true, .closeness = 0.5, .link = 1};
+  EXPECT_NE(frame().items.at(0).colour, plain);
+  state_.percept.valid = false;
+  EXPECT_EQ(frame().items.at(0).colour, plain);
+}
+
+TEST_F(Scene, AnObjectIsDrawnOnceItsMeshIsThere) {
+  state_.objects[4] = {4, "box", 77, {}, {0, 0.5F, 0}};
+  EXPECT_FALSE(scene_.complete(state_));
+  EXPECT_EQ(frame().items.size(), 1U);
+  const geometry::TriangleMesh box = geometry::make_box({0.1, 0.1, 0.1});
+  scene_.meshes[77] = {renderer_.upload(shade(box)), std::make_shared<RayMesh>(box)};
+  EXPECT_TRUE(scene_.complete(state_));
+  EXPECT_EQ(frame().items.size(), 2U);
+  EXPECT_EQ(scene_.obstacles(state_, true).bodies.size(), 2U);
+}
+
+TEST(Banner, SaysWhatIsWorst) {
+  constexpr core::Nanoseconds kNow_ns = 10 * core::kNsPerSecond;
+  ViewerState state;
+  EXPECT_NE(banner_text(state, {}, kNow_ns).find("NO SLAVE"), std::string::npos);
+  state.arm.received_ns = kNow_ns - core::kNsPerSecond;
+  EXPECT_NE(banner_text(state, {}, kNow_ns).find("LINK LOST: the arm's pose is 1.0 s old"),
+            std::string::npos);
+  state.arm.received_ns = kNow_ns;
+  EXPECT_NE(banner_text(state, {}, kNow_ns).find("phantom is silent"), std::string::npos);
+  state.percept.received_ns = kNow_ns;
+  EXPECT_NE(banner_text(state, {}, kNow_ns).find("no valid model"), std::string::npos);
+  state.percept.valid = true;
+  EXPECT_EQ(banner_text(state, {}, kNow_ns), "");
+  state.arm.state = LinkState::kStopped;
+  EXPECT_EQ(banner_text(state, {}, kNow_ns), "EMERGENCY STOP");
+}
+
+TEST(Hud, WritesOnThePictureAndEncodes) {
+  Image image{640, 360, std::vector<std::uint8_t>(640 * 360 * 3, 40)};
+  const Image before = image;
+  Hud hud;
+  hud.title = "HIT ZONE";
+  hud.banner = "LINK LOST";
+  hud.gauges = true;
+  hud.closeness_known = true;
+  hud.closeness = 0.8;
+  draw_hud(image, hud);
+  EXPECT_NE(image.bgr, before.bgr);
+  EXPECT_EQ(encode_png(image).substr(1, 3), "PNG");
+  EXPECT_EQ(encode_jpeg(image, 80).substr(0, 2), "\xFF\xD8");
+}
+
+TEST(GlContext, MissingGraphicsNameWhatWasTried) {
+  // No machine has a display server for tests; a graphics card may be there.
+  try {
+    GlContext context(GraphicsPlatform::kDevice);
+    EXPECT_FALSE(context.description().empty());
+  } catch (const std::exception& problem) {
+    EXPECT_NE(std::string(problem.what()).find("no OpenGL"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace phantom::synthetic_viewer

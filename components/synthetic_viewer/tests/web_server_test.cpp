@@ -1,0 +1,245 @@
+#include "components/synthetic_viewer/web_server.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <httplib.h>
+
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "common/core/errors.hpp"
+#include "components/synthetic_viewer/commands.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+using ::testing::HasSubstr;
+
+class Page : public ::testing::Test {
+ protected:
+  void serve(PageConfig config = {}) {
+    config.port = 0;
+    server_ = std::make_unique<WebServer>(config, content_, [this](const Command& command) {
+      const std::lock_guard lock(mutex_);
+      commands_.push_back(command);
+      return answer_;
+    });
+  }
+  httplib::Client client() const {
+    httplib::Client client("127.0.0.1", server_->port());
+    client.set_read_timeout(20);
+    return client;
+  }
+  /// Status and message of a posted command.
+  std::pair<int, std::string> post(const std::string& body, const httplib::Headers& headers = {},
+                                   const char* type = "application/json") const {
+    const auto result = client().Post("/command", headers, body, type);
+    if (!result) return {0, httplib::to_string(result.error())};
+    return {result->status, nlohmann::json::parse(result->body).at("message").get<std::string>()};
+  }
+  /// The stream's beginning, until `enough` is satisfied.
+  std::string follow(const char* path, const std::function<bool(const std::string&)>& enough) const {
+    std::string got;
+    client().Get(path, [&](const char* data, std::size_t size) {
+      got.append(data, size);
+      return !enough(got);
+    });
+    return got;
+  }
+
+  PageContent content_;
+  std::mutex mutex_;
+  std::vector<Command> commands_;
+  core::Status answer_;
+  std::unique_ptr<WebServer> server_;
+};
+
+int count(const std::string& text, const std::string& part) {
+  int found = 0;
+  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + part.size())) ++found;
+  return found;
+}
+
+TEST_F(Page, IsServedWithItsFilesAndNothingFromElsewhere) {
+  serve();
+  const auto page = client().Get("/");
+  ASSERT_TRUE(page);
+  EXPECT_EQ(page->status, 200);
+  EXPECT_THAT(page->get_header_value("Content-Type"), HasSubstr("text/html"));
+  EXPECT_THAT(page->get_header_value("Content-Security-Policy"), HasSubstr("default-src 'self'"));
+  EXPECT_THAT(page->body, HasSubstr("Emergency stop"));
+  for (const char* file : {"/page.css", "/page.js"}) {
+    const auto result = client().Get(file);
+    ASSERT_TRUE(result) << file;
+    EXPECT_EQ(result->status, 200);
+    EXPECT_GT(result->body.size(), 1000U);
+    EXPECT_EQ(result->body.find("http://"), std::string::npos) << file;
+    EXPECT_EQ(result->body.find("https://"), std::string::npos) << file;
+  }
+}
+
+TEST_F(Page, AnUnknownPathIsNotFoundAndSaysSo) {
+  serve();
+  const auto result = client().Get("/../etc/passwd");
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->status, 404);
+  EXPECT_THAT(result->body, HasSubstr("unknown path"));
+}
+
+TEST_F(Page, StreamsPicturesAsTheyCome) {
+  serve();
+  content_.main_jpeg.publish("\xFF\xD8 first");
+  std::thread painter([this] {
+    for (int k = 0; k < 200 && content_.main_jpeg.followers == 0; ++k) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    content_.main_jpeg.publish("\xFF\xD8 second");
+  });
+  const std::string got = follow(
+      "/stream/main", [](const std::string& text) { return text.find("second") != std::string::npos; });
+  painter.join();
+  EXPECT_THAT(got, HasSubstr("--picture\r\nContent-Type: image/jpeg\r\nContent-Length: "));
+  EXPECT_THAT(got, HasSubstr("\xFF\xD8 second"));
+}
+
+TEST_F(Page, AStillPictureIsRepeatedSoThatADeadConnectionShows) {
+  serve();
+  content_.hit_jpeg.publish("\xFF\xD8 still");
+  const std::string got =
+      follow("/stream/hit", [](const std::string& text) { return count(text, "still") >= 2; });
+  EXPECT_GE(count(got, "still"), 2);
+}
+
+TEST_F(Page, SendsEvents) {
+  serve();
+  content_.state_json.publish(R"({"t":1})");
+  EXPECT_THAT(
+      follow("/events", [](const std::string& text) { return text.find("\n\ndata") != std::string::npos; }),
+      HasSubstr("data: {\"t\":1}"));
+}
+
+TEST_F(Page, MoreFollowersThanAllowedAreTurnedAwayAndCommandsStillPass) {
+  PageConfig config;
+  config.max_streams = 2;
+  serve(config);
+  content_.main_jpeg.publish("\xFF\xD8 picture");
+  std::atomic<bool> enough{false};
+  std::vector<std::thread> followers;
+  for (int i = 0; i < 2; ++i) {
+    followers.emplace_back(
+        [&] { follow("/stream/main", [&](const std::string&) { return enough.load(); }); });
+  }
+  for (int k = 0; k < 500 && content_.main_jpeg.followers < 2; ++k)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  const auto result = client().Get("/events");
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->status, 503);
+  EXPECT_THAT(result->body, HasSubstr("page.max_streams"));
+  EXPECT_EQ(post(R"({"kind":"emergency_stop"})").first, 200);
+  enough = true;
+  for (auto& follower : followers) follower.join();
+}
+
+TEST_F(Page, GivesPicturesOfTheMainViewAndOfAlerts) {
+  serve();
+  EXPECT_EQ(client().Get("/snapshot/main.png")->status, 503);
+  content_.main_png = [] { return std::string("PNG"); };
+  content_.hit_picture = [](std::uint32_t alert) {
+    return alert == 12 ? std::string("JPEG") : std::string();
+  };
+  EXPECT_EQ(client().Get("/snapshot/main.png")->body, "PNG");
+  EXPECT_EQ(client().Get("/hits/12.jpg")->body, "JPEG");
+  EXPECT_EQ(client().Get("/hits/13.jpg")->status, 404);
+  EXPECT_EQ(client().Get("/hits/99999999999999.jpg")->status, 404);
+}
+
+TEST_F(Page, PassesSoundCommandsOn) {
+  serve();
+  EXPECT_EQ(post(R"({"kind":"set_percept_gain","value":2.5})").first, 200);
+  EXPECT_EQ(post(R"({"kind":"view_node","value":14})").first, 200);
+  EXPECT_EQ(post(R"({"kind":"emergency_stop"})").first, 200);
+  ASSERT_EQ(commands_.size(), 3U);
+  EXPECT_EQ(commands_[0].kind, CommandKind::kSetPerceptGain);
+  EXPECT_EQ(commands_[0].value, 2.5);
+  EXPECT_EQ(commands_[2].kind, CommandKind::kEmergencyStop);
+}
+
+TEST_F(Page, RefusesCommandsOutOfRangeAndSaysWhatIsAllowed) {
+  serve();
+  const std::vector<std::pair<const char*, const char*>> cases{
+      {R"({"kind":"set_percept_gain","value":-1})", "from 0 to 1000"},
+      {R"({"kind":"set_percept_gain","value":1001})", "from 0 to 1000"},
+      {R"({"kind":"set_percept_gain","value":"much"})", "must be a number"},
+      {R"({"kind":"set_percept_gain"})", "must be a number"},
+      {R"({"kind":"set_feedback_gain","value":11})", "from 0 to 10"},
+      {R"({"kind":"enable_percept","value":0.5})", "a whole number from 0 to 1"},
+      {R"({"kind":"view_node","value":15})", "from 0 to 14"},
+      {R"({"kind":"fly"})", "emergency_stop"},
+      {R"({"kind":7})", "must be one of"},
+      {R"({"kind":"reset","now":true})", "unknown key 'now'"},
+      {R"([1,2])", "JSON object"},
+      {"{", "JSON object"}};
+  for (const auto& [body, part] : cases) {
+    const auto [status, message] = post(body);
+    EXPECT_EQ(status, 400) << body;
+    EXPECT_THAT(message, HasSubstr(part)) << body;
+  }
+  EXPECT_TRUE(commands_.empty());
+}
+
+TEST_F(Page, RefusesEveryCommandWhereTheyAreSwitchedOff) {
+  PageConfig config;
+  config.allow_commands = false;
+  serve(config);
+  const auto [status, message] = post(R"({"kind":"emergency_stop"})");
+  EXPECT_EQ(status, 403);
+  EXPECT_THAT(message, HasSubstr("page.allow_commands"));
+  EXPECT_TRUE(commands_.empty());
+}
+
+TEST_F(Page, RefusesCommandsThatAreNotThePagesOwn) {
+  serve();
+  const std::string stop = R"({"kind":"emergency_stop"})";
+  EXPECT_EQ(post(stop, {}, "text/plain").first, 403);
+  EXPECT_EQ(post(stop, {{"Origin", "http://elsewhere.example"}}).first, 403);
+  EXPECT_EQ(post(stop, {{"Host", "elsewhere.example"}, {"Origin", "http://elsewhere.example"}}).first, 403);
+  EXPECT_TRUE(commands_.empty());
+  const std::string own = "127.0.0.1:" + std::to_string(server_->port());
+  EXPECT_EQ(post(stop, {{"Host", own}, {"Origin", "http://" + own}}).first, 200);
+}
+
+TEST_F(Page, TellsWhenACommandCouldNotBeSent) {
+  serve();
+  answer_ = {core::ErrorCode::kUnavailable, "the command could not be published"};
+  const auto [status, message] = post(R"({"kind":"reset"})");
+  EXPECT_EQ(status, 503);
+  EXPECT_THAT(message, HasSubstr("could not be published"));
+}
+
+TEST_F(Page, ATakenPortIsAnErrorThatNamesIt) {
+  serve();
+  PageConfig config;
+  config.port = server_->port();
+  PageContent other;
+  try {
+    WebServer second(config, other, [](const Command&) { return core::Status::ok(); });
+    FAIL() << "two servers on one port";
+  } catch (const core::MissingError& problem) {
+    EXPECT_THAT(problem.what(), HasSubstr(std::to_string(config.port)));
+    EXPECT_THAT(problem.what(), HasSubstr("page.port"));
+  }
+}
+
+TEST_F(Page, EndsWithStreamsAndIdleConnectionsOpen) {
+  serve();
+  content_.main_jpeg.publish("\xFF\xD8 picture");
+  std::thread follower([this] { follow("/stream/main", [](const std::string&) { return false; }); });
+  for (int k = 0; k < 500 && content_.main_jpeg.followers < 1; ++k)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  server_.reset();  // returns, though nobody hangs up
+  follower.join();
+  EXPECT_EQ(content_.main_jpeg.followers, 0);
+}
+
+}  // namespace
+}  // namespace phantom::synthetic_viewer
