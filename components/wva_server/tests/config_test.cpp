@@ -1,0 +1,54 @@
+#include "components/wva_server/config.hpp"
+
+#include <gmock/gmock.h>
+
+#include "common/runtime/config_reader.hpp"
+#include "components/wva_server/tests/test_cell.hpp"
+
+namespace phantom::wva_server {
+namespace {
+
+using ::testing::HasSubstr;
+
+class Config : public TestCell {
+ protected:
+  void expect_refused(const std::string& yaml, const std::vector<std::string>& told) const {
+    try {
+      load_config(write("odd.yaml", yaml));
+      FAIL() << "accepted: " << yaml;
+    } catch (const runtime::ConfigError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("odd.yaml:"));
+      for (const auto& part : told) EXPECT_THAT(error.what(), HasSubstr(part));
+    }
+  }
+};
+
+TEST_F(Config, TheShippedFileIsValidAndSaysTheDefaults) {
+  const auto shipped = load_config(PHANTOM_SOURCE_DIR "/components/wva_server/wva_server.yaml");
+  const auto defaults = load_config(write("empty.yaml", "{}"));
+  EXPECT_EQ(shipped.mesh_chunk_bytes, 262144U);
+  EXPECT_EQ(shipped.mesh_chunk_bytes, defaults.mesh_chunk_bytes);
+  EXPECT_EQ(shipped.mesh_import.max_cpu_s, defaults.mesh_import.max_cpu_s);
+  EXPECT_EQ(shipped.mesh_import.max_memory_bytes, defaults.mesh_import.max_memory_bytes);
+  EXPECT_EQ(shipped.mesh_import.max_triangles, defaults.mesh_import.max_triangles);
+  EXPECT_EQ(shipped.status_rate_hz, defaults.status_rate_hz);
+}
+
+TEST_F(Config, AnUnknownKey) { expect_refused("mesh_chunk_kb: 3", {"mesh_chunk_kb", "mesh_chunk_kib"}); }
+TEST_F(Config, AMethodThatIsNotThere) {
+  expect_refused("method: dilation", {"method", "dilation", "distance"});
+}
+TEST_F(Config, ChunksThatAreTooLarge) {
+  expect_refused("mesh_chunk_kib: 512", {"mesh_chunk_kib", "512", "256"});
+}
+TEST_F(Config, AStatusRateBelowTheTopicsDeadline) {
+  expect_refused("status_rate_hz: 0.1", {"status_rate_hz", "0.1", "1"});
+}
+TEST_F(Config, NoMemoryForImports) {
+  expect_refused("mesh_import: {max_memory_mib: 1}", {"max_memory_mib", "64"});
+}
+TEST_F(Config, NoTimeForImports) { expect_refused("mesh_import: {max_cpu_s: 0}", {"max_cpu_s"}); }
+TEST_F(Config, NoTriangles) { expect_refused("mesh_import: {max_triangles: 0}", {"max_triangles"}); }
+
+}  // namespace
+}  // namespace phantom::wva_server

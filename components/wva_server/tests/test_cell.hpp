@@ -1,0 +1,73 @@
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "common/geometry/mesh.hpp"
+#include "common/geometry/primitives.hpp"
+
+namespace phantom::wva_server {
+
+/// A folder with a small cell: a ball and two posts that share a mesh, meshes in millimetres.
+class TestCell : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = ::testing::TempDir() + "wva_server_XXXXXX";
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+    write("ball.stl", ascii_stl(geometry::make_sphere(60, 3)));
+    write("post.stl", ascii_stl(geometry::make_box({40, 40, 300})));
+    write("arm.urdf", "<robot name='arm'/>");
+    write("cell.yaml", kCell);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+    return folder_ / name;
+  }
+  /// The cell file with one text replaced.
+  std::filesystem::path cell_with(const std::string& from, const std::string& to) const {
+    std::string text = kCell;
+    const auto place = text.find(from);
+    EXPECT_NE(place, std::string::npos) << from;
+    text.replace(place, from.size(), to);
+    return write("cell.yaml", text);
+  }
+  std::filesystem::path cell() const { return folder_ / "cell.yaml"; }
+
+  static std::string ascii_stl(const geometry::TriangleMesh& mesh) {
+    std::ostringstream text;
+    text.precision(9);
+    text << "solid part\n";
+    for (const auto& t : mesh.triangles) {
+      text << "facet normal 0 0 0\nouter loop\n";
+      for (const auto v : t) text << "vertex " << mesh.vertices_m[v].transpose() << "\n";
+      text << "endloop\nendfacet\n";
+    }
+    text << "endsolid part\n";
+    return text.str();
+  }
+
+  std::filesystem::path folder_;
+
+ private:
+  static constexpr const char* kCell = R"(name: desk
+workspace: {min_m: [-0.4, -0.4, 0.0], max_m: [0.4, 0.4, 0.5], voxel_size_m: 0.01}
+profile: {thickness_vox: [2, 2], mu_Pa_s_per_m: [32, 20], mu_skin_Pa_s_per_m: 100}
+objects:
+  - {name: ball, mesh: ball.stl, mesh_scale: 0.001, pose: {xyz_m: [0.0, 0.0, 0.3]}, colour: [1, 0, 0],
+     real_deviation: {xyz_m: [0.05, 0.0, 0.0]}}
+  - {name: left post, mesh: post.stl, mesh_scale: 0.001, pose: {xyz_m: [-0.2, 0.1, 0.15], rpy_deg: [0, 0, 30]}}
+  - {name: right post, mesh: post.stl, mesh_scale: 0.001, pose: {xyz_m: [0.2, 0.1, 0.15]},
+     profile: {thickness_vox: [3], mu_Pa_s_per_m: [25], mu_skin_Pa_s_per_m: 90, guard_vox: 1}}
+arms:
+  - {name: arm, urdf: arm.urdf, tip_link: tool, home: [0.0]}
+)";
+};
+
+}  // namespace phantom::wva_server
