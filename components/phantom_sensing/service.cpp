@@ -5,6 +5,7 @@
 #include <fstream>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <thread>
 
 #include "common/runtime/process.hpp"
@@ -15,11 +16,21 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Passes everything on to DDS and keeps a list of the alerts for the report.
+/// An alert as the report and the log tell it.
+struct HitRecord {
+  percept::Alert alert;
+  double raised_s = 0.0;
+  double cleared_s = -1.0;  ///< −1: not yet
+};
+
+/// Passes everything on to DDS and keeps the alerts for log and report. Logging is left to the main thread: a
+/// log that nobody drains must not hold up the haptic path.
 class RecordingSink : public PerceptSink {
  public:
   RecordingSink(PerceptSink& next, const runtime::CellConfig& cell, const PhantomModel& model)
-      : next_(next), cell_(cell), model_(model) {}
+      : next_(next), cell_(cell), model_(model) {
+    hits_.reserve(kMostHits);
+  }
 
   void on_drag(const StepOutputs& outputs, const TickInfo& info) override { next_.on_drag(outputs, info); }
   void on_percept(const StepOutputs& outputs, const TickInfo& info) override {
@@ -27,37 +38,60 @@ class RecordingSink : public PerceptSink {
   }
   void on_alert(const percept::Alert& alert, bool cleared) override {
     next_.on_alert(alert, cleared);
-    const double t_s = core::seconds(core::monotonic_ns() - start_ns_);
-    if (cleared) {
-      if (!hits_.empty() && hits_.back()["alert"] == alert.number) hits_.back()["cleared_t"] = t_s;
-      return;
-    }
-    const std::string object = name_of(alert.at.object), link = model_.arm.links()[alert.at.link].name;
-    spdlog::info("hit alert {}: {} near {} (rule {}, {:.3f} m/s)", alert.number, link, object,
-                 static_cast<int>(alert.rule), alert.at.situation.speed_m_s);
-    if (hits_.size() >= kMostHits) return;
-    hits_.push_back({{"t", t_s},
-                     {"alert", alert.number},
-                     {"link", link},
-                     {"object", object},
-                     {"rule", static_cast<int>(alert.rule)},
-                     {"mu", alert.at.situation.mu},
-                     {"speed_m_s", alert.at.situation.speed_m_s}});
+    const double now_s = core::seconds(core::monotonic_ns() - start_ns_);
+    const std::lock_guard lock(mutex_);
+    if (!cleared && hits_.size() < kMostHits) hits_.push_back({alert, now_s});
+    if (cleared && !hits_.empty() && hits_.back().alert.number == alert.number)
+      hits_.back().cleared_s = now_s;
   }
-  /// Only once the loop has ended.
-  const Json& hits() const { return hits_; }
+
+  /// Logs the alerts that are new. Main thread.
+  void log_new() {
+    while (const auto hit = record(logged_)) {
+      ++logged_;
+      spdlog::info("hit alert {}: {} near {} (rule {}, {:.3f} m/s)", hit->alert.number, link_of(hit->alert),
+                   object_of(hit->alert), static_cast<int>(hit->alert.rule),
+                   hit->alert.at.situation.speed_m_s);
+    }
+  }
+
+  Json json() {
+    Json list = Json::array();
+    for (std::size_t i = 0; const auto hit = record(i); ++i) {
+      list.push_back({{"t", hit->raised_s},
+                      {"alert", hit->alert.number},
+                      {"link", link_of(hit->alert)},
+                      {"object", object_of(hit->alert)},
+                      {"rule", static_cast<int>(hit->alert.rule)},
+                      {"mu", hit->alert.at.situation.mu},
+                      {"speed_m_s", hit->alert.at.situation.speed_m_s}});
+      if (hit->cleared_s >= 0.0) list.back()["cleared_t"] = hit->cleared_s;
+    }
+    return list;
+  }
 
  private:
-  static constexpr std::size_t kMostHits = 100'000;
-  std::string name_of(std::uint16_t object) const {
-    return object >= 1 && object <= cell_.objects.size() ? cell_.objects[object - 1].name : std::string("?");
+  static constexpr std::size_t kMostHits = 10'000;
+  std::optional<HitRecord> record(std::size_t index) {
+    const std::lock_guard lock(mutex_);
+    return index < hits_.size() ? std::optional(hits_[index]) : std::nullopt;
+  }
+  const std::string& link_of(const percept::Alert& alert) const {
+    return model_.arm.links()[alert.at.link].name;
+  }
+  std::string object_of(const percept::Alert& alert) const {
+    const std::uint16_t id = alert.at.object;
+    return id >= 1 && id <= cell_.objects.size() ? cell_.objects[id - 1].name
+                                                 : "object " + std::to_string(id);
   }
 
   PerceptSink& next_;
   const runtime::CellConfig& cell_;
   const PhantomModel& model_;
   core::Nanoseconds start_ns_ = core::monotonic_ns();
-  Json hits_ = Json::array();
+  std::mutex mutex_;
+  std::vector<HitRecord> hits_;
+  std::size_t logged_ = 0;  // main thread only
 };
 
 core::Health health_of(const LoopFigures& figures, const PhantomModel& model,
@@ -136,18 +170,20 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
     if (health.state != said) spdlog::info("{}", health.message.empty() ? "sensing" : health.message);
     said = health.state;
     adapter.publish_status(health);
+    sink.log_new();
   } while (runtime::sleep_unless_stopped(0.5));
 
   adapter.stop_reading();
   loop.stop();
   sensing.join();
+  sink.log_new();
   core::Health ended = health_of(loop.figures(), model, workspace, 0.0);
   ended.state = core::ComponentState::kStopped;
   ended.message.clear();
   adapter.publish_status(ended);
   if (!options.report_dir.empty()) {
     write_report(options.report_dir, loop.figures(), model, workspace.version(),
-                 core::seconds(core::monotonic_ns() - start_ns), sink.hits());
+                 core::seconds(core::monotonic_ns() - start_ns), sink.json());
   }
   return runtime::kExitDone;
 }
