@@ -18,7 +18,8 @@ struct ContactQuery {
 class ContactWorld {
  public:
   virtual ~ContactWorld() = default;
-  /// Signed distance of a point in W; beyond range() any value ≥ range() may come. Real-time safe: yes.
+  /// Signed distance of a point in W, which changes by no more than the way between two points; beyond
+  /// range_m() any value ≥ range_m() may come. Real-time safe: yes.
   virtual double distance_m(const Eigen::Vector3d& p_W_m) const noexcept = 0;
   /// Everything about a point that is in touch or nearly so. Real-time safe: yes.
   virtual ContactQuery query(const Eigen::Vector3d& p_W_m) const noexcept = 0;

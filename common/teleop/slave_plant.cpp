@@ -35,26 +35,51 @@ SlavePlant::SlavePlant(const robot::SerialArm& arm, const SlavePlantParameters& 
       q_(start_q) {
   std::stable_sort(points_.begin(), points_.end(),
                    [](const auto& a, const auto& b) { return a.link < b.link; });
+  seen_.resize(points_.size());
   encoders_.sample(q_, 0.0);
   arm_.link_poses(q_, X_WL_);
   if (!parameters_.balanced) gravity_Nm_ = arm_.gravity_torque(X_WL_);
   find_touching(0.0);
 }
 
-// Scans every contact point once: least distance, and those that touch or may touch within this step.
+double SlavePlant::look_up(std::size_t point, const Eigen::Vector3d& p_W_m) noexcept {
+  seen_[point] = {p_W_m, world_.distance_m(p_W_m)};
+  return seen_[point].distance_m;
+}
+
+void SlavePlant::keep_if_touching(std::size_t point, double distance_m, double reach_m) noexcept {
+  if (distance_m > reach_m) return;
+  if (touching_count_ == kMaxTouching && distance_m >= touching_[kMaxTouching - 1].distance_m) return;
+  std::size_t place = std::min(touching_count_, kMaxTouching - 1);
+  for (; place > 0 && touching_[place - 1].distance_m > distance_m; --place)
+    touching_[place] = touching_[place - 1];
+  touching_[place] = {point, distance_m};
+  touching_count_ = std::min(touching_count_ + 1, kMaxTouching);
+}
+
+// Finds the least distance and the points that touch or may touch within this step. A point that cannot have
+// come nearer than either, by the way it has gone since it was last looked up, is passed over: few look-ups
+// are left.
 void SlavePlant::find_touching(double reach_m) noexcept {
+  constexpr double kSteepest = 1.05;  // a sampled field is a little steeper than 1 in places
   touching_count_ = 0;
   double least_m = 1e9;
+  if (!points_.empty()) {
+    const ContactPoint& nearest = points_[nearest_];
+    least_m = look_up(nearest_, X_WL_[nearest.link] * nearest.position_m);
+  }
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    const double distance_m = world_.distance_m(X_WL_[points_[i].link] * points_[i].position_m);
-    least_m = std::min(least_m, distance_m);
-    if (distance_m > reach_m) continue;
-    if (touching_count_ == kMaxTouching && distance_m >= touching_[kMaxTouching - 1].distance_m) continue;
-    std::size_t place = std::min(touching_count_, kMaxTouching - 1);
-    for (; place > 0 && touching_[place - 1].distance_m > distance_m; --place)
-      touching_[place] = touching_[place - 1];
-    touching_[place] = {i, distance_m};
-    touching_count_ = std::min(touching_count_ + 1, kMaxTouching);
+    const Eigen::Vector3d p_W_m = X_WL_[points_[i].link] * points_[i].position_m;
+    const LastSeen& seen = seen_[i];
+    const double spare_m = seen.distance_m - std::max(least_m * (1.0 - kClearanceTolerance), reach_m);
+    const double way_m = spare_m / kSteepest;
+    if (spare_m > 0.0 && (p_W_m - seen.p_W_m).squaredNorm() < way_m * way_m) continue;
+    const double distance_m = look_up(i, p_W_m);
+    if (distance_m < least_m) {
+      least_m = distance_m;
+      nearest_ = i;
+    }
+    keep_if_touching(i, distance_m, reach_m);
   }
   report_.clearance_m = least_m < world_.range_m() ? std::max(0.0, least_m) : -1.0;
 }

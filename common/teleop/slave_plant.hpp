@@ -24,6 +24,9 @@ struct SlavePlantParameters {
   int sub_steps = 4;                        ///< per step(), ≥ 1
 };
 
+/// Share by which the reported clearance may be too great: it saves nearly all look-ups.
+inline constexpr double kClearanceTolerance = 0.04;
+
 /// What an ideal force sensor and a measuring machine would say of the arm.
 struct ContactReport {
   bool contact = false;
@@ -71,11 +74,18 @@ class SlavePlant {
   std::size_t contact_point_count() const noexcept { return points_.size(); }
 
  private:
+  // Where a point was when its distance was last looked up: elsewhere it has changed by no more than the way.
+  struct LastSeen {
+    Eigen::Vector3d p_W_m = Eigen::Vector3d::Zero();
+    double distance_m = -1e9;  // at first: anything may be
+  };
   struct Touching {
     std::size_t point = 0;
     double distance_m = 0.0;
   };
   void find_touching(double reach_m) noexcept;
+  void keep_if_touching(std::size_t point, double distance_m, double reach_m) noexcept;
+  double look_up(std::size_t point, const Eigen::Vector3d& p_W_m) noexcept;
   void add_contact_torque(core::JointArray& torque_Nm) noexcept;
 
   const robot::SerialArm& arm_;
@@ -86,6 +96,8 @@ class SlavePlant {
   Eigen::Vector3d tip_m_;
   robot::LinkPoses X_WL_;
   core::JointArray q_, v_{}, gravity_Nm_{};
+  std::vector<LastSeen> seen_;  // per point
+  std::size_t nearest_ = 0;     // point of the least distance in the last scan
   std::array<Touching, kMaxTouching> touching_{};
   std::size_t touching_count_ = 0;
   ContactReport report_;

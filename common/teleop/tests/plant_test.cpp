@@ -171,6 +171,43 @@ TEST(SlavePlant, ClearanceIsTheLeastDistanceOfTheContactPoints) {
   EXPECT_NEAR(plant.contact().clearance_m, 0.05, 1e-9);
 }
 
+// Literal twin: every point looked up in every step.
+TEST(SlavePlant, ClearanceEqualsTheSearchOfAllPointsWhileTheArmMoves) {
+  const auto arm = robot::test_arms::suspended();
+  const HalfSpace floor(Eigen::Vector3d(0.1, 0.2, 1.0).normalized(), 0.35);
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> place(-0.15, 0.15), torque(-8, 8);
+  std::vector<ContactPoint> points;
+  for (int i = 0; i < 200; ++i) {
+    points.push_back({1 + static_cast<std::size_t>(i) % 7, {place(random), place(random), place(random)}});
+  }
+  SlavePlant plant(arm, slave_parameters(arm), points, floor, {}, {0, 0, 0});
+  core::JointArray drive{};
+  int known = 0, touching = 0;
+  for (int i = 0; i < 4000; ++i) {
+    if (i % 300 == 0) {
+      for (std::size_t j = 0; j < 7; ++j) drive[j] = torque(random);
+    }
+    robot::LinkPoses X_WL;
+    arm.link_poses(plant.true_position(), X_WL);
+    double least_m = 1e9;
+    for (const auto& point : points)
+      least_m = std::min(least_m, floor.distance_m(X_WL[point.link] * point.position_m));
+    plant.step(drive, kDt);
+    const double expected_m = least_m < floor.range_m() ? std::max(0.0, least_m) : -1.0;
+    if (expected_m > 0.0) {
+      ASSERT_GE(plant.contact().clearance_m, expected_m - 1e-12) << "step " << i;
+      ASSERT_LE(plant.contact().clearance_m, expected_m / (1.0 - kClearanceTolerance)) << "step " << i;
+    } else {
+      ASSERT_EQ(plant.contact().clearance_m, expected_m) << "step " << i;
+    }
+    known += expected_m > 0.0;
+    touching += plant.contact().contact;
+  }
+  EXPECT_GT(known, 100);
+  EXPECT_GT(touching, 30);
+}
+
 TEST(SlavePlant, BadTorquesCountAsNone) {
   const auto arm = robot::test_arms::planar();
   HalfSpace far(Eigen::Vector3d::UnitX(), -100);

@@ -1,0 +1,125 @@
+#include "components/slave_io/dds_adapter.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "common/dds/endpoint.hpp"
+#include "common/dds/participant.hpp"
+#include "common/dds/stamp.hpp"
+#include "common/dds/status_reporter.hpp"
+#include "components/slave_io/dds_adapter_convert.hpp"
+
+namespace phantom::slave_io {
+namespace {
+
+constexpr core::Nanoseconds kWarnEvery_ns = 5 * core::kNsPerSecond;
+
+}  // namespace
+
+const char* refusal(const msg::MasterState& master, std::size_t joint_count) noexcept {
+  if (master.stamp().sequence_number() == 0) return "it has no sequence number";
+  if (master.joint_count() != joint_count) return "its joint count is not this arm's";
+  if (!core::all_finite(master.position_rad(), joint_count)) return "a position is not a finite number";
+  if (!core::all_finite(master.velocity_rad_s(), joint_count)) return "a velocity is not a finite number";
+  if (master.state() > msg::LINK_STOPPED) return "its state is not known";
+  return nullptr;
+}
+
+MasterSample to_sample(const msg::MasterState& master, core::Nanoseconds received_ns) noexcept {
+  const auto& stamp = master.stamp();
+  return {received_ns,
+          {stamp.sequence_number(), stamp.monotonic_ns(), stamp.session()},
+          static_cast<teleop::LinkState>(master.state()),
+          master.position_rad(),
+          master.velocity_rad_s()};
+}
+
+bool count_request(const msg::OperatorCommand& command, Requests& requests) noexcept {
+  if (command.stamp().sequence_number() == 0 || command.kind() > msg::COMMAND_VIEW_NODE) return false;
+  if (command.kind() == msg::COMMAND_EMERGENCY_STOP) ++requests.stops;
+  if (command.kind() == msg::COMMAND_RESET) ++requests.resets;
+  return true;
+}
+
+msg::SlaveState to_message(const SlaveReport& report, std::size_t joint_count) {
+  msg::SlaveState slave;
+  slave.master_echo().sequence_number(report.followed.sequence_number);
+  slave.master_echo().monotonic_ns(report.followed.monotonic_ns);
+  slave.master_echo().session(report.followed.session);
+  slave.state(static_cast<msg::LinkState>(report.outputs.state));
+  slave.joint_count(static_cast<std::uint32_t>(joint_count));
+  slave.position_rad(report.position);
+  slave.velocity_rad_s(report.velocity);
+  slave.loop_torque_Nm(report.outputs.torque.loop_Nm);
+  slave.contact(report.contact);
+  slave.contact_force_N(report.contact_force_N);
+  slave.contact_object(report.contact_object);
+  slave.contact_point_m().x(report.contact_point_W_m[0]);
+  slave.contact_point_m().y(report.contact_point_W_m[1]);
+  slave.contact_point_m().z(report.contact_point_W_m[2]);
+  slave.tool_speed_m_s(report.tool_speed_m_s);
+  slave.clearance_m(report.clearance_m);
+  return slave;
+}
+
+struct DdsAdapter::Impl {
+  Impl(const core::NetworkOptions& network, std::size_t joints, Inbox& into)
+      : joint_count(joints),
+        inbox(into),
+        participant("slave_io", network),
+        stamper(participant),
+        status(participant),
+        slave(participant, dds::kSlaveState),
+        master(
+            participant, dds::kMasterState,
+            [this](const msg::MasterState& sample, const dds::SampleInfo& info) { on_master(sample, info); }),
+        commands(participant, dds::kOperatorCommand,
+                 [this](const msg::OperatorCommand& sample, const dds::SampleInfo&) { on_command(sample); }) {
+  }
+
+  void on_master(const msg::MasterState& sample, const dds::SampleInfo& info) {
+    const char* reason = refusal(sample, joint_count);
+    if (reason == nullptr && !order.accept(sample.stamp())) reason = "it is older than one that came before";
+    if (reason == nullptr) return inbox.master.write(to_sample(sample, info.received_ns));
+    master.count_refused();
+    if (info.received_ns < quiet_until_ns) return;
+    quiet_until_ns = info.received_ns + kWarnEvery_ns;
+    spdlog::warn("master_state refused: {} (it has {} joints, this arm {})", reason, sample.joint_count(),
+                 joint_count);
+  }
+
+  void on_command(const msg::OperatorCommand& sample) {
+    if (!count_request(sample, requests)) return commands.count_refused();
+    inbox.requests.write(requests);
+    if (sample.kind() == msg::COMMAND_EMERGENCY_STOP)
+      spdlog::warn("emergency stop by {}", sample.issuer().to_string());
+    if (sample.kind() == msg::COMMAND_RESET) spdlog::info("reset by {}", sample.issuer().to_string());
+  }
+
+  std::size_t joint_count;
+  Inbox& inbox;
+  Requests requests;
+  dds::SequenceGuard order;
+  core::Nanoseconds quiet_until_ns = 0;
+  dds::Participant participant;
+  dds::Stamper stamper;
+  dds::StatusReporter status;
+  dds::Writer<msg::SlaveState> slave;
+  dds::Reader<msg::MasterState> master;
+  dds::Reader<msg::OperatorCommand> commands;
+};
+
+DdsAdapter::DdsAdapter(const core::NetworkOptions& network, std::size_t joint_count, Inbox& inbox)
+    : impl_(std::make_unique<Impl>(network, joint_count, inbox)) {}
+DdsAdapter::~DdsAdapter() = default;
+
+void DdsAdapter::publish(const SlaveReport& report) {
+  msg::SlaveState sample = to_message(report, impl_->joint_count);
+  sample.stamp(impl_->stamper.next());
+  impl_->slave.write(sample);
+}
+
+void DdsAdapter::publish_health(const core::Health& health) { impl_->status.publish(health); }
+
+}  // namespace phantom::slave_io

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstddef>
+
+#include "components/slave_io/dds_adapter.hpp"
+#include "phantom_idl/teleoperation.h"
+
+namespace phantom::slave_io {
+
+/// Why a sample cannot be used, in words for the log; null if it can. Order is checked apart
+/// (dds::SequenceGuard).
+const char* refusal(const msg::MasterState& master, std::size_t joint_count) noexcept;
+MasterSample to_sample(const msg::MasterState& master, core::Nanoseconds received_ns) noexcept;
+
+/// Counts a command into `requests` if it is one for the slave; false if it is not valid.
+bool count_request(const msg::OperatorCommand& command, Requests& requests) noexcept;
+
+/// Everything of a slave_state but its stamp.
+msg::SlaveState to_message(const SlaveReport& report, std::size_t joint_count);
+
+}  // namespace phantom::slave_io

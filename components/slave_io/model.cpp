@@ -1,0 +1,139 @@
+#include "components/slave_io/model.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "common/core/errors.hpp"
+#include "common/geometry/mesh_io.hpp"
+
+namespace phantom::slave_io {
+namespace {
+
+using core::ConfigError;
+
+void append_segment(const runtime::SkinSegmentConfig& segment, std::size_t link,
+                    const geometry::Pose& X_link_frame, double pitch_m,
+                    std::vector<teleop::ContactPoint>& points) {
+  const Eigen::Vector3d axis = (segment.to_m - segment.from_m).normalized();
+  const Eigen::Vector3d side = axis.unitOrthogonal();
+  const Eigen::Vector3d other = axis.cross(side);
+  const double length_m = (segment.to_m - segment.from_m).norm();
+  const int rings = std::max(2, static_cast<int>(std::ceil(length_m / pitch_m)) + 1);
+  for (int r = 0; r < rings; ++r) {
+    const double share = static_cast<double>(r) / (rings - 1);
+    const Eigen::Vector3d centre_m = segment.from_m + share * (segment.to_m - segment.from_m);
+    const double radius_m = segment.from_radius_m + share * (segment.to_radius_m - segment.from_radius_m);
+    const int sides = std::max(6, static_cast<int>(std::ceil(2 * std::numbers::pi * radius_m / pitch_m)));
+    for (int s = 0; s < sides; ++s) {
+      const double angle = segment.spin_rad + 2 * std::numbers::pi * s / sides;
+      points.push_back(
+          {link, X_link_frame * (centre_m + radius_m * (std::cos(angle) * side + std::sin(angle) * other))});
+    }
+    if (r == 0 || r == rings - 1) points.push_back({link, X_link_frame * centre_m});
+  }
+}
+
+constexpr double kFineBand_vox = 3.0;
+
+voxel::DistanceField build_field(const runtime::CellConfig& cell, const std::vector<voxel::FieldBody>& bodies,
+                                 double voxel_m, double band_m) {
+  voxel::GridSpec grid;
+  grid.origin_m = cell.min_m;
+  grid.voxel_size_m = voxel_m;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<Eigen::Index>(axis);
+    grid.size_vox[axis] =
+        static_cast<std::int32_t>(std::ceil((cell.max_m[i] - cell.min_m[i]) / voxel_m - 1e-9));
+  }
+  auto field =
+      voxel::DistanceField::build(grid, bodies, {.outside_m = band_m, .inside_m = std::min(band_m, 0.08)});
+  if (!field) throw ConfigError(cell.file.string() + ": contact field: " + field.status().message());
+  return *std::move(field);
+}
+
+}  // namespace
+
+ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name) {
+  const runtime::ArmConfig& config = cell.arm(arm_name);
+  auto arm = robot::SerialArm::from_urdf(config.urdf, config.tip_link, config.X_WB);
+  if (!arm) throw ConfigError(arm.status().message());
+  const std::string place = cell.file.string() + ": arms[" + config.name + "].home: ";
+  const std::size_t count = arm->joint_count();
+  if (config.home.size() != count) {
+    throw ConfigError(place + "has " + std::to_string(config.home.size()) + " values; allowed: " +
+                      std::to_string(count) + ", one per moving joint of " + config.urdf.string());
+  }
+  ArmModel model{*std::move(arm), {}, Eigen::Vector3d::Zero(), config.skin};
+  for (std::size_t j = 0; j < count; ++j) {
+    const auto& joint = model.arm.joints()[j];
+    model.home[j] = config.home[j];
+    if (config.home[j] >= joint.lower && config.home[j] <= joint.upper) continue;
+    throw ConfigError(place + "'" + std::to_string(config.home[j]) + "' for " + joint.name +
+                      " is outside of its limits; allowed: " + std::to_string(joint.lower) + " to " +
+                      std::to_string(joint.upper));
+  }
+  if (const auto tip = model.arm.find_frame(config.tip_link))
+    model.tip_in_last_link_m = tip->second.translation_m;
+  return model;
+}
+
+std::vector<teleop::ContactPoint> contact_points(const ArmModel& model, double pitch_m, int max_points) {
+  std::vector<teleop::ContactPoint> points;
+  for (;; pitch_m *= 1.1) {
+    points.clear();
+    for (const auto& skin : model.skin) {
+      const auto frame = model.arm.find_frame(skin.link);
+      if (!frame)
+        throw ConfigError("skin: no link called '" + skin.link +
+                          "' in the arm; allowed: the URDF's link names");
+      for (const auto& segment : skin.segments)
+        append_segment(segment, frame->first, frame->second, pitch_m, points);
+    }
+    // Beyond a metre no ring gets fewer points: the skin has more segments than points were allowed.
+    if (static_cast<int>(points.size()) <= max_points || pitch_m > 1.0) return points;
+  }
+}
+
+std::vector<voxel::FieldBody> load_bodies(const runtime::CellConfig& cell) {
+  std::vector<voxel::FieldBody> bodies;
+  for (std::size_t i = 0; i < cell.objects.size(); ++i) {
+    const auto& object = cell.objects[i];
+    const auto mesh = geometry::load_mesh(object.mesh, {.scale = object.mesh_scale, .y_up = object.y_up});
+    if (!mesh)
+      throw ConfigError(cell.file.string() + ": objects[" + std::to_string(i) +
+                        "].mesh: " + mesh.status().message());
+    bodies.push_back(
+        {mesh->transformed(object.X_WO * object.X_deviation), static_cast<std::uint16_t>(i + 1)});
+  }
+  return bodies;
+}
+
+FieldWorld::FieldWorld(const runtime::CellConfig& cell, const std::vector<voxel::FieldBody>& bodies,
+                       const ContactConfig& config)
+    : fine_(build_field(cell, bodies, config.touch_voxel_m, kFineBand_vox * config.touch_voxel_m)),
+      coarse_(build_field(cell, bodies, config.clearance_voxel_m, config.clearance_range_m)) {}
+
+double FieldWorld::distance_m(const Eigen::Vector3d& p_W_m) const noexcept {
+  const double coarse_m = coarse_.distance_m(p_W_m);
+  // The coarse field may err by a good part of its voxel.
+  if (coarse_m > fine_.outside_m() + coarse_.grid().voxel_size_m) return coarse_m;
+  const double fine_m = fine_.distance_m(p_W_m);
+  if (std::abs(fine_m) < 0.99 * fine_.outside_m()) return fine_m;
+  return fine_m > 0.0 ? std::max(fine_m, coarse_m) : std::min(fine_m, coarse_m);
+}
+
+teleop::ContactQuery FieldWorld::query(const Eigen::Vector3d& p_W_m) const noexcept {
+  teleop::ContactQuery found;
+  found.distance_m = distance_m(p_W_m);
+  Eigen::Vector3d slope = fine_.gradient(p_W_m);
+  if (slope.squaredNorm() < 1e-12) slope = coarse_.gradient(p_W_m);  // deeper than the fine band
+  const double norm = slope.norm();
+  if (norm > 1e-6) found.normal_W = slope / norm;
+  found.object = fine_.object(p_W_m);
+  if (found.object == 0) found.object = coarse_.object(p_W_m);
+  return found;
+}
+
+}  // namespace phantom::slave_io

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/geometry/mesh.hpp"
+#include "common/robot/serial_arm.hpp"
+#include "common/runtime/cell.hpp"
+#include "common/teleop/contact_world.hpp"
+#include "common/voxel/distance_field.hpp"
+#include "components/slave_io/config.hpp"
+
+namespace phantom::slave_io {
+
+/// The arm of the cell, with its start pose and tool.
+struct ArmModel {
+  robot::SerialArm arm;
+  core::JointArray home{};
+  Eigen::Vector3d tip_in_last_link_m = Eigen::Vector3d::Zero();
+  std::vector<runtime::LinkSkinConfig> skin;
+};
+
+/// Loads the arm and checks that home fits it. Throws ConfigError.
+ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name);
+
+/// Points on the skin's segments, rings and end faces, about `pitch_m` apart; the pitch is widened until
+/// there are at most `max_points`. Throws ConfigError if the skin names a link that the arm does not have.
+std::vector<teleop::ContactPoint> contact_points(const ArmModel& model, double pitch_m, int max_points);
+
+/// The cell's meshes where they really stand: model pose · real deviation. Throws ConfigError naming the
+/// file.
+std::vector<voxel::FieldBody> load_bodies(const runtime::CellConfig& cell);
+
+/// The real bodies as two distance fields: a fine one close to the surfaces, for touch, and a coarse one for
+/// the clearance farther out. One field for both would take a minute to build.
+class FieldWorld final : public teleop::ContactWorld {
+ public:
+  /// Throws ConfigError if the field cannot be built. Takes a second or so for a cell of 2 m at 5 mm.
+  FieldWorld(const runtime::CellConfig& cell, const std::vector<voxel::FieldBody>& bodies,
+             const ContactConfig& config);
+
+  double distance_m(const Eigen::Vector3d& p_W_m) const noexcept override;
+  teleop::ContactQuery query(const Eigen::Vector3d& p_W_m) const noexcept override;
+  double range_m() const noexcept override { return coarse_.outside_m() * (1.0 - 1e-6); }
+  std::size_t bytes() const noexcept { return fine_.bytes() + coarse_.bytes(); }
+
+ private:
+  voxel::DistanceField fine_, coarse_;
+};
+
+}  // namespace phantom::slave_io

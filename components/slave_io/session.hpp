@@ -1,0 +1,18 @@
+#pragma once
+
+#include <filesystem>
+
+#include "common/core/network.hpp"
+#include "common/runtime/cell.hpp"
+#include "components/slave_io/config.hpp"
+#include "components/slave_io/model.hpp"
+
+namespace phantom::slave_io {
+
+/// Runs the simulated arm on the topics until a stop is requested: builds the world, then starts the servo
+/// thread, the thread that publishes its states, and reports health twice a second. Leaves slave_io.json in
+/// `report_dir` if that is not empty. Returns the exit code.
+int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
+                const core::NetworkOptions& network, const std::filesystem::path& report_dir);
+
+}  // namespace phantom::slave_io

@@ -1,0 +1,89 @@
+#include "components/slave_io/slave_io.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace phantom::slave_io {
+
+using teleop::LinkState;
+
+namespace {
+
+core::JointArray limits_of(const robot::SerialArm& arm, double robot::Joint::*limit) {
+  core::JointArray values{};
+  for (std::size_t j = 0; j < arm.joint_count(); ++j) values[j] = arm.joints()[j].*limit;
+  return values;
+}
+
+bool holds(LinkState state) {
+  return state == LinkState::kInit || state == LinkState::kDegraded || state == LinkState::kStopped;
+}
+
+}  // namespace
+
+SlaveIo::SlaveIo(const robot::SerialArm& arm, const Config& config, const core::JointArray& start_q)
+    : count_(arm.joint_count()),
+      gravity_feed_forward_(config.gravity_feed_forward),
+      lower_(limits_of(arm, &robot::Joint::lower)),
+      upper_(limits_of(arm, &robot::Joint::upper)),
+      max_speed_(limits_of(arm, &robot::Joint::max_speed)),
+      align_tolerance_(config.align_tolerance),
+      align_speed_(config.align_speed),
+      align_range_(config.align_range),
+      link_(config.link),
+      servo_(arm.joint_count(), config.gains),
+      limiter_(arm.joint_count(), lower_, upper_) {
+  limiter_.reset(start_q);
+}
+
+SlaveOutputs SlaveIo::step(const SlaveInputs& in, double dt_s) noexcept {
+  const LinkState before = link_.state();
+  const bool agree =
+      teleop::pose_difference(in.master.position, in.position, align_tolerance_, count_) <= 1.0;
+  SlaveOutputs out;
+  out.state = link_.step({.partner_age_s = in.master_age_s,
+                          .partner = in.master.state,
+                          .poses_agree = agree,
+                          .stop = in.requests.stops != served_.stops,
+                          .reset = in.requests.resets != served_.resets},
+                         dt_s);
+  served_ = in.requests;
+  if (holds(out.state) && !holds(before)) limiter_.reset(in.position);
+  const core::JointArray v_ref = lead_reference(in, dt_s);
+  out.reference = limiter_.reference();
+  out.torque = servo_.step(out.reference, v_ref, in.position, in.velocity,
+                           gravity_feed_forward_ ? in.gravity_Nm : core::JointArray{});
+  return out;
+}
+
+// Moves the reference as the state allows; returns the velocity that goes with it.
+core::JointArray SlaveIo::lead_reference(const SlaveInputs& in, double dt_s) noexcept {
+  core::JointArray v_ref{};
+  switch (link_.state()) {
+    case LinkState::kInit:
+    case LinkState::kDegraded:
+    case LinkState::kStopped:
+      break;
+    case LinkState::kReady:
+    case LinkState::kAligned:
+      if (within_range(in.master.position)) limiter_.step(in.master.position, align_speed_, dt_s);
+      break;
+    case LinkState::kCoupled:
+      limiter_.step(in.master.position, max_speed_, dt_s);
+      for (std::size_t j = 0; j < count_; ++j) {
+        // At a limit the reference stands still, whatever speed the master has.
+        const bool free = in.master.position[j] > lower_[j] && in.master.position[j] < upper_[j];
+        if (free && std::isfinite(in.master.velocity[j])) {
+          v_ref[j] = std::clamp(in.master.velocity[j], -max_speed_[j], max_speed_[j]);
+        }
+      }
+      break;
+  }
+  return v_ref;
+}
+
+bool SlaveIo::within_range(const core::JointArray& q) const noexcept {
+  return teleop::pose_difference(q, limiter_.reference(), align_range_, count_) <= 1.0;
+}
+
+}  // namespace phantom::slave_io

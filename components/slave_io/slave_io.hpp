@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "common/core/clock.hpp"
+#include "common/core/joints.hpp"
+#include "common/robot/serial_arm.hpp"
+#include "common/teleop/joint_servo.hpp"
+#include "common/teleop/link_state.hpp"
+#include "common/teleop/slave_plant.hpp"
+#include "components/slave_io/config.hpp"
+
+namespace phantom::slave_io {
+
+/// A stamp to send back to whoever made it.
+struct EchoStamp {
+  std::uint64_t sequence_number = 0;  ///< 0: nothing received yet
+  std::int64_t monotonic_ns = 0;
+  std::uint64_t session = 0;
+};
+
+/// The newest valid master_state.
+struct MasterSample {
+  core::Nanoseconds received_ns = 0;  ///< this host's monotonic clock; 0: none yet
+  EchoStamp stamp;
+  teleop::LinkState state = teleop::LinkState::kInit;
+  core::JointArray position{};  ///< rad or m, in this arm's coordinates
+  core::JointArray velocity{};
+};
+
+/// What operators have asked for so far, counted: a request can be seen late but not missed.
+struct Requests {
+  std::uint32_t stops = 0, resets = 0;
+};
+
+struct SlaveInputs {
+  MasterSample master;
+  double master_age_s = std::numeric_limits<double>::infinity();  ///< since it was received; ∞: none yet
+  Requests requests;
+  core::JointArray position{};  ///< as the encoders say
+  core::JointArray velocity{};
+  core::JointArray gravity_Nm{};  ///< torques that hold the weight; used if feed-forward is configured
+};
+
+struct SlaveOutputs {
+  teleop::LinkState state = teleop::LinkState::kInit;
+  teleop::ServoTorque torque;
+  core::JointArray reference{};  ///< what the position loops follow
+};
+
+/// The slave's controller: watches the link, leads the reference, closes the position loops.
+///
+/// init, degraded, stopped: holds the position it had when it came there. ready, aligned: goes slowly to the
+/// master's pose if that is near, else holds. coupled: follows the master. Joint positions, speeds and
+/// torques stay within the arm's limits whatever arrives.
+class SlaveIo {
+ public:
+  SlaveIo(const robot::SerialArm& arm, const Config& config, const core::JointArray& start_q);
+
+  /// One tick. Pure; real-time safe: yes.
+  SlaveOutputs step(const SlaveInputs& in, double dt_s) noexcept;
+
+ private:
+  core::JointArray lead_reference(const SlaveInputs& in, double dt_s) noexcept;
+  bool within_range(const core::JointArray& q) const noexcept;
+
+  std::size_t count_;
+  bool gravity_feed_forward_;
+  core::JointArray lower_{}, upper_{}, max_speed_{};
+  core::JointArray align_tolerance_, align_speed_, align_range_;
+  teleop::LinkMonitor link_;
+  teleop::JointServo servo_;
+  teleop::ReferenceLimiter limiter_;
+  Requests served_;
+};
+
+}  // namespace phantom::slave_io
