@@ -184,16 +184,23 @@ void write_report(const ReportInputs& inputs) {
   open_file(inputs.folder / "index.html") << report_page(text);
 }
 
-bool draw_plots(const std::filesystem::path& folder) {
+bool draw_plots(const std::filesystem::path& folder, const Collector& collector) {
   const std::filesystem::path gnuplot = "/usr/bin/gnuplot";
   if (access(gnuplot.c_str(), X_OK) != 0) {
     spdlog::warn("gnuplot is not installed: the report has its CSV files but no plots");
     return false;
   }
   Supervisor drawing;
+  const auto contacts = std::count_if(collector.reaches().begin(), collector.reaches().end(),
+                                      [](const Reach& reach) { return reach.contact_s.has_value(); });
+  const auto approach_rows = std::count_if(collector.rows().begin(), collector.rows().end(), [](const Row& row) {
+    return row.reach >= 0 && row.percept_enabled && row.clearance_m >= 0.0;
+  });
+  const std::string variables = "folder='" + folder.string() + "'; contacts=" + std::to_string(contacts) +
+                                "; approach_rows=" + std::to_string(approach_rows);
   drawing.start({"gnuplot",
                  gnuplot,
-                 {"-e", "folder='" + folder.string() + "'", runtime::share_path("config/report.gp").string()},
+                 {"-e", variables, runtime::share_path("config/report.gp").string()},
                  0,
                  folder / "logs" / "gnuplot.log"});
   const auto end = core::monotonic_ns() + core::from_seconds(kPlotLimit_s);

@@ -1,19 +1,23 @@
 # Plots of a session report. Run by phantom_session: gnuplot -e "folder='…'" report.gp
-set datafile separator ","
-set terminal pngcairo size 1100,600 font "sans,12" background rgb "white"
-set grid
+# approach_rows and contacts: how much there is to draw; gnuplot refuses to plot nothing.
 series = folder."/series.csv"
 reaches = folder."/reaches.csv"
 
+if (approach_rows > 0) {
+set datafile separator ","
+set terminal pngcairo size 1100,600 font "sans,12" background rgb "white"
+set grid
 set output folder."/torque_over_distance.png"
 set title "Percept torque against distance (reaches with percept, until first contact)"
 set xlabel "distance to the nearest object [mm]"
 set ylabel "greatest percept torque over the joints [N·m]"
 set xrange [0:150]
 set key off
-plot series every ::1 using (($3 == 1 && $4 == 1 && $5 >= 0) ? $5 * 1000 : NaN):6:2 with points pt 7 ps 0.6 palette
 set cblabel "reach"
+plot series every ::1 using (($3 == 1 && $4 == 1 && $5 >= 0) ? $5 * 1000 : NaN):6:2 with points pt 7 ps 0.6 palette
+}
 
+if (contacts > 0) {
 reset
 set datafile separator ","
 set terminal pngcairo size 700,500 font "sans,12" background rgb "white"
@@ -28,6 +32,7 @@ set yrange [0:*]
 set key top right
 plot reaches every ::1 using 1:($2 == 1 ? $4 * 1000 : NaN) with boxes lc rgb "#2a7" title "with percept", \
      reaches every ::1 using 1:($2 == 0 ? $4 * 1000 : NaN) with boxes lc rgb "#c43" title "without percept"
+}
 
 reset
 set datafile separator ","
@@ -39,7 +44,9 @@ set rmargin 3
 set grid
 set key top right
 set ylabel "clearance [mm]"
+set yrange [0:150]
 plot series every ::1 using 1:($5 >= 0 ? $5 * 1000 : NaN) with lines lw 1.5 title "to the nearest object"
+set yrange [*:*]
 set ylabel "torque [N·m]"
 plot series every ::1 using 1:6 with lines lw 1.5 title "percept", series every ::1 using 1:7 with lines title "slave feedback"
 set ylabel "speed [mm/s]"

@@ -29,6 +29,6 @@ std::string summary_json(const ReportInputs& inputs);
 
 /// Draws the plots beside the CSV files with gnuplot; returns false (and says so) if gnuplot is not
 /// installed.
-bool draw_plots(const std::filesystem::path& folder);
+bool draw_plots(const std::filesystem::path& folder, const Collector& collector);
 
 }  // namespace phantom::phantom_session

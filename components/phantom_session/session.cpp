@@ -132,7 +132,7 @@ class Session {
   void report(double seconds) {
     const auto guard = adapter_.lock();
     write_report({options_.report_dir, seconds, page_, supervisor_.outcomes(), collector_});
-    draw_plots(options_.report_dir);
+    draw_plots(options_.report_dir, collector_);
     say("Report: " + (options_.report_dir / "index.html").string() + " (figures in summary.json)");
   }
 
