@@ -4,27 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <complex>
-#include <cstdlib>
 #include <limits>
-#include <new>
 #include <numbers>
 #include <vector>
 
-namespace {
-std::atomic<bool> g_heap_forbidden{false};
-std::atomic<int> g_heap_uses{0};
-}  // namespace
-
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  if (g_heap_forbidden) ++g_heap_uses;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#include "tests/support/heap_guard.hpp"
 
 namespace phantom::percept {
 namespace {
@@ -274,15 +260,12 @@ TEST(Alarms, EndWithoutATrace) {
 TEST(ToneSynthesizer, UsesNoHeap) {
   ToneSynthesizer synthesizer;
   std::array<float, 240> period{};
-  g_heap_uses = 0;
-  g_heap_forbidden = true;
+  const test::HeapGuard guard;
   for (int i = 0; i < 1000; ++i) {
     synthesizer.set_tone(tone_of({}, i % 100 * 0.01, i % 7 * 0.05));
     synthesizer.set_alarm(static_cast<Alarm>(i / 250));
     synthesizer.render(period);
   }
-  g_heap_forbidden = false;
-  EXPECT_EQ(g_heap_uses, 0);
 }
 
 }  // namespace
