@@ -1,5 +1,6 @@
 #include <iostream>
 
+#include "common/dds/participant.hpp"
 #include "common/runtime/deployment.hpp"
 #include "components/audio_percept/session.hpp"
 
@@ -17,6 +18,7 @@ int main(int argc, char** argv) {
       "Example: audio_percept --report-dir report";
   description.run = [](const runtime::ProcessOptions& options) {
     const auto deployment = runtime::load_deployment(options);
+    dds::check_qos_profiles(deployment.network.qos_profiles);
     const auto config = audio_percept::load_config(options.config);
     auto sink = audio_percept::open_sink(config);
     if (options.check) {
