@@ -21,7 +21,7 @@ cv::Mat wrap(const Image& image) {
 /// Lengths in units of a picture 720 high.
 class Brush {
  public:
-  explicit Brush(cv::Mat picture) : picture_(picture), unit_(std::max(0.55, picture.rows / 720.0)) {}
+  explicit Brush(cv::Mat picture) : picture_(picture), unit_(std::max(0.72, picture.rows / 720.0)) {}
 
   int px(double units) const { return static_cast<int>(std::lround(units * unit_)); }
   int width() const { return picture_.cols; }

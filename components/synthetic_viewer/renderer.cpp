@@ -15,6 +15,7 @@ namespace phantom::synthetic_viewer {
 namespace {
 
 constexpr float kFloorBorder_m = 0.5F;
+constexpr double kShadowPitch_m = 0.03;
 // Towards the key light, as in the mesh shader; shadows fall along it.
 const Eigen::Vector3f kToKeyLight(0.348F, -0.464F, 0.815F);
 
@@ -145,7 +146,7 @@ Renderer::Renderer(GraphicsPlatform platform) : context_(platform), programs_(st
 
 Renderer::~Renderer() = default;  // the context takes its objects with it
 
-Renderer::Mesh Renderer::make_mesh(const ShadedMesh& source) const {
+Renderer::Mesh Renderer::make_mesh(const ShadedMesh& source) {
   Mesh mesh;
   mesh.index_count = static_cast<int>(source.indices.size());
   glGenVertexArrays(1, &mesh.vertex_array);
@@ -153,12 +154,12 @@ Renderer::Mesh Renderer::make_mesh(const ShadedMesh& source) const {
   glGenBuffers(1, &mesh.indices);
   glBindVertexArray(mesh.vertex_array);
   glBindBuffer(GL_ARRAY_BUFFER, mesh.vertices);
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(source.vertices.size() * sizeof source.vertices[0]),
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(source.vertices.size() * sizeof(ShadedMesh::Vertex)),
                source.vertices.data(), GL_STATIC_DRAW);
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, mesh.indices);
   glBufferData(GL_ELEMENT_ARRAY_BUFFER,
-               static_cast<GLsizeiptr>(source.indices.size() * sizeof source.indices[0]),
-               source.indices.data(), GL_STATIC_DRAW);
+               static_cast<GLsizeiptr>(source.indices.size() * sizeof(std::uint32_t)), source.indices.data(),
+               GL_STATIC_DRAW);
   constexpr GLsizei kStride = sizeof(ShadedMesh::Vertex);
   glEnableVertexAttribArray(0);
   glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, kStride, nullptr);
@@ -176,18 +177,25 @@ Renderer::Mesh Renderer::make_mesh(const ShadedMesh& source) const {
   return mesh;
 }
 
-MeshHandle Renderer::upload(const ShadedMesh& mesh) {
-  meshes_[next_handle_] = make_mesh(mesh);
+MeshHandle Renderer::upload(const geometry::TriangleMesh& mesh) {
+  meshes_[next_handle_] = make_mesh(shade(mesh));
+  shadow_meshes_[next_handle_] = make_mesh(shade(coarsen(mesh, kShadowPitch_m)));
   return next_handle_++;
 }
 
-void Renderer::drop(MeshHandle handle) {
-  const auto found = meshes_.find(handle);
-  if (found == meshes_.end()) return;
-  const std::array<GLuint, 2> buffers{found->second.vertices, found->second.indices};
-  glDeleteVertexArrays(1, &found->second.vertex_array);
+void Renderer::drop(const Mesh& mesh) {
+  const std::array<GLuint, 2> buffers{mesh.vertices, mesh.indices};
+  glDeleteVertexArrays(1, &mesh.vertex_array);
   glDeleteBuffers(2, buffers.data());
-  meshes_.erase(found);
+}
+
+void Renderer::drop(MeshHandle handle) {
+  for (auto* meshes : {&meshes_, &shadow_meshes_}) {
+    const auto found = meshes->find(handle);
+    if (found == meshes->end()) continue;
+    drop(found->second);
+    meshes->erase(found);
+  }
 }
 
 Renderer::Target& Renderer::target_for(const PictureFormat& format) {
@@ -264,19 +272,21 @@ void Renderer::draw_shadows(const Frame& frame, const Eigen::Matrix4f& clip_from
     return;
   const Eigen::Matrix4f flatten = clip_from_W * shadow_matrix(frame.floor_min_m.z());
   glEnable(GL_BLEND);
+  glDisable(GL_CULL_FACE);    // the stand-ins are not closed
   glEnable(GL_STENCIL_TEST);  // so that overlapping shadows do not darken twice
   glStencilFunc(GL_EQUAL, 0, 0xFF);
   glStencilOp(GL_KEEP, GL_KEEP, GL_INCR);
   glUseProgram(programs_->flat);
   glUniform4f(glGetUniformLocation(programs_->flat, "colour"), 0.0F, 0.0F, 0.0F, 0.33F);
   for (const DrawItem& item : frame.items) {
-    const auto found = meshes_.find(item.mesh);
-    if (!item.casts_shadow || found == meshes_.end()) continue;
+    const auto found = shadow_meshes_.find(item.mesh);
+    if (!item.casts_shadow || found == shadow_meshes_.end()) continue;
     set(programs_->flat, "clip_from_mesh", Eigen::Matrix4f(flatten * item.W_from_mesh));
     glBindVertexArray(found->second.vertex_array);
     glDrawElements(GL_TRIANGLES, found->second.index_count, GL_UNSIGNED_INT, nullptr);
   }
   glDisable(GL_STENCIL_TEST);
+  glEnable(GL_CULL_FACE);
   glDisable(GL_BLEND);
 }
 

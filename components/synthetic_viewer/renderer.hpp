@@ -30,8 +30,8 @@ class Renderer {
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
-  /// Gives a mesh to the graphics card. Lasts until drop().
-  MeshHandle upload(const ShadedMesh& mesh);
+  /// Gives a mesh to the graphics card, shaded, with a coarse stand-in for its shadow. Lasts until drop().
+  MeshHandle upload(const geometry::TriangleMesh& mesh);
   void drop(MeshHandle mesh);
 
   /// Draws a frame. Items whose mesh is not there are left out. Blocks until the picture is done.
@@ -48,7 +48,8 @@ class Renderer {
   };
   struct Programs;
   struct Target;
-  Mesh make_mesh(const ShadedMesh& mesh) const;
+  static Mesh make_mesh(const ShadedMesh& mesh);
+  static void drop(const Mesh& mesh);
   Target& target_for(const PictureFormat& format);
   void draw_background() const;
   void draw_floor(const Frame& frame, const Eigen::Matrix4f& clip_from_W) const;
@@ -60,6 +61,7 @@ class Renderer {
 
   GlContext context_;
   std::map<MeshHandle, Mesh> meshes_;
+  std::map<MeshHandle, Mesh> shadow_meshes_;
   MeshHandle next_handle_ = kFirstFreeHandle;
   std::unique_ptr<Programs> programs_;
   std::map<std::uint64_t, std::unique_ptr<Target>> targets_;  // by size and samples

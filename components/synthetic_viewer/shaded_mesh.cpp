@@ -1,10 +1,12 @@
 #include "components/synthetic_viewer/shaded_mesh.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <numbers>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 namespace phantom::synthetic_viewer {
@@ -111,6 +113,35 @@ ShadedMesh shade(const geometry::TriangleMesh& mesh, double crease_rad) {
     shaded.indices.push_back(index);
   }
   return shaded;
+}
+
+geometry::TriangleMesh coarsen(const geometry::TriangleMesh& mesh, double pitch_m) {
+  geometry::TriangleMesh coarse;
+  std::unordered_map<Key, std::uint32_t, KeyHash> cubes;
+  std::vector<std::uint32_t> cube_of_vertex;
+  std::vector<float> members;
+  cube_of_vertex.reserve(mesh.vertices_m.size());
+  for (const Eigen::Vector3f& v : mesh.vertices_m) {
+    const Eigen::Vector3f cube = (v / static_cast<float>(pitch_m)).array().floor();
+    const auto [found, fresh] = cubes.try_emplace(key_of(cube), static_cast<std::uint32_t>(cubes.size()));
+    if (fresh) {
+      coarse.vertices_m.emplace_back(Eigen::Vector3f::Zero());
+      members.push_back(0.0F);
+    }
+    coarse.vertices_m[found->second] += v;
+    members[found->second] += 1.0F;
+    cube_of_vertex.push_back(found->second);
+  }
+  for (std::size_t i = 0; i < members.size(); ++i) coarse.vertices_m[i] /= members[i];
+  std::unordered_set<Key, KeyHash> known;
+  for (const auto& t : mesh.triangles) {
+    const Key corners{cube_of_vertex[t[0]], cube_of_vertex[t[1]], cube_of_vertex[t[2]]};
+    if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
+    Key sorted = corners;
+    std::sort(sorted.begin(), sorted.end());
+    if (known.insert(sorted).second) coarse.triangles.push_back(corners);
+  }
+  return coarse;
 }
 
 namespace {

@@ -22,6 +22,10 @@ struct ShadedMesh {
 /// the same place are one, whether the source shares them or not; triangles without area are left out. Pure.
 ShadedMesh shade(const geometry::TriangleMesh& mesh, double crease_rad = 0.6);
 
+/// A coarse stand-in: vertices within a cube of `pitch_m` become one, triangles that collapse are left out.
+/// Good enough where only the outline counts, as in shadows. Pure.
+geometry::TriangleMesh coarsen(const geometry::TriangleMesh& mesh, double pitch_m);
+
 /// Parts of artefacts, all along +z: unit length, unit radius.
 ShadedMesh unit_cone();      ///< base z = 0, tip z = 1
 ShadedMesh unit_cylinder();  ///< z from 0 to 1

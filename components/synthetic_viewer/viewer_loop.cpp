@@ -118,7 +118,7 @@ void ViewerLoop::set_up() {
     scene_.links.push_back({part.link,
                             part.X_link_mesh,
                             part.colour,
-                            {renderer_->upload(shade(part.mesh)), std::make_shared<RayMesh>(part.mesh)}});
+                            {renderer_->upload(part.mesh), std::make_shared<RayMesh>(part.mesh)}});
   }
   arm_meshes_.clear();
 }
@@ -162,7 +162,7 @@ void ViewerLoop::take_chunk(MeshChunkSample chunk) {
     ++refused_meshes_;
     spdlog::warn("{}", mesh.status().message());
   } else if (mesh->has_value()) {
-    scene_.meshes[hash] = {renderer_->upload(shade(**mesh)), std::make_shared<RayMesh>(**mesh)};
+    scene_.meshes[hash] = {renderer_->upload(**mesh), std::make_shared<RayMesh>(**mesh)};
   }
 }
 

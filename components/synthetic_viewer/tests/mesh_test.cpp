@@ -207,6 +207,17 @@ TEST(Shade, LeavesOutTrianglesWithoutArea) {
   EXPECT_EQ(shade(mesh).indices.size(), 36U);
 }
 
+TEST(Coarsen, KeepsTheOutlineWithFewerTriangles) {
+  const geometry::TriangleMesh ball = geometry::make_sphere(0.2, 5);
+  const geometry::TriangleMesh coarse = coarsen(ball, 0.03);
+  EXPECT_LT(coarse.triangles.size(), ball.triangles.size() / 10);
+  EXPECT_GT(coarse.triangles.size(), 100U);
+  for (const Eigen::Vector3f& v : coarse.vertices_m) EXPECT_NEAR(v.norm(), 0.2, 0.03);
+  for (const auto& t : coarse.triangles)
+    EXPECT_LT(*std::max_element(t.begin(), t.end()), coarse.vertices_m.size());
+  EXPECT_TRUE(coarsen({}, 0.03).triangles.empty());
+}
+
 TEST(Shade, ManyTrianglesAtOnePlaceTakeNoQuadraticTime) {
   geometry::TriangleMesh fan;
   constexpr std::uint32_t kBlades = 200'000;

@@ -35,7 +35,7 @@ TEST_F(Rendering, ABoxCoversThePixelsBetweenItsProjectedCorners) {
   const geometry::Pose X_WB{geometry::rotation_from_rpy(0.3, -0.2, 0.5), {0.1, 0.2, 0.3}};
   Frame frame;
   frame.camera = {{1.0, -1.2, 0.9}, {0.05, 0.15, 0.25}, 0.6, 0.05, 10};
-  frame.items = {red_item(renderer_.upload(shade(geometry::make_box(size))), X_WB)};
+  frame.items = {red_item(renderer_.upload(geometry::make_box(size)), X_WB)};
   const Image image = renderer_.render(frame, kFormat);
   Eigen::Vector2d low(1e9, 1e9), high(-1e9, -1e9);
   for (int corner = 0; corner < 8; ++corner) {
@@ -59,7 +59,7 @@ TEST_F(Rendering, ABoxCoversThePixelsBetweenItsProjectedCorners) {
 }
 
 TEST_F(Rendering, TheNearerOfTwoHidesTheOther) {
-  const MeshHandle ball = renderer_.upload(shade(geometry::make_sphere(0.1, 3)));
+  const MeshHandle ball = renderer_.upload(geometry::make_sphere(0.1, 3));
   Frame frame;
   frame.camera = {{0, -2, 0}, {0, 0, 0}, 0.6, 0.05, 10};
   DrawItem green = red_item(ball, {Eigen::Matrix3d::Identity(), {0, 0.5, 0}});
@@ -71,7 +71,7 @@ TEST_F(Rendering, TheNearerOfTwoHidesTheOther) {
 }
 
 TEST_F(Rendering, WhatIsSeeThroughShowsWhatIsBehindIt) {
-  const MeshHandle ball = renderer_.upload(shade(geometry::make_sphere(0.1, 3)));
+  const MeshHandle ball = renderer_.upload(geometry::make_sphere(0.1, 3));
   Frame frame;
   frame.camera = {{0, -2, 0}, {0, 0, 0}, 0.6, 0.05, 10};
   frame.items = {red_item(ball, {Eigen::Matrix3d::Identity(), {0, 0.5, 0}}), red_item(ball, {})};
@@ -85,7 +85,7 @@ TEST_F(Rendering, WhatIsSeeThroughShowsWhatIsBehindIt) {
 TEST_F(Rendering, LitFromTheKeyLightsSideBodiesAreBrighterThere) {
   Frame frame;
   frame.camera = {{0, -2, 0.5}, {0, 0, 0}, 0.3, 0.05, 10};
-  frame.items = {{renderer_.upload(shade(geometry::make_sphere(0.25, 4))), Eigen::Matrix4f::Identity()}};
+  frame.items = {{renderer_.upload(geometry::make_sphere(0.25, 4)), Eigen::Matrix4f::Identity()}};
   const Image image = renderer_.render(frame, kFormat);
   EXPECT_GT(image.at(160, 60)[1], image.at(160, 180)[1] + 30);
 }
@@ -93,7 +93,7 @@ TEST_F(Rendering, LitFromTheKeyLightsSideBodiesAreBrighterThere) {
 TEST_F(Rendering, SamplesSmoothTheEdges) {
   Frame frame;
   frame.camera = {{0, -2, 0}, {0, 0, 0}, 0.3, 0.05, 10};
-  frame.items = {red_item(renderer_.upload(shade(geometry::make_sphere(0.2, 4))), {})};
+  frame.items = {red_item(renderer_.upload(geometry::make_sphere(0.2, 4)), {})};
   const auto between = [](const Image& image) {  // pixels that are neither red nor background
     int count = 0;
     for (int y = 0; y < image.height_px; ++y) {
@@ -111,7 +111,7 @@ TEST_F(Rendering, AShadowFallsOnTheFloorOnly) {
   frame.camera = {{0, -3, 3}, {0, 0, 0}, 0.6, 0.05, 20};
   frame.floor_min_m = {-1, -1, 0};
   frame.floor_max_m = {1, 1, 1};
-  DrawItem ball{renderer_.upload(shade(geometry::make_sphere(0.15, 3))),
+  DrawItem ball{renderer_.upload(geometry::make_sphere(0.15, 3)),
                 matrix_of({Eigen::Matrix3d::Identity(), {0, 0, 0.6}})};
   ball.casts_shadow = true;
   frame.items = {ball};
@@ -126,7 +126,7 @@ TEST_F(Rendering, AShadowFallsOnTheFloorOnly) {
 }
 
 TEST_F(Rendering, ADroppedMeshIsNotDrawn) {
-  const MeshHandle ball = renderer_.upload(shade(geometry::make_sphere(0.2, 3)));
+  const MeshHandle ball = renderer_.upload(geometry::make_sphere(0.2, 3));
   Frame frame;
   frame.camera = {{0, -2, 0}, {0, 0, 0}, 0.6, 0.05, 10};
   frame.items = {red_item(ball, {})};
@@ -153,7 +153,7 @@ class Scene : public Rendering {
     scene_.links.push_back({1,
                             {Eigen::Matrix3d::Identity(), {0, 0, 0.2}},
                             {0.9F, 0, 0},
-                            {renderer_.upload(shade(rod)), std::make_shared<RayMesh>(rod)}});
+                            {renderer_.upload(rod), std::make_shared<RayMesh>(rod)}});
     state_.arm.received_ns = kNow_ns - 1000;
   }
   Frame frame() const {
@@ -205,7 +205,7 @@ TEST_F(Scene, AnObjectIsDrawnOnceItsMeshIsThere) {
   EXPECT_FALSE(scene_.complete(state_));
   EXPECT_EQ(frame().items.size(), 1U);
   const geometry::TriangleMesh box = geometry::make_box({0.1, 0.1, 0.1});
-  scene_.meshes[77] = {renderer_.upload(shade(box)), std::make_shared<RayMesh>(box)};
+  scene_.meshes[77] = {renderer_.upload(box), std::make_shared<RayMesh>(box)};
   EXPECT_TRUE(scene_.complete(state_));
   EXPECT_EQ(frame().items.size(), 2U);
   EXPECT_EQ(scene_.obstacles(state_, true).bodies.size(), 2U);
