@@ -1,0 +1,190 @@
+#include "components/master_io/config.hpp"
+
+#include <algorithm>
+
+#include "common/runtime/config_reader.hpp"
+#include "common/teleop/stability_guard.hpp"
+#include "components/master_io/reaches.hpp"
+
+namespace phantom::master_io {
+namespace {
+
+using runtime::ConfigReader;
+
+bool is_prismatic(const robot::Joint& joint) { return joint.type == robot::JointType::kPrismatic; }
+
+/// One value for revolute and one for prismatic joints, spread over the arm.
+core::JointArray by_type(const robot::SerialArm& arm, double revolute, double prismatic) {
+  core::JointArray values{};
+  for (std::size_t j = 0; j < arm.joint_count(); ++j) {
+    values[j] = is_prismatic(arm.joints()[j]) ? prismatic : revolute;
+  }
+  return values;
+}
+
+void read_link(const ConfigReader& section, const robot::SerialArm& arm, Config& config) {
+  config.link.staleness_s = section.number("staleness_s", config.link.staleness_s, {0.002, 2, "s"});
+  config.link.align_hold_s = section.number("align_hold_s", config.link.align_hold_s, {0, 5, "s"});
+  config.link.recovery_s = section.number("recovery_s", config.link.recovery_s, {0, 60, "s"});
+  config.align_tolerance = by_type(arm, section.number("tolerance_rad", 0.02, {1e-6, 1, "rad"}),
+                                   section.number("tolerance_m", 0.008, {1e-6, 1, "m"}));
+}
+
+teleop::BilateralLaw read_law(const ConfigReader& file, const std::string& chosen) {
+  file.choice("law", "sctfb", {"pf", "sctfb", "pfff", "pe", "peff"});
+  const auto law = teleop::law_from_name(chosen.empty() ? file.text("law", "sctfb") : chosen);
+  if (law && teleop::is_supported(*law)) return *law;
+  throw file.error("law",
+                   "is chosen as " + (chosen.empty() ? "above" : "'" + chosen + "' on the command line") +
+                       ", which this version does not render yet; allowed: pf (case a), sctfb (case b)");
+}
+
+/// Device data of the two types of joint; returns the cap on damping.
+core::JointArray read_device(const ConfigReader& section, const robot::SerialArm& arm,
+                             teleop::MasterPlantParameters& device) {
+  device.joint_count = arm.joint_count();
+  device.velocity_filter_s = section.number("velocity_filter_s", 0.002, {0, 0.1, "s"});
+  const ConfigReader r = section.section("revolute"), p = section.section("prismatic");
+  const auto inertia =
+      by_type(arm, r.number("inertia_kg_m2", {1e-6, 1e4, "kg·m²"}), p.number("mass_kg", {1e-4, 1e5, "kg"}));
+  const auto viscous = by_type(arm, r.number("viscous_N_m_s_per_rad", {0, 1e4, "N·m·s/rad"}),
+                               p.number("viscous_N_s_per_m", {0, 1e5, "N·s/m"}));
+  const auto coulomb =
+      by_type(arm, r.number("coulomb_N_m", {0, 1e4, "N·m"}), p.number("coulomb_N", {0, 1e5, "N"}));
+  device.torque_limit_Nm =
+      by_type(arm, r.number("torque_limit_N_m", {0, 1e4, "N·m"}), p.number("force_limit_N", {0, 1e5, "N"}));
+  device.encoder_resolution = by_type(arm, r.number("encoder_step_rad", {1e-9, 0.1, "rad"}),
+                                      p.number("encoder_step_m", {1e-9, 0.1, "m"}));
+  for (std::size_t j = 0; j < arm.joint_count(); ++j) {
+    const auto& joint = arm.joints()[j];
+    device.joints[j] = {inertia[j], viscous[j], coulomb[j], joint.lower, joint.upper};
+  }
+  return by_type(arm, r.number("damping_cap_N_m_s_per_rad", {0, 1e4, "N·m·s/rad"}),
+                 p.number("damping_cap_N_s_per_m", {0, 1e6, "N·s/m"}));
+}
+
+/// Damping that the device renders stably: decides how much of the percept gets through.
+core::JointArray damping_limit(const ConfigReader& section, const Config& config,
+                               const core::JointArray& cap) {
+  const int delay = section.integer("command_delay_samples", 1, {0, 100, "samples"});
+  teleop::DeviceDamping device{.joint_count = config.device.joint_count,
+                               .inertia = {},
+                               .damping_cap = cap,
+                               .period_s = config.period_s,
+                               .delay_samples = delay};
+  device.delay_samples += teleop::filter_delay_samples(config.device.velocity_filter_s, config.period_s);
+  for (std::size_t j = 0; j < device.joint_count; ++j) device.inertia[j] = config.device.joints[j].inertia;
+  return teleop::usable_damping(device);
+}
+
+void read_percept(const ConfigReader& section, const robot::SerialArm& arm, Config& config) {
+  auto& percept = config.percept;
+  percept.joint_count = arm.joint_count();
+  percept.mode = section.choice("mode", "separable", {"separable", "coupled"}) == "coupled"
+                     ? teleop::DragMode::kCoupled
+                     : teleop::DragMode::kSeparable;
+  config.percept_gain = section.number("gain", {0, 1000, ""});
+  config.percept_staleness_s = section.number("staleness_s", config.percept_staleness_s, {0.002, 2, "s"});
+  percept.torque_cap_Nm = by_type(arm, section.number("torque_cap_N_m", {0, 1e4, "N·m"}),
+                                  section.number("force_cap_N", {0, 1e5, "N"}));
+  percept.smoothing_s = section.number("smoothing_s", percept.smoothing_s, {0, 1, "s"});
+  percept.ramp_up_s = section.number("ramp_up_s", percept.ramp_up_s, {0.01, 10, "s"});
+  percept.ramp_down_s = section.number("ramp_down_s", percept.ramp_down_s, {0.01, 2, "s"});
+}
+
+void read_feedback(const ConfigReader& section, const robot::SerialArm& arm, FeedbackConfig& feedback) {
+  feedback.inverse_a = section.number("inverse_a", {0, 10, ""});
+  feedback.torque_cap_Nm = by_type(arm, section.number("torque_cap_N_m", {0, 1e4, "N·m"}),
+                                   section.number("force_cap_N", {0, 1e5, "N"}));
+  feedback.ramp_up_s = section.number("ramp_up_s", feedback.ramp_up_s, {0.01, 10, "s"});
+  feedback.ramp_down_s = section.number("ramp_down_s", feedback.ramp_down_s, {0.01, 2, "s"});
+}
+
+void read_arm_of(const ConfigReader& section, const robot::SerialArm& arm, teleop::OperatorParameters& hand) {
+  hand.stiffness = by_type(arm, section.number("stiffness_N_m_per_rad", {1e-3, 1e6, "N·m/rad"}),
+                           section.number("stiffness_N_per_m", {1e-3, 1e7, "N/m"}));
+  hand.damping = by_type(arm, section.number("damping_N_m_s_per_rad", {0, 1e5, "N·m·s/rad"}),
+                         section.number("damping_N_s_per_m", {0, 1e6, "N·s/m"}));
+  hand.max_force = by_type(arm, section.number("max_torque_N_m", {1e-3, 1e4, "N·m"}),
+                           section.number("max_force_N", {1e-3, 1e5, "N"}));
+}
+
+teleop::OperatorParameters read_operator(const ConfigReader& section, const robot::SerialArm& arm,
+                                         const std::string& chosen) {
+  teleop::OperatorParameters person{.joint_count = arm.joint_count()},
+      servo{.joint_count = arm.joint_count()};
+  const std::string in_file = section.choice("model", "minimum_jerk", {"minimum_jerk", "constant_velocity"});
+  const std::string model = chosen.empty() ? in_file : chosen;
+  if (model != "minimum_jerk" && model != "constant_velocity") {
+    throw section.error("model",
+                        "is '" + model + "' on the command line; allowed: minimum_jerk, constant_velocity");
+  }
+  const ConfigReader p = section.section("minimum_jerk"), s = section.section("constant_velocity");
+  read_arm_of(p, arm, person);
+  person.yield_share = p.number("yield_share", person.yield_share, {0, 0.95, ""});
+  person.yield_bandwidth_Hz = p.number("yield_bandwidth_Hz", person.yield_bandwidth_Hz, {0.1, 50, "Hz"});
+  servo.kind = teleop::OperatorKind::kConstantVelocity;
+  read_arm_of(s, arm, servo);
+  servo.velocity_ramp_share = s.number("ramp_share", servo.velocity_ramp_share, {0.01, 0.5, ""});
+  return model == "minimum_jerk" ? person : servo;
+}
+
+teleop::ReachScriptParameters read_sequence(const ConfigReader& section, std::size_t joint_count) {
+  teleop::ReachScriptParameters script;
+  script.joint_count = joint_count;
+  const std::string percept = section.choice("percept", "alternate", {"alternate", "on", "off"});
+  script.percept = percept == "on"    ? teleop::PerceptSchedule::kOn
+                   : percept == "off" ? teleop::PerceptSchedule::kOff
+                                      : teleop::PerceptSchedule::kAlternate;
+  script.first_wait_s = section.number("first_wait_s", script.first_wait_s, {0, 600, "s"});
+  script.transit_s = section.number("transit_s", script.transit_s, {0.1, 600, "s"});
+  script.in_s = section.number("in_s", script.in_s, {0.1, 600, "s"});
+  script.hold_s = section.number("hold_s", script.hold_s, {0, 600, "s"});
+  script.back_s = section.number("back_s", script.back_s, {0.1, 600, "s"});
+  script.pause_s = section.number("pause_s", script.pause_s, {0, 600, "s"});
+  script.overreach = section.number("overreach", script.overreach, {0, 1, ""});
+  script.duration_scatter = section.number("duration_scatter", script.duration_scatter, {0, 0.3, ""});
+  script.reaction_s = section.number("reaction_s", script.reaction_s, {0, 5, "s"});
+  script.patience = section.number("patience", script.patience, {1, 100, ""});
+  script.seed = static_cast<std::uint32_t>(section.integer("seed", 1, {0, 2e9, ""}));
+  return script;
+}
+
+}  // namespace
+
+std::string arm_name(const std::filesystem::path& file) {
+  return ConfigReader::from_file(file).text("arm", "");
+}
+
+Config load_config(const std::filesystem::path& path, const std::filesystem::path& cell_file,
+                   const robot::SerialArm& arm, const Choices& choices) {
+  const ConfigReader file = ConfigReader::from_file(path);
+  Config config;
+  file.choice("driver", "sim", {"sim"});
+  file.text("arm", "");
+  config.period_s = 1.0 / file.number("rate_Hz", 1000, {50, 5000, "Hz"});
+  config.scheduling.fifo_priority = file.integer("fifo_priority", 0, {0, 99, ""});
+  config.scheduling.lock_memory = file.flag("lock_memory", false);
+  config.measure_bare_loop = file.flag("measure_bare_loop", true);
+  read_link(file.optional_section("link"), arm, config);
+  config.law = read_law(file, choices.law);
+  const ConfigReader device = file.section("device");
+  const auto cap = read_device(device, arm, config.device);
+  read_percept(file.section("percept"), arm, config);
+  config.percept.damping_limit_Nms_per_rad = damping_limit(device, config, cap);
+  read_feedback(file.section("feedback"), arm, config.feedback);
+  config.hand = read_operator(file.section("operator"), arm, choices.operator_model);
+  const ConfigReader sequence = file.optional_section("sequence");
+  config.script = read_sequence(sequence, arm.joint_count());
+  const auto only = sequence.has("only") ? sequence.texts("only") : std::vector<std::string>{};
+  const auto reaches_file = file.text("reaches_file", "").empty() ? cell_file.parent_path() / "reaches.yaml"
+                                                                  : file.path("reaches_file");
+  file.finish();
+  for (const auto& reach : choose_reaches(reaches_file, load_reaches(reaches_file, arm), only)) {
+    config.script.reaches.push_back(reach.reach);
+    config.labels.push_back(reach.label);
+  }
+  return config;
+}
+
+}  // namespace phantom::master_io

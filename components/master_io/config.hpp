@@ -1,0 +1,61 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/core/joints.hpp"
+#include "common/robot/serial_arm.hpp"
+#include "common/runtime/periodic_loop.hpp"
+#include "common/teleop/bilateral.hpp"
+#include "common/teleop/link_state.hpp"
+#include "common/teleop/master_plant.hpp"
+#include "common/teleop/operator_model.hpp"
+#include "common/teleop/percept_rendering.hpp"
+#include "common/teleop/reach_script.hpp"
+
+namespace phantom::master_io {
+
+struct FeedbackConfig {
+  double inverse_a = 0.0;  ///< 1/A
+  core::JointArray torque_cap_Nm{};
+  double ramp_up_s = 0.3, ramp_down_s = 0.1;
+};
+
+/// Name and aim of a reach, for the report.
+struct ReachLabel {
+  std::string name, object;
+};
+
+/// master_io.yaml, resolved for one arm: everything per joint stands in arrays by joint.
+struct Config {
+  double period_s = 0.001;
+  runtime::LoopScheduling scheduling;
+  bool measure_bare_loop = true;
+  teleop::LinkTiming link;
+  core::JointArray align_tolerance{};  ///< rad or m
+  teleop::BilateralLaw law = teleop::BilateralLaw::kSctfb;
+  teleop::MasterPlantParameters device;
+  teleop::PerceptParameters percept;
+  double percept_gain = 1.0;  ///< G at the start
+  double percept_staleness_s = 0.06;
+  FeedbackConfig feedback;
+  teleop::OperatorParameters hand;
+  teleop::ReachScriptParameters script;
+  std::vector<ReachLabel> labels;  ///< per reach of the script
+};
+
+/// What the command line may choose instead of the file; empty: the file's.
+struct Choices {
+  std::string operator_model, law;
+};
+
+/// The name of the arm that the file asks for (empty: the cell's only one). Throws ConfigError.
+std::string arm_name(const std::filesystem::path& file);
+
+/// Reads and checks the file for `arm`, and the reaches (by default reaches.yaml beside `cell_file`). Throws
+/// ConfigError naming file, line, key, value and what is allowed.
+Config load_config(const std::filesystem::path& file, const std::filesystem::path& cell_file,
+                   const robot::SerialArm& arm, const Choices& choices);
+
+}  // namespace phantom::master_io

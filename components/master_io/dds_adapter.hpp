@@ -1,0 +1,59 @@
+#pragma once
+
+#include <memory>
+
+#include "common/core/health.hpp"
+#include "common/core/histogram.hpp"
+#include "common/core/network.hpp"
+#include "common/core/snapshot.hpp"
+#include "components/master_io/master_io.hpp"
+
+namespace phantom::master_io {
+
+/// What one tick leaves for the topic master_state.
+struct MasterReport {
+  MasterOutputs outputs;
+  core::JointArray position{};  ///< encoders, of the tick in which the torques were computed
+  core::JointArray velocity{};
+  core::JointArray operator_Nm{};
+  std::int32_t reach = -1;
+  EchoStamp slave, drag;       ///< newest of each
+  double round_trip_s = -1.0;  ///< −1: no new one
+};
+
+/// What comes from the topics, validated. The servo thread is the reader of all.
+struct Inbox {
+  core::Snapshot<SlaveSample> slave;
+  core::Snapshot<DragSample> drag;
+  core::Snapshot<Wishes> wishes;
+};
+
+/// What the adapter holds samples against.
+struct Expectations {
+  std::size_t joint_count = 0;
+  core::JointArray lower{},
+      upper{};  ///< joint limits; a slave beyond them by more than 5 % of the range is not believed
+  teleop::DragMode drag_mode = teleop::DragMode::kSeparable;
+};
+
+/// master_io's ends of the topics. Converts, stamps, refuses what is invalid or out of order. Never used by
+/// the servo thread.
+class DdsAdapter {
+ public:
+  /// `wishes` are those in force at the start. `inbox` must outlive the adapter. Throws DdsError.
+  DdsAdapter(const core::NetworkOptions& network, const Expectations& expectations, const Wishes& wishes,
+             Inbox& inbox);
+  ~DdsAdapter();
+
+  void publish(const MasterReport& report, teleop::BilateralLaw law);
+  void publish_health(const core::Health& health);
+  /// Times from publishing a master_state until a drag_field that goes back to it arrived; each master_state
+  /// counts once.
+  core::DurationHistogram round_trips() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace phantom::master_io

@@ -1,0 +1,36 @@
+#pragma once
+
+#include "components/master_io/dds_adapter.hpp"
+#include "phantom_idl/percept.h"
+#include "phantom_idl/teleoperation.h"
+
+namespace phantom::master_io {
+
+/// Why a sample cannot be used, in words for the log; null if it can. Order is checked apart
+/// (dds::SequenceGuard).
+const char* refusal(const msg::SlaveState& slave, const Expectations& expected) noexcept;
+const char* refusal(const msg::DragField& field, const Expectations& expected) noexcept;
+
+SlaveSample to_sample(const msg::SlaveState& slave, core::Nanoseconds received_ns) noexcept;
+DragSample to_sample(const msg::DragField& field, core::Nanoseconds received_ns) noexcept;
+
+/// Round trips: from this process's own stamps as they come back with drag_fields.
+class RoundTrip {
+ public:
+  explicit RoundTrip(std::uint64_t own_session) : session_(own_session) {}
+  /// Seconds since the master_state that the field goes back to was stamped; −1 if it is another process's,
+  /// none, or one that was counted before.
+  double measure(const msg::DragField& field, core::Nanoseconds received_ns) noexcept;
+
+ private:
+  std::uint64_t session_, last_ = 0;
+};
+
+/// Takes a command into `wishes` if it is one for the master; false if it is not valid (`wishes` stay as they
+/// are).
+bool take_wish(const msg::OperatorCommand& command, Wishes& wishes) noexcept;
+
+/// Everything of a master_state but its stamp.
+msg::MasterState to_message(const MasterReport& report, teleop::BilateralLaw law, std::size_t joint_count);
+
+}  // namespace phantom::master_io

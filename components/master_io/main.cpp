@@ -1,0 +1,44 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "common/dds/participant.hpp"
+#include "common/runtime/cell.hpp"
+#include "common/runtime/deployment.hpp"
+#include "common/runtime/process.hpp"
+#include "components/master_io/config.hpp"
+#include "components/master_io/session.hpp"
+
+int main(int argc, char** argv) {
+  using namespace phantom;
+  master_io::Choices choices;
+  runtime::ProcessDescription description;
+  description.name = "master_io";
+  description.summary =
+      "The operator's side: commands the slave and renders drag (percept) and slave torque on the master at "
+      "1 kHz; here with "
+      "a simulated device and a simulated operator who makes reaches, in turn with the percept and without.";
+  description.details =
+      "Topics in: slave_state, drag_field, operator_command. Topics out: master_state (1 kHz), "
+      "component_status.\n"
+      "Example: master_io --operator constant_velocity --law pf\n"
+      "With --report-dir it leaves master_io.json: how the loop ran, round trips, and how each reach went.";
+  description.add_options = [&](CLI::App& app) {
+    app.add_option("--operator", choices.operator_model, "operator model, instead of the configured one")
+        ->check(CLI::IsMember({"minimum_jerk", "constant_velocity"}));
+    app.add_option("--law", choices.law,
+                   "bilateral law of Table 5.1, instead of the configured one: pf (a), sctfb (b)");
+  };
+  description.run = [&](const runtime::ProcessOptions& options) {
+    const auto deployment = runtime::load_deployment(options);
+    const auto cell = runtime::load_cell(deployment.cell);
+    const auto model = master_io::load_arm(cell, master_io::arm_name(options.config));
+    const auto config = master_io::load_config(options.config, cell.file, model.arm, choices);
+    dds::check_qos_profiles(deployment.network.qos_profiles);
+    if (options.check) {
+      std::cout << "configuration is valid\n";
+      return static_cast<int>(runtime::kExitDone);
+    }
+    return master_io::run_session(cell, model, config, deployment.network, options.report_dir);
+  };
+  return runtime::process_main(argc, argv, description);
+}

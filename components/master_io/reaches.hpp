@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/robot/serial_arm.hpp"
+#include "common/teleop/reach_script.hpp"
+#include "components/master_io/config.hpp"
+
+namespace phantom::master_io {
+
+struct NamedReach {
+  ReachLabel label;
+  teleop::Reach reach;
+};
+
+/// Reads a reaches file: a list `reaches` of {name, object, from, target}. Joint counts and limits are
+/// checked against `arm`. Throws ConfigError.
+std::vector<NamedReach> load_reaches(const std::filesystem::path& file, const robot::SerialArm& arm);
+
+/// The reaches called `names`, in that order; all if `names` is empty. Throws ConfigError naming those there
+/// are.
+std::vector<NamedReach> choose_reaches(const std::filesystem::path& file, const std::vector<NamedReach>& all,
+                                       const std::vector<std::string>& names);
+
+}  // namespace phantom::master_io

@@ -1,0 +1,66 @@
+#include "components/master_io/report.hpp"
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace phantom::master_io {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json loop_json(const core::LoopStatistics& loop) {
+  return {
+      {"period_s", loop.period_s},       {"rate_hz", loop.rate_hz},      {"p50_us", loop.wakeup_p50_us},
+      {"p99_us", loop.wakeup_p99_us},    {"max_us", loop.wakeup_max_us}, {"work_p50_us", loop.work_p50_us},
+      {"work_max_us", loop.work_max_us}, {"ticks", loop.ticks},          {"slips", loop.slips}};
+}
+
+Json round_trip_json(const core::DurationHistogram& trips) {
+  const auto us = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-3; };
+  return {{"p50_us", us(trips.quantile_ns(0.5))},
+          {"p99_us", us(trips.quantile_ns(0.99))},
+          {"p999_us", us(trips.quantile_ns(0.999))},
+          {"max_us", us(trips.max_ns())},
+          {"n", trips.count()}};
+}
+
+Json reach_json(const ReachRecord& reach, const Config& config, const runtime::CellConfig& cell) {
+  const auto or_null = [](bool known, double value) { return known ? Json(value) : Json(); };
+  const bool touched = reach.contact_s >= 0.0;
+  const bool known = reach.contact_object >= 1 && reach.contact_object <= cell.objects.size();
+  return {{"n", reach.number},
+          {"name", config.labels[reach.index].name},
+          {"object", config.labels[reach.index].object},
+          {"percept", reach.percept},
+          {"start_s", reach.start_s},
+          {"onset_clearance_m", or_null(reach.onset_clearance_m >= 0.0, reach.onset_clearance_m)},
+          {"peak_percept_Nm", reach.peak_percept_Nm},
+          {"peak_operator_Nm", reach.peak_operator_Nm},
+          {"contact_s", or_null(touched, reach.contact_s)},
+          {"contact_speed_m_s", or_null(touched, reach.contact_speed_m_s)},
+          {"contact_object", touched && known ? Json(cell.objects[reach.contact_object - 1U].name) : Json()}};
+}
+
+}  // namespace
+
+void write_report(const std::filesystem::path& file, const SessionFigures& figures, const ReachLog& reaches,
+                  const Config& config, const runtime::CellConfig& cell) {
+  Json report;
+  for (const auto& loop : figures.loops) report["loops"][loop.name] = loop_json(loop);
+  report["round_trip"] = round_trip_json(figures.round_trips);
+  report["law"] = teleop::name_of(config.law);
+  report["percept_gain"] = config.percept_gain;
+  report["damping_limit"] = Json::array();
+  for (std::size_t j = 0; j < config.percept.joint_count; ++j) {
+    report["damping_limit"].push_back(config.percept.damping_limit_Nms_per_rad[j]);
+  }
+  report["reaches"] = Json::array();
+  for (std::size_t i = 0; i < reaches.size(); ++i)
+    report["reaches"].push_back(reach_json(reaches[i], config, cell));
+  std::ofstream stream(file);
+  if (!stream) throw std::runtime_error(file.string() + ": cannot be written");
+  stream << report.dump(2) << '\n';
+}
+
+}  // namespace phantom::master_io

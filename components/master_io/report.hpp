@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "common/core/health.hpp"
+#include "common/core/histogram.hpp"
+#include "common/runtime/cell.hpp"
+#include "components/master_io/config.hpp"
+#include "components/master_io/reach_log.hpp"
+
+namespace phantom::master_io {
+
+struct SessionFigures {
+  std::vector<core::LoopStatistics> loops;
+  core::DurationHistogram round_trips;
+};
+
+/// Writes master_io.json: loops, round trips, reaches, and the damping that the device's stability allows per
+/// joint.
+void write_report(const std::filesystem::path& file, const SessionFigures& figures, const ReachLog& reaches,
+                  const Config& config, const runtime::CellConfig& cell);
+
+}  // namespace phantom::master_io

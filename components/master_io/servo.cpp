@@ -1,0 +1,60 @@
+#include "components/master_io/servo.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace phantom::master_io {
+
+Servo::Servo(const Config& config, const core::JointArray& home, Inbox& inbox)
+    : inbox_(inbox),
+      period_s_(config.period_s),
+      staleness_s_(config.link.staleness_s),
+      controller_(config),
+      device_(config.device, home),
+      hand_(config.hand, home),
+      script_(config.script, hand_) {
+  inputs_.wishes.percept_gain = config.percept_gain;
+  inputs_.wishes.feedback_gain = config.feedback.inverse_a;
+}
+
+void Servo::read_inbox(core::Nanoseconds now_ns) noexcept {
+  inbox_.slave.read(inputs_.slave);
+  drag_is_new_ = inbox_.drag.read(inputs_.drag);
+  inbox_.wishes.read(inputs_.wishes);
+  if (inputs_.slave.received_ns != 0) inputs_.slave_age_s = core::seconds(now_ns - inputs_.slave.received_ns);
+  if (inputs_.drag.received_ns != 0) inputs_.drag_age_s = core::seconds(now_ns - inputs_.drag.received_ns);
+}
+
+void Servo::step(MasterReport& report) noexcept {
+  const bool go = state_ == teleop::LinkState::kCoupled;
+  const bool contact = inputs_.slave.contact && inputs_.slave_age_s <= staleness_s_;
+  script_.step(device_.true_position(), go, contact, period_s_);
+  inputs_.percept_wanted = script_.percept_on();
+  inputs_.position = device_.position();
+  inputs_.velocity = device_.velocity();
+  report.outputs = controller_.step(inputs_, period_s_);
+  state_ = report.outputs.state;
+  report.operator_Nm = hand_.step(device_.true_position(), device_.true_velocity(), go, period_s_);
+  device_.step(report.operator_Nm, report.outputs.motor_Nm, period_s_);
+  log_.step({script_.number(), script_.index(), script_.percept_on(), report.outputs.percept_Nm,
+             report.operator_Nm},
+            inputs_.slave, period_s_);
+}
+
+void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
+  read_inbox(now_ns);
+  MasterReport report;
+  const int periods = std::clamp(static_cast<int>(std::lround(dt_s / period_s_)), 1, kMostMadeUp);
+  for (int k = 0; k < periods; ++k) step(report);
+  // Position and velocity that the torques belong to, so that their product is the rendered power.
+  report.position = inputs_.position;
+  report.velocity = inputs_.velocity;
+  report.reach = script_.number();
+  report.slave = inputs_.slave.stamp;
+  report.drag = inputs_.drag.stamp;
+  if (drag_is_new_) report.round_trip_s = inputs_.drag.round_trip_s;
+  outbox.write(report);
+  published.raise();
+}
+
+}  // namespace phantom::master_io

@@ -1,0 +1,45 @@
+#pragma once
+
+#include "common/core/snapshot.hpp"
+#include "common/runtime/wake_signal.hpp"
+#include "common/teleop/master_plant.hpp"
+#include "common/teleop/operator_model.hpp"
+#include "common/teleop/reach_script.hpp"
+#include "components/master_io/dds_adapter.hpp"
+#include "components/master_io/reach_log.hpp"
+
+namespace phantom::master_io {
+
+/// The servo thread's work: newest inputs from the inbox, script, controller, simulated hand and device,
+/// outputs to the outbox. It never calls DDS, allocates or waits.
+class Servo {
+ public:
+  Servo(const Config& config, const core::JointArray& home, Inbox& inbox);
+
+  /// One tick of `dt_s`, a whole multiple of the period, at `now_ns` on the monotonic clock. Periods that the
+  /// loop missed are made up for, up to kMostMadeUp, so that the simulated hand keeps real time. Real-time
+  /// safe: yes.
+  void tick(double dt_s, core::Nanoseconds now_ns) noexcept;
+
+  static constexpr int kMostMadeUp = 10;
+  core::Snapshot<MasterReport> outbox;                       ///< reader: the thread that publishes
+  runtime::WakeSignal published;                             ///< raised after each tick
+  const ReachLog& reaches() const noexcept { return log_; }  ///< once the servo thread has ended
+
+ private:
+  void read_inbox(core::Nanoseconds now_ns) noexcept;
+  void step(MasterReport& report) noexcept;
+
+  Inbox& inbox_;
+  double period_s_, staleness_s_;
+  MasterInputs inputs_;
+  bool drag_is_new_ = false;
+  teleop::LinkState state_ = teleop::LinkState::kInit;
+  MasterIo controller_;
+  teleop::MasterPlant device_;
+  teleop::OperatorModel hand_;
+  teleop::ReachScript script_;
+  ReachLog log_;
+};
+
+}  // namespace phantom::master_io

@@ -1,0 +1,168 @@
+#include "components/master_io/session.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <mutex>
+#include <thread>
+
+#include "common/core/errors.hpp"
+#include "common/runtime/periodic_loop.hpp"
+#include "common/runtime/process.hpp"
+#include "components/master_io/dds_adapter.hpp"
+#include "components/master_io/report.hpp"
+#include "components/master_io/servo.hpp"
+
+namespace phantom::master_io {
+namespace {
+
+using teleop::LinkState;
+
+constexpr double kHealthPeriod_s = 0.5;
+constexpr core::Nanoseconds kAnnounceEvery_ns = 5 * core::kNsPerSecond;
+
+core::ComponentState component_state(LinkState link) {
+  switch (link) {
+    case LinkState::kCoupled:
+      return core::ComponentState::kRunning;
+    case LinkState::kDegraded:
+      return core::ComponentState::kDegraded;
+    case LinkState::kStopped:
+      return core::ComponentState::kStopped;
+    default:
+      return core::ComponentState::kReady;
+  }
+}
+
+std::string sentence(const MasterOutputs& now) {
+  switch (now.state) {
+    case LinkState::kInit:
+      return "waiting for the slave";
+    case LinkState::kReady:
+      return "waiting for the slave to come to the master's pose";
+    case LinkState::kDegraded:
+      return "the slave is not heard: torques off";
+    case LinkState::kStopped:
+      return "emergency stop: torques off until reset";
+    default:
+      return now.damping_limited ? "the percept is limited to what the master renders stably" : "";
+  }
+}
+
+/// Tells people what changed: link states, and a percept that the device's stability limits.
+class Announcer {
+ public:
+  void look(const MasterOutputs& now, core::Nanoseconds now_ns) {
+    if (now.state != state_) spdlog::info("link {} → {}", name_of(state_), name_of(now.state));
+    state_ = now.state;
+    if (!now.damping_limited || now_ns < quiet_until_ns_) return;
+    quiet_until_ns_ = now_ns + kAnnounceEvery_ns;
+    spdlog::info("percept gain held at {:.2f} on the stiffest joint: more the master would not render stably",
+                 now.percept_gain);
+  }
+
+ private:
+  LinkState state_ = LinkState::kInit;
+  core::Nanoseconds quiet_until_ns_ = 0;
+};
+
+Expectations expectations(const ArmModel& model, const Config& config) {
+  Expectations expected;
+  expected.joint_count = model.arm.joint_count();
+  expected.drag_mode = config.percept.mode;
+  for (std::size_t j = 0; j < expected.joint_count; ++j) {
+    expected.lower[j] = model.arm.joints()[j].lower;
+    expected.upper[j] = model.arm.joints()[j].upper;
+  }
+  return expected;
+}
+
+}  // namespace
+
+ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name) {
+  const runtime::ArmConfig& config = cell.arm(arm_name);
+  auto arm = robot::SerialArm::from_urdf(config.urdf, config.tip_link, config.X_WB);
+  if (!arm) throw core::ConfigError(arm.status().message());
+  if (config.home.size() != arm->joint_count()) {
+    throw core::ConfigError(cell.file.string() + ": arms[" + config.name + "].home: has " +
+                            std::to_string(config.home.size()) +
+                            " values; allowed: " + std::to_string(arm->joint_count()) +
+                            ", one per moving joint of " + config.urdf.string());
+  }
+  ArmModel model{*std::move(arm), {}};
+  std::copy(config.home.begin(), config.home.end(), model.home.begin());
+  return model;
+}
+
+int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
+                const core::NetworkOptions& network, const std::filesystem::path& report_dir) {
+  Inbox inbox;
+  Servo servo(config, model.home, inbox);
+  Wishes wishes;
+  wishes.percept_gain = config.percept_gain;
+  wishes.feedback_gain = config.feedback.inverse_a;
+  DdsAdapter adapter(network, expectations(model, config), wishes, inbox);
+  spdlog::info("law {}, {} reaches, {} operator", teleop::name_of(config.law), config.labels.size(),
+               config.hand.kind == teleop::OperatorKind::kMinimumJerk ? "minimum-jerk" : "constant-velocity");
+
+  runtime::PeriodicLoop loop("servo", config.period_s, config.scheduling);
+  runtime::PeriodicLoop bare("bare_loop", config.period_s, config.scheduling);
+  std::mutex mutex;
+  MasterReport latest;  // under the mutex
+  std::jthread publisher([&](const std::stop_token& stop) {
+    Announcer announcer;
+    MasterReport report;
+    while (!stop.stop_requested()) {
+      servo.published.wait(0.1);
+      if (!servo.outbox.read(report)) continue;
+      adapter.publish(report, config.law);
+      announcer.look(report.outputs, core::monotonic_ns());
+      const std::lock_guard lock(mutex);
+      latest = report;
+    }
+  });
+  std::jthread bare_thread;
+  if (config.measure_bare_loop) bare_thread = std::jthread([&] { bare.run([](double) { return true; }); });
+  std::jthread servo_thread([&] {
+    loop.run([&](double dt_s) {
+      servo.tick(dt_s, core::monotonic_ns());
+      return true;
+    });
+  });
+
+  const auto loops = [&] {
+    std::vector<core::LoopStatistics> all{loop.statistics()};
+    if (config.measure_bare_loop) all.push_back(bare.statistics());
+    return all;
+  };
+  const auto health = [&]() -> core::Health {
+    const auto trips = adapter.round_trips();
+    const std::lock_guard lock(mutex);
+    return {component_state(latest.outputs.state),
+            sentence(latest.outputs),
+            loops(),
+            {{"round_trip_p50", static_cast<double>(trips.quantile_ns(0.5)) * 1e-3, "µs"},
+             {"round_trip_p99", static_cast<double>(trips.quantile_ns(0.99)) * 1e-3, "µs"},
+             {"percept_gain", latest.outputs.percept_gain, ""},
+             {"reach", static_cast<double>(latest.reach), ""}}};
+  };
+  do {
+    adapter.publish_health(health());
+  } while (runtime::sleep_unless_stopped(kHealthPeriod_s));
+
+  servo_thread.join();
+  if (bare_thread.joinable()) bare_thread.join();
+  publisher.request_stop();
+  publisher.join();
+  if (!loop.notice().empty()) spdlog::warn("servo thread: {}", loop.notice());
+  auto last = health();
+  last.state = core::ComponentState::kStopped;
+  last.message = "ended";
+  adapter.publish_health(last);
+  if (!report_dir.empty()) {
+    write_report(report_dir / "master_io.json", {loops(), adapter.round_trips()}, servo.reaches(), config,
+                 cell);
+  }
+  return runtime::kExitDone;
+}
+
+}  // namespace phantom::master_io

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+
+#include "common/core/network.hpp"
+#include "common/robot/serial_arm.hpp"
+#include "common/runtime/cell.hpp"
+#include "components/master_io/config.hpp"
+
+namespace phantom::master_io {
+
+/// The arm whose replica the master is, and the pose in which both start.
+struct ArmModel {
+  robot::SerialArm arm;
+  core::JointArray home{};
+};
+
+/// Loads the arm and checks that home fits it. Throws ConfigError.
+ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name);
+
+/// Runs the simulated desk on the topics until a stop is requested: servo thread, publishing thread, if
+/// configured a bare loop beside it, and health twice a second. Leaves master_io.json in `report_dir` if that
+/// is not empty. Returns the exit code.
+int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
+                const core::NetworkOptions& network, const std::filesystem::path& report_dir);
+
+}  // namespace phantom::master_io
