@@ -17,14 +17,17 @@ const streams = {
   set(id, path) {
     const image = byId(id);
     const wanted = path && !document.hidden ? path : '';
-    if ((image.dataset.stream || '') === wanted) return;
+    if ((image.dataset.stream || '') === wanted || performance.now() < +(image.dataset.retry || 0)) return;
     image.dataset.stream = wanted;
     if (wanted) image.src = wanted + '?' + Date.now();
     else image.removeAttribute('src');
   }
 };
 for (const id of ['main-view', 'hit-view', 'tool-view']) {
-  byId(id).addEventListener('error', () => { byId(id).dataset.stream = ''; });
+  byId(id).addEventListener('error', () => {
+    byId(id).dataset.stream = '';
+    byId(id).dataset.retry = performance.now() + 2000;
+  });
 }
 
 function connect() {
@@ -107,7 +110,6 @@ function showCommands(link, view, viewer) {
   for (const e of document.querySelectorAll('#commands button, #commands input, #stop, #node, #hold')) e.disabled = !viewer.allow_commands;
   if (!viewer.allow_commands) say('This viewer only shows; commands are switched off in its configuration.', false);
   put('gain-now', fixed(link.percept_gain, 2) + (link.percept_limited ? ' (limited)' : ''));
-  if (!byId('gain').value && link.percept_gain !== null) byId('gain').value = +link.percept_gain.toFixed(3);
   byId('percept').setAttribute('aria-pressed', link.percept_enabled);
   put('percept', link.percept_enabled ? 'Percept on' : 'Percept off');
   byId('hold').setAttribute('aria-pressed', view.hold);
@@ -153,7 +155,7 @@ function showHits(hits, total) {
   }
   list.replaceChildren(...hits.map(hit => {
     const item = document.createElement('li');
-    item.className = hit.cleared_after_s === null ? 'now' : '';
+    item.className = hit.cleared_after_s === null ? 'threatening' : '';
     item.innerHTML = '<a target="_blank"><img loading="lazy" alt=""></a><div><div class="what"></div><div class="why"></div></div>';
     item.querySelector('a').href = item.querySelector('img').src = `hits/${hit.alert}.jpg`;
     item.querySelector('a').setAttribute('aria-label', `Picture of alert ${hit.alert}`);
