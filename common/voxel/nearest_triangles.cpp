@@ -10,46 +10,38 @@
 namespace phantom::voxel::detail {
 namespace {
 
-struct Step {
-  std::int32_t x, y, z;
-};
-
-/// The 13 neighbours that a raster sweep has passed already.
-constexpr std::array<Step, 13> kPassed = {{{-1, -1, -1},
-                                           {0, -1, -1},
-                                           {1, -1, -1},
-                                           {-1, 0, -1},
-                                           {0, 0, -1},
-                                           {1, 0, -1},
-                                           {-1, 1, -1},
-                                           {0, 1, -1},
-                                           {1, 1, -1},
-                                           {-1, -1, 0},
-                                           {0, -1, 0},
-                                           {1, -1, 0},
-                                           {-1, 0, 0}}};
+constexpr float kDiagonal = 1.75F;  // √3, a voxel's
 
 }  // namespace
 
 NearestTriangles::NearestTriangles(const std::vector<Eigen::Vector3f>& vertices_vox,
                                    const std::vector<std::array<std::uint32_t, 3>>& triangles,
                                    float reach_vox)
-    : vertices_(vertices_vox), triangles_(triangles), reach2_(reach_vox * reach_vox) {
-  extent_.reserve(triangles.size());
+    : vertices_(vertices_vox),
+      triangles_(triangles),
+      reach_(reach_vox),
+      buckets_(static_cast<std::size_t>((reach_vox + kDiagonal) * kBucketsPerVoxel) + 2) {
+  large_.reserve(triangles.size());
   for (const auto& t : triangles) {
     const Eigen::Vector3f &a = vertices_[t[0]], &b = vertices_[t[1]], &c = vertices_[t[2]];
-    extent_.push_back(std::min(1.75F, std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()})));
+    large_.push_back(std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()}) > kDiagonal ? 1 : 0);
   }
 }
 
-void NearestTriangles::offer(Cell& cell, const Eigen::Vector3f& p, std::int32_t triangle) {
+void NearestTriangles::offer(const Entry& entry, Cell& cell, std::int32_t triangle) {
   const auto& t = triangles_[static_cast<std::size_t>(triangle)];
+  const Eigen::Vector3f p = centre(entry);
   const Eigen::Vector3f nearest =
       geometry::closest_point_on_triangle(p.cast<double>(), vertices_[t[0]].cast<double>(),
                                           vertices_[t[1]].cast<double>(), vertices_[t[2]].cast<double>())
           .cast<float>();
-  const float distance2 = (nearest - p).squaredNorm();
-  if (distance2 < cell.distance2) cell = {distance2, triangle, nearest};
+  take(entry, cell, {(nearest - p).norm(), triangle, nearest, true, false});
+}
+
+void NearestTriangles::take(const Entry& entry, Cell& cell, const Cell& better) {
+  if (better.distance >= cell.distance) return;
+  cell = better;
+  if (better.distance <= reach_) buckets_[std::max(bucket_, bucket_of(better.distance))].push_back(entry);
 }
 
 void NearestTriangles::seed(std::uint32_t triangle) {
@@ -64,59 +56,81 @@ void NearestTriangles::seed(std::uint32_t triangle) {
                        static_cast<std::int32_t>(std::floor(high[i])) + 1 - origin[i]);
   }
   const Eigen::Vector3f normal =
-      (b - a).cross(c - a).normalized();  // zero for a triangle without area: nothing skipped
+      (b - a).cross(c - a).normalized();  // zero for a triangle without area: nothing is skipped
   for (std::int32_t z = first[2]; z <= last[2]; ++z) {
     for (std::int32_t y = first[1]; y <= last[1]; ++y) {
       for (std::int32_t x = first[0]; x <= last[0]; ++x) {
-        const Eigen::Vector3f p = centre(x, y, z);
-        if (std::abs(normal.dot(p - a)) > 1.75F) continue;  // √3: a voxel's diagonal
-        offer(cells_[at(x, y, z)], p, static_cast<std::int32_t>(triangle));
+        const Entry entry{static_cast<std::int16_t>(x), static_cast<std::int16_t>(y),
+                          static_cast<std::int16_t>(z)};
+        if (std::abs(normal.dot(centre(entry) - a)) > kDiagonal) continue;
+        offer(entry, cells_[at(x, y, z)], static_cast<std::int32_t>(triangle));
       }
     }
   }
 }
 
-void NearestTriangles::sweep(int direction) {
-  const auto& size = box_.size;
-  for (std::int32_t k = 0; k < size[2]; ++k) {
-    const std::int32_t z = direction > 0 ? k : size[2] - 1 - k;
-    for (std::int32_t j = 0; j < size[1]; ++j) {
-      const std::int32_t y = direction > 0 ? j : size[1] - 1 - j;
-      for (std::int32_t i = 0; i < size[0]; ++i) {
-        const std::int32_t x = direction > 0 ? i : size[0] - 1 - i;
-        Cell& cell = cells_[at(x, y, z)];
-        const Eigen::Vector3f p = centre(x, y, z);
-        std::int32_t tried = -1;
-        for (const Step& step : kPassed) {
-          const std::int32_t nx = x + direction * step.x, ny = y + direction * step.y,
-                             nz = z + direction * step.z;
-          if (nx < 0 || ny < 0 || nz < 0 || nx >= size[0] || ny >= size[1] || nz >= size[2]) continue;
-          const Cell& neighbour = cells_[at(nx, ny, nz)];
-          const std::int32_t triangle = neighbour.triangle;
-          if (triangle < 0 || triangle == cell.triangle || triangle == tried || neighbour.distance2 > reach2_)
-            continue;
-          // From here the triangle is at best its own extent, or the step, nearer than the neighbour's
-          // nearest point.
-          const float at_best =
-              std::sqrt((neighbour.nearest - p).squaredNorm()) - extent_[static_cast<std::size_t>(triangle)];
-          if (at_best > 0 && at_best * at_best >= cell.distance2) continue;
-          tried = triangle;
-          offer(cell, p, triangle);
+void NearestTriangles::hand_on(const Entry& entry) {
+  Cell& mine = cells_[at(entry.x, entry.y, entry.z)];
+  if (mine.handed_on) return;
+  if (!mine.exact) {
+    mine.distance =
+        std::nextafter(mine.distance, reach_ * 2);  // so that the same place, exactly, counts as better
+    mine.exact = true;
+    offer(entry, mine, mine.triangle);
+  }
+  mine.handed_on = true;
+  const Cell cell = mine;
+  const Eigen::Vector3f away = centre(entry) - cell.nearest;
+  const bool large = large_[static_cast<std::size_t>(cell.triangle)] != 0;
+  for (std::int16_t dz = -1; dz <= 1; ++dz) {
+    for (std::int16_t dy = -1; dy <= 1; ++dy) {
+      for (std::int16_t dx = -1; dx <= 1; ++dx) {
+        const Eigen::Vector3f step(dx, dy, dz);
+        if (step.dot(away) <= 0) continue;  // the front moves outwards (and the middle is the voxel itself)
+        const Entry next{static_cast<std::int16_t>(entry.x + dx), static_cast<std::int16_t>(entry.y + dy),
+                         static_cast<std::int16_t>(entry.z + dz)};
+        Cell& neighbour = cells_[at(next.x, next.y, next.z)];
+        if (neighbour.triangle == cell.triangle || neighbour.distance < 0) continue;
+        const float distance2 = (away + step).squaredNorm();  // to our nearest point: an upper bound
+        const float known2 = neighbour.distance * neighbour.distance;
+        if (large) {
+          // Projections onto a convex set: the triangle's own nearest point to the neighbour is at best
+          // nearer than ours by the square of the step.
+          if (distance2 - step.squaredNorm() < known2) offer(next, neighbour, cell.triangle);
+        } else if (distance2 < known2) {
+          // A small triangle gains less: the exact distance can wait until the front gets there.
+          take(next, neighbour, {std::sqrt(distance2), cell.triangle, cell.nearest, false, false});
         }
       }
     }
   }
 }
 
-void NearestTriangles::compute(const VoxelBox& box, std::span<const std::uint32_t> list) {
-  box_ = box;
-  cells_.assign(box.voxel_count(), {std::numeric_limits<float>::infinity(), -1, Eigen::Vector3f::Zero()});
-  for (const std::uint32_t triangle : list) seed(triangle);
-  for (const int direction : {1, -1, 1, -1}) sweep(direction);
+void NearestTriangles::clear() {
+  stride_x_ = static_cast<std::size_t>(box_.size[0]) + 2;
+  stride_y_ = static_cast<std::size_t>(box_.size[1]) + 2;
+  const Cell rim{-1.0F, -1, Eigen::Vector3f::Zero(), true, false};
+  const Cell unknown{std::numeric_limits<float>::infinity(), -1, Eigen::Vector3f::Zero(), true, false};
+  cells_.assign(stride_x_ * stride_y_ * (static_cast<std::size_t>(box_.size[2]) + 2), rim);
+  for (std::int32_t z = 0; z < box_.size[2]; ++z) {
+    for (std::int32_t y = 0; y < box_.size[1]; ++y) {
+      std::fill_n(cells_.begin() + static_cast<std::ptrdiff_t>(at(0, y, z)), box_.size[0], unknown);
+    }
+  }
+  for (auto& bucket : buckets_) bucket.clear();
 }
 
-float NearestTriangles::distance_vox(Index3 v) const {
-  return std::sqrt(cells_[at(v.x - box_.min.x, v.y - box_.min.y, v.z - box_.min.z)].distance2);
+void NearestTriangles::compute(const VoxelBox& box, std::span<const std::uint32_t> list) {
+  box_ = box;
+  clear();
+  bucket_ = 0;
+  for (const std::uint32_t triangle : list) seed(triangle);
+  for (; bucket_ < buckets_.size(); ++bucket_) {
+    for (std::size_t i = 0; i < buckets_[bucket_].size(); ++i) {  // grows while it is worked on
+      const Entry entry = buckets_[bucket_][i];
+      hand_on(entry);
+    }
+  }
 }
 
 }  // namespace phantom::voxel::detail
