@@ -9,6 +9,8 @@ namespace phantom::geometry {
 /// Ericson 2005, 5.1.5.)
 Eigen::Vector3d closest_point_on_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                                           const Eigen::Vector3d& b, const Eigen::Vector3d& c);
+Eigen::Vector3f closest_point_on_triangle(const Eigen::Vector3f& p, const Eigen::Vector3f& a,
+                                          const Eigen::Vector3f& b, const Eigen::Vector3f& c);
 
 /// Point of the segment (a, b) that is nearest to `p`. Real-time safe: yes.
 Eigen::Vector3d closest_point_on_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& a,

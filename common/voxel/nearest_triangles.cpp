@@ -11,30 +11,66 @@ namespace phantom::voxel::detail {
 namespace {
 
 constexpr float kDiagonal = 1.75F;  // √3, a voxel's
+constexpr float kLarge_vox = 4.0F;
+constexpr float kBucketsPerVoxel = 4.0F;
 
 }  // namespace
 
 NearestTriangles::NearestTriangles(const std::vector<Eigen::Vector3f>& vertices_vox,
                                    const std::vector<std::array<std::uint32_t, 3>>& triangles,
-                                   float reach_vox)
+                                   const VoxelBox& region, float reach_vox)
     : vertices_(vertices_vox),
       triangles_(triangles),
       reach_(reach_vox),
+      origin_{region.min.x & ~7, region.min.y & ~7, region.min.z & ~7},
+      first_{region.min.x - origin_.x, region.min.y - origin_.y, region.min.z - origin_.z},
+      end_{first_.x + region.size[0], first_.y + region.size[1], first_.z + region.size[2]},
+      cubes_x_(static_cast<std::size_t>(end_.x + 7) / 8),
+      cubes_y_(static_cast<std::size_t>(end_.y + 7) / 8),
+      directory_(cubes_x_ * cubes_y_ * (static_cast<std::size_t>(end_.z + 7) / 8), nullptr),
       buckets_(static_cast<std::size_t>((reach_vox + kDiagonal) * kBucketsPerVoxel) + 2) {
   large_.reserve(triangles.size());
   for (const auto& t : triangles) {
     const Eigen::Vector3f &a = vertices_[t[0]], &b = vertices_[t[1]], &c = vertices_[t[2]];
-    large_.push_back(std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()}) > kDiagonal ? 1 : 0);
+    large_.push_back(std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()}) > kLarge_vox ? 1 : 0);
   }
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) seed(i);
+  for (; bucket_ < buckets_.size(); ++bucket_) {
+    for (std::size_t i = 0; i < buckets_[bucket_].size(); ++i) {  // grows while it is worked on
+      const Entry entry = buckets_[bucket_][i];
+      hand_on(entry);
+    }
+    std::vector<Entry>().swap(buckets_[bucket_]);
+  }
+}
+
+std::size_t NearestTriangles::bucket_of(float distance) const {
+  return std::min(buckets_.size() - 1, static_cast<std::size_t>(distance * kBucketsPerVoxel));
+}
+
+NearestTriangles::Cell& NearestTriangles::cell(const Entry& e) {
+  Cube*& cube = directory_[cube_index(e.x, e.y, e.z)];
+  if (cube == nullptr) cube = &cubes_.emplace_back();
+  return (*cube)[in_cube(e.x, e.y, e.z)];
+}
+
+bool NearestTriangles::knows_cube(Index3 corner) const {
+  const std::int32_t x = corner.x - origin_.x, y = corner.y - origin_.y, z = corner.z - origin_.z;
+  if (x < 0 || y < 0 || z < 0 || x >= end_.x || y >= end_.y || z >= end_.z) return false;
+  return directory_[cube_index(x, y, z)] != nullptr;
+}
+
+float NearestTriangles::distance_vox(Index3 v) const {
+  if (!knows_cube({v.x & ~7, v.y & ~7, v.z & ~7})) return std::numeric_limits<float>::infinity();
+  const std::int32_t x = v.x - origin_.x, y = v.y - origin_.y, z = v.z - origin_.z;
+  return (*directory_[cube_index(x, y, z)])[in_cube(x, y, z)].distance;
 }
 
 void NearestTriangles::offer(const Entry& entry, Cell& cell, std::int32_t triangle) {
   const auto& t = triangles_[static_cast<std::size_t>(triangle)];
   const Eigen::Vector3f p = centre(entry);
   const Eigen::Vector3f nearest =
-      geometry::closest_point_on_triangle(p.cast<double>(), vertices_[t[0]].cast<double>(),
-                                          vertices_[t[1]].cast<double>(), vertices_[t[2]].cast<double>())
-          .cast<float>();
+      geometry::closest_point_on_triangle(p, vertices_[t[0]], vertices_[t[1]], vertices_[t[2]]);
   take(entry, cell, {(nearest - p).norm(), triangle, nearest, true, false});
 }
 
@@ -48,40 +84,39 @@ void NearestTriangles::seed(std::uint32_t triangle) {
   const auto& t = triangles_[triangle];
   const Eigen::Vector3f &a = vertices_[t[0]], &b = vertices_[t[1]], &c = vertices_[t[2]];
   const Eigen::Vector3f low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
-  const std::int32_t origin[3] = {box_.min.x, box_.min.y, box_.min.z};
-  std::int32_t first[3], last[3];
+  const std::int32_t origin[3] = {origin_.x, origin_.y, origin_.z};
+  const std::int32_t least[3] = {first_.x, first_.y, first_.z}, most[3] = {end_.x, end_.y, end_.z};
+  std::int32_t from[3], to[3];
   for (int i = 0; i < 3; ++i) {
-    first[i] = std::max(0, static_cast<std::int32_t>(std::floor(low[i])) - 1 - origin[i]);
-    last[i] = std::min(box_.size[static_cast<std::size_t>(i)] - 1,
-                       static_cast<std::int32_t>(std::floor(high[i])) + 1 - origin[i]);
+    from[i] = std::max(least[i], static_cast<std::int32_t>(std::floor(low[i])) - 1 - origin[i]);
+    to[i] = std::min(most[i] - 1, static_cast<std::int32_t>(std::floor(high[i])) + 1 - origin[i]);
   }
   const Eigen::Vector3f normal =
       (b - a).cross(c - a).normalized();  // zero for a triangle without area: nothing is skipped
-  for (std::int32_t z = first[2]; z <= last[2]; ++z) {
-    for (std::int32_t y = first[1]; y <= last[1]; ++y) {
-      for (std::int32_t x = first[0]; x <= last[0]; ++x) {
+  for (std::int32_t z = from[2]; z <= to[2]; ++z) {
+    for (std::int32_t y = from[1]; y <= to[1]; ++y) {
+      for (std::int32_t x = from[0]; x <= to[0]; ++x) {
         const Entry entry{static_cast<std::int16_t>(x), static_cast<std::int16_t>(y),
                           static_cast<std::int16_t>(z)};
         if (std::abs(normal.dot(centre(entry) - a)) > kDiagonal) continue;
-        offer(entry, cells_[at(x, y, z)], static_cast<std::int32_t>(triangle));
+        offer(entry, cell(entry), static_cast<std::int32_t>(triangle));
       }
     }
   }
 }
 
 void NearestTriangles::hand_on(const Entry& entry) {
-  Cell& mine = cells_[at(entry.x, entry.y, entry.z)];
+  Cell& mine = cell(entry);
   if (mine.handed_on) return;
   if (!mine.exact) {
-    mine.distance =
-        std::nextafter(mine.distance, reach_ * 2);  // so that the same place, exactly, counts as better
+    mine.distance = std::nextafter(mine.distance, 2 * reach_);  // the same place, exactly, counts as better
     mine.exact = true;
     offer(entry, mine, mine.triangle);
   }
   mine.handed_on = true;
-  const Cell cell = mine;
-  const Eigen::Vector3f away = centre(entry) - cell.nearest;
-  const bool large = large_[static_cast<std::size_t>(cell.triangle)] != 0;
+  const Cell from = mine;
+  const Eigen::Vector3f away = centre(entry) - from.nearest;
+  const bool large = large_[static_cast<std::size_t>(from.triangle)] != 0;
   for (std::int16_t dz = -1; dz <= 1; ++dz) {
     for (std::int16_t dy = -1; dy <= 1; ++dy) {
       for (std::int16_t dx = -1; dx <= 1; ++dx) {
@@ -89,46 +124,20 @@ void NearestTriangles::hand_on(const Entry& entry) {
         if (step.dot(away) <= 0) continue;  // the front moves outwards (and the middle is the voxel itself)
         const Entry next{static_cast<std::int16_t>(entry.x + dx), static_cast<std::int16_t>(entry.y + dy),
                          static_cast<std::int16_t>(entry.z + dz)};
-        Cell& neighbour = cells_[at(next.x, next.y, next.z)];
-        if (neighbour.triangle == cell.triangle || neighbour.distance < 0) continue;
+        if (!in_region(next)) continue;
         const float distance2 = (away + step).squaredNorm();  // to our nearest point: an upper bound
+        Cell& neighbour = cell(next);
+        if (neighbour.triangle == from.triangle && neighbour.exact) continue;
         const float known2 = neighbour.distance * neighbour.distance;
         if (large) {
           // Projections onto a convex set: the triangle's own nearest point to the neighbour is at best
           // nearer than ours by the square of the step.
-          if (distance2 - step.squaredNorm() < known2) offer(next, neighbour, cell.triangle);
+          if (distance2 - step.squaredNorm() < known2) offer(next, neighbour, from.triangle);
         } else if (distance2 < known2) {
           // A small triangle gains less: the exact distance can wait until the front gets there.
-          take(next, neighbour, {std::sqrt(distance2), cell.triangle, cell.nearest, false, false});
+          take(next, neighbour, {std::sqrt(distance2), from.triangle, from.nearest, false, false});
         }
       }
-    }
-  }
-}
-
-void NearestTriangles::clear() {
-  stride_x_ = static_cast<std::size_t>(box_.size[0]) + 2;
-  stride_y_ = static_cast<std::size_t>(box_.size[1]) + 2;
-  const Cell rim{-1.0F, -1, Eigen::Vector3f::Zero(), true, false};
-  const Cell unknown{std::numeric_limits<float>::infinity(), -1, Eigen::Vector3f::Zero(), true, false};
-  cells_.assign(stride_x_ * stride_y_ * (static_cast<std::size_t>(box_.size[2]) + 2), rim);
-  for (std::int32_t z = 0; z < box_.size[2]; ++z) {
-    for (std::int32_t y = 0; y < box_.size[1]; ++y) {
-      std::fill_n(cells_.begin() + static_cast<std::ptrdiff_t>(at(0, y, z)), box_.size[0], unknown);
-    }
-  }
-  for (auto& bucket : buckets_) bucket.clear();
-}
-
-void NearestTriangles::compute(const VoxelBox& box, std::span<const std::uint32_t> list) {
-  box_ = box;
-  clear();
-  bucket_ = 0;
-  for (const std::uint32_t triangle : list) seed(triangle);
-  for (; bucket_ < buckets_.size(); ++bucket_) {
-    for (std::size_t i = 0; i < buckets_[bucket_].size(); ++i) {  // grows while it is worked on
-      const Entry entry = buckets_[bucket_][i];
-      hand_on(entry);
     }
   }
 }
