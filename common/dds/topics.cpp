@@ -34,12 +34,10 @@ constexpr QosContract periodic(int deadline_ms, int liveliness_ms) {
           .lifespan_ms = 1000};
 }
 constexpr QosContract kEvent{.reliability = Reliability::kReliable, .history_depth = 64};
+// No deadline on a keyed topic: this Fast DDS counts misses of instances that keep theirs. Receivers of
+// component_status watch its age.
 constexpr QosContract kDurable{
     .reliability = Reliability::kReliable, .durability = Durability::kTransientLocal, .history_depth = 1};
-constexpr QosContract kStatus{.reliability = Reliability::kReliable,
-                              .durability = Durability::kTransientLocal,
-                              .history_depth = 1,
-                              .deadline_ms = 2000};
 
 }  // namespace
 

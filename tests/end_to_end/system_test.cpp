@@ -190,8 +190,9 @@ TEST_F(System, TorqueRisesBeforeContactAndOnlyWithThePercept) {
       if (reach["contact_t"].is_null()) continue;
       ++with;
       EXPECT_FALSE(reach["onset_distance_m"].is_null()) << reach.dump();
-      if (!reach["onset_distance_m"].is_null())
+      if (!reach["onset_distance_m"].is_null()) {
         EXPECT_GT(reach["onset_distance_m"].get<double>(), 0.005) << reach.dump();
+      }
       EXPECT_GT(reach["peak_torque_nm"].get<double>(), 0.05) << reach.dump();
     } else {
       ++without;
