@@ -64,7 +64,8 @@ const TopicSpec<msg::WorkspaceObject> kWorkspaceObject{{"workspace_object", "pha
 const TopicSpec<msg::MeshChunk> kMeshChunk{
     {"mesh_chunk", "phantom::msg::MeshChunk", kDurable, &make_type<msg::MeshChunkPubSubType>}};
 const TopicSpec<msg::ComponentStatus> kComponentStatus{{"component_status", "phantom::msg::ComponentStatus",
-                                                        kStatus, &make_type<msg::ComponentStatusPubSubType>}};
+                                                        kDurable,
+                                                        &make_type<msg::ComponentStatusPubSubType>}};
 
 std::span<const TopicDescription* const> all_topics() {
   static const TopicDescription* const topics[] = {&kMasterState,    &kSlaveState,       &kDragField,
