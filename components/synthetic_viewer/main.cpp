@@ -1,5 +1,6 @@
 #include <iostream>
 
+#include "common/dds/participant.hpp"
 #include "common/runtime/deployment.hpp"
 #include "common/runtime/process.hpp"
 #include "components/synthetic_viewer/config.hpp"
@@ -13,6 +14,7 @@ using namespace phantom::synthetic_viewer;
 
 int run(const runtime::ProcessOptions& options) {
   const runtime::Deployment deployment = runtime::load_deployment(options);
+  dds::check_qos_profiles(deployment.network.qos_profiles);
   const ViewerConfig config = load_config(options.config);
   const runtime::CellConfig cell = runtime::load_cell(deployment.cell);
   robot::SerialArm arm = load_arm(cell.arm(config.arm));
