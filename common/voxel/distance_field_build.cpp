@@ -1,6 +1,10 @@
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <future>
+#include <memory>
 #include <string>
+#include <thread>
 
 #include "common/voxel/distance_field.hpp"
 #include "common/voxel/nearest_triangles.hpp"
@@ -27,32 +31,49 @@ class DistanceFieldBuilder {
         std::max(options.outside_m, options.inside_m) / grid.voxel_size_m + 1.0;  // one for interpolation
   }
 
-  core::Status add(const FieldBody& body) {
+  /// What can be done for several bodies at once: everything but the merge.
+  struct Prepared {
+    std::uint16_t id = 0;
+    SolidVoxels solid;
+    std::vector<Eigen::Vector3f> vertices_vox;
+    VoxelBox region;
+    std::unique_ptr<detail::NearestTriangles> nearest;  // null: the body is out of reach
+  };
+
+  core::Expected<std::unique_ptr<Prepared>> prepare(const FieldBody& body) const {
     const GridSpec& grid = field_.grid_;
+    auto prepared = std::make_unique<Prepared>();
+    prepared->id = body.id;
     auto solid = voxelise(body.mesh_W, grid, VoxelBox::of(grid));
-    if (!solid) return solid.status();
-    solid_ = &*solid;
-    id_ = body.id;
-    vertices_vox_.clear();
+    if (!solid) {
+      return core::Status(solid.status().code(),
+                          "body " + std::to_string(body.id) + ": " + solid.status().message());
+    }
+    prepared->solid = std::move(*solid);
     for (const auto& vertex : body.mesh_W.vertices_m) {
-      vertices_vox_.push_back(((vertex.cast<double>() - grid.origin_m) / grid.voxel_size_m).cast<float>());
+      prepared->vertices_vox.push_back(
+          ((vertex.cast<double>() - grid.origin_m) / grid.voxel_size_m).cast<float>());
     }
     const auto halo = static_cast<std::int32_t>(std::ceil(reach_vox_)) + 1;
     // Triangles outside of the grid count as far as they reach in.
-    const VoxelBox region =
+    prepared->region =
         voxel_bounds(body.mesh_W, grid).grown(halo).intersection(VoxelBox::of(grid).grown(halo));
-    if (region.empty()) return core::Status::ok();
-    const detail::NearestTriangles nearest(vertices_vox_, body.mesh_W.triangles, region,
-                                           static_cast<float>(reach_vox_));
-    const VoxelBox cubes = cube_aligned(region.intersection(VoxelBox::of(grid)));
+    if (!prepared->region.empty()) {
+      prepared->nearest = std::make_unique<detail::NearestTriangles>(
+          prepared->vertices_vox, body.mesh_W.triangles, prepared->region, static_cast<float>(reach_vox_));
+    }
+    return prepared;
+  }
+
+  void merge(const Prepared& body) {
+    if (!body.nearest) return;
+    const VoxelBox cubes = cube_aligned(body.region.intersection(VoxelBox::of(field_.grid_)));
     Index3 cube;
     for (cube.z = cubes.min.z; cube.z < cubes.min.z + cubes.size[2]; cube.z += 8) {
       for (cube.y = cubes.min.y; cube.y < cubes.min.y + cubes.size[1]; cube.y += 8) {
-        for (cube.x = cubes.min.x; cube.x < cubes.min.x + cubes.size[0]; cube.x += 8)
-          take_cube(cube, nearest);
+        for (cube.x = cubes.min.x; cube.x < cubes.min.x + cubes.size[0]; cube.x += 8) merge_cube(cube, body);
       }
     }
-    return core::Status::ok();
   }
 
   DistanceField take() { return std::move(field_); }
@@ -69,19 +90,20 @@ class DistanceFieldBuilder {
         .intersection(VoxelBox::of(field_.grid_));
   }
 
-  bool inside(Index3 v) const {
-    const VoxelBox& box = solid_->box;
+  static bool inside(const SolidVoxels& solid, Index3 v) {
+    const VoxelBox& box = solid.box;
     const std::int32_t x = v.x - box.min.x, y = v.y - box.min.y, z = v.z - box.min.z;
     return x >= 0 && y >= 0 && z >= 0 && x < box.size[0] && y < box.size[1] && z < box.size[2] &&
-           solid_->inside.get(x, y, z);
+           solid.inside.get(x, y, z);
   }
 
   /// Merges the body's distances in one cube into the field.
-  void take_cube(Index3 corner, const detail::NearestTriangles& nearest) {
+  void merge_cube(Index3 corner, const Prepared& body) {
+    const detail::NearestTriangles& nearest = *body.nearest;
     std::int32_t& entry = field_.directory_[field_.cube_index(corner.x >> 3, corner.y >> 3, corner.z >> 3)];
     if (entry == DistanceField::kDeep) return;
     if (!nearest.knows_cube(corner)) {  // no surface near: all of it is inside or outside
-      if (inside(corner)) entry = DistanceField::kDeep;
+      if (inside(body.solid, corner)) entry = DistanceField::kDeep;
       return;
     }
     std::array<std::int16_t, 512> values;
@@ -93,7 +115,7 @@ class DistanceFieldBuilder {
       const auto distance_vox = static_cast<double>(nearest.distance_vox(v));
       const double quanta = distance_vox * field_.grid_.voxel_size_m / field_.quantum_m_;
       std::int16_t& value = values[static_cast<std::size_t>(i)];
-      if (inside(v)) {
+      if (inside(body.solid, v)) {
         value = quanta >= -in ? in : static_cast<std::int16_t>(-std::lround(quanta));
       } else {
         value = quanta >= out ? out : static_cast<std::int16_t>(std::lround(quanta));
@@ -115,15 +137,12 @@ class DistanceFieldBuilder {
     for (std::size_t i = 0; i < 512; ++i) {
       if (values[i] >= field_.samples_[base + i]) continue;
       field_.samples_[base + i] = values[i];
-      field_.objects_[base + i] = id_;
+      field_.objects_[base + i] = body.id;
     }
   }
 
   DistanceField field_;
   double reach_vox_ = 0.0;
-  const SolidVoxels* solid_ = nullptr;
-  std::uint16_t id_ = 0;
-  std::vector<Eigen::Vector3f> vertices_vox_;
 };
 
 core::Expected<DistanceField> DistanceField::build(const GridSpec& grid, const std::vector<FieldBody>& bodies,
@@ -135,10 +154,21 @@ core::Expected<DistanceField> DistanceField::build(const GridSpec& grid, const s
     }
   }
   DistanceFieldBuilder builder(grid, options);
-  for (const FieldBody& body : bodies) {
-    if (core::Status added = builder.add(body); !added) {
-      return core::Status(added.code(), "body " + std::to_string(body.id) + ": " + added.message());
+  // Bodies are prepared side by side, a few ahead, and merged in their order: the result does not depend on
+  // the timing.
+  using Result = core::Expected<std::unique_ptr<DistanceFieldBuilder::Prepared>>;
+  std::deque<std::future<Result>> ahead;
+  const std::size_t most_ahead = std::max(1U, std::thread::hardware_concurrency());
+  std::size_t started = 0;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    for (; started < std::min(bodies.size(), i + most_ahead); ++started) {
+      ahead.push_back(std::async(std::launch::async,
+                                 [&builder, &body = bodies[started]] { return builder.prepare(body); }));
     }
+    const Result prepared = ahead.front().get();
+    ahead.pop_front();
+    if (!prepared) return prepared.status();
+    builder.merge(**prepared);
   }
   return builder.take();
 }
