@@ -18,7 +18,7 @@ namespace {
 using teleop::LinkState;
 
 constexpr double kHealthPeriod_s = 0.5;
-constexpr core::Nanoseconds kAnnounceEvery_ns = 5 * core::kNsPerSecond;
+constexpr core::Nanoseconds kAnnounceEvery_ns = 30 * core::kNsPerSecond;
 
 core::ComponentState component_state(LinkState link) {
   switch (link) {

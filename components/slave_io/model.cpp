@@ -127,8 +127,9 @@ double FieldWorld::distance_m(const Eigen::Vector3d& p_W_m) const noexcept {
 teleop::ContactQuery FieldWorld::query(const Eigen::Vector3d& p_W_m) const noexcept {
   teleop::ContactQuery found;
   found.distance_m = distance_m(p_W_m);
-  Eigen::Vector3d slope = fine_.gradient(p_W_m);
-  if (slope.squaredNorm() < 1e-12) slope = coarse_.gradient(p_W_m);  // deeper than the fine band
+  // Where the fine band ends its samples are cut off, and their slope with them.
+  const bool in_fine_band = std::abs(found.distance_m) < 0.6 * fine_.outside_m();
+  const Eigen::Vector3d slope = in_fine_band ? fine_.gradient(p_W_m) : coarse_.gradient(p_W_m);
   const double norm = slope.norm();
   if (norm > 1e-6) found.normal_W = slope / norm;
   found.object = fine_.object(p_W_m);

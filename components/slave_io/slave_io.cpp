@@ -53,7 +53,16 @@ SlaveOutputs SlaveIo::step(const SlaveInputs& in, double dt_s) noexcept {
   out.reference = limiter_.reference();
   out.torque = servo_.step(out.reference, v_ref, in.position, in.velocity,
                            gravity_feed_forward_ ? in.gravity_Nm : core::JointArray{});
+  limit_speed(in.velocity, out.torque.drive_Nm);
   return out;
+}
+
+// A joint that is faster than it may be gets no torque that would make it faster still.
+void SlaveIo::limit_speed(const core::JointArray& v, core::JointArray& drive_Nm) const noexcept {
+  for (std::size_t j = 0; j < count_; ++j) {
+    if (v[j] > max_speed_[j]) drive_Nm[j] = std::min(drive_Nm[j], 0.0);
+    if (v[j] < -max_speed_[j]) drive_Nm[j] = std::max(drive_Nm[j], 0.0);
+  }
 }
 
 // Moves the reference as the state allows; returns the velocity that goes with it.

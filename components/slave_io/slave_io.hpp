@@ -63,6 +63,7 @@ class SlaveIo {
 
  private:
   core::JointArray lead_reference(const SlaveInputs& in, double dt_s) noexcept;
+  void limit_speed(const core::JointArray& v, core::JointArray& drive_Nm) const noexcept;
   bool within_range(const core::JointArray& q) const noexcept;
 
   std::size_t count_;

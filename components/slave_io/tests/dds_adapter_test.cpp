@@ -1,0 +1,140 @@
+#include "components/slave_io/dds_adapter.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "common/dds/stamp.hpp"
+#include "components/slave_io/dds_adapter_convert.hpp"
+
+namespace phantom::slave_io {
+namespace {
+
+msg::MasterState good() {
+  msg::MasterState master;
+  master.stamp().sequence_number(7);
+  master.stamp().monotonic_ns(123);
+  master.stamp().session(99);
+  master.joint_count(7);
+  master.state(msg::LINK_COUPLED);
+  for (std::size_t j = 0; j < 7; ++j) master.position_rad()[j] = 0.1 * static_cast<double>(j);
+  return master;
+}
+
+TEST(SlaveAdapter, AValidMasterStateComesThroughWhole) {
+  auto master = good();
+  master.velocity_rad_s()[2] = -0.4;
+  EXPECT_EQ(refusal(master, 7), nullptr);
+  const auto sample = to_sample(master, 5000);
+  EXPECT_EQ(sample.received_ns, 5000);
+  EXPECT_EQ(sample.stamp.sequence_number, 7U);
+  EXPECT_EQ(sample.stamp.monotonic_ns, 123);
+  EXPECT_EQ(sample.stamp.session, 99U);
+  EXPECT_EQ(sample.state, teleop::LinkState::kCoupled);
+  EXPECT_EQ(sample.position, master.position_rad());
+  EXPECT_EQ(sample.velocity[2], -0.4);
+}
+
+TEST(SlaveAdapter, WhatIsNotANumberIsRefused) {
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    auto master = good();
+    master.position_rad()[3] = bad;
+    EXPECT_THAT(refusal(master, 7), testing::HasSubstr("position"));
+    master = good();
+    master.velocity_rad_s()[6] = bad;
+    EXPECT_THAT(refusal(master, 7), testing::HasSubstr("velocity"));
+    master = good();
+    master.position_rad()[8] = bad;  // beyond the joints: nobody reads it
+    EXPECT_EQ(refusal(master, 7), nullptr);
+  }
+}
+
+TEST(SlaveAdapter, AnotherJointCountIsRefused) {
+  auto master = good();
+  for (const std::uint32_t count : {0U, 6U, 8U, 17U, 4'000'000'000U}) {
+    master.joint_count(count);
+    EXPECT_THAT(refusal(master, 7), testing::HasSubstr("joint count"));
+  }
+}
+
+TEST(SlaveAdapter, AnUnnumberedSampleOrAnUnknownStateIsRefused) {
+  auto master = good();
+  master.stamp().sequence_number(0);
+  EXPECT_NE(refusal(master, 7), nullptr);
+  master = good();
+  master.state(static_cast<msg::LinkState>(17));
+  EXPECT_THAT(refusal(master, 7), testing::HasSubstr("state"));
+}
+
+TEST(SlaveAdapter, ReorderedAndRepeatedSamplesAreRefusedARestartedMasterIsNot) {
+  dds::SequenceGuard order;
+  auto master = good();
+  EXPECT_TRUE(order.accept(master.stamp()));
+  EXPECT_FALSE(order.accept(master.stamp()));
+  master.stamp().sequence_number(5);
+  EXPECT_FALSE(order.accept(master.stamp()));
+  master.stamp().session(100);
+  EXPECT_TRUE(order.accept(master.stamp()));
+}
+
+TEST(SlaveAdapter, OnlyStopsAndResetsConcernTheSlave) {
+  Requests requests;
+  msg::OperatorCommand command;
+  command.kind(msg::COMMAND_EMERGENCY_STOP);
+  EXPECT_FALSE(count_request(command, requests)) << "no sequence number";
+  command.stamp().sequence_number(1);
+  EXPECT_TRUE(count_request(command, requests));
+  command.kind(msg::COMMAND_RESET);
+  EXPECT_TRUE(count_request(command, requests));
+  command.kind(msg::COMMAND_SET_PERCEPT_GAIN);
+  EXPECT_TRUE(count_request(command, requests));
+  command.kind(static_cast<msg::CommandKind>(77));
+  EXPECT_FALSE(count_request(command, requests));
+  EXPECT_EQ(requests.stops, 1U);
+  EXPECT_EQ(requests.resets, 1U);
+}
+
+TEST(SlaveAdapter, TheReportBecomesAMessageFieldByField) {
+  SlaveReport report;
+  report.outputs.state = teleop::LinkState::kDegraded;
+  report.outputs.torque.loop_Nm[1] = 3.5;
+  report.followed = {41, 42, 43};
+  report.position[0] = 0.25;
+  report.velocity[0] = -0.5;
+  report.contact = true;
+  report.contact_force_N = 12;
+  report.contact_object = 9;
+  report.contact_point_W_m = {1, 2, 3};
+  report.clearance_m = 0.03;
+  report.tool_speed_m_s = 0.2;
+  const auto slave = to_message(report, 7);
+  EXPECT_EQ(slave.joint_count(), 7U);
+  EXPECT_EQ(slave.state(), msg::LINK_DEGRADED);
+  EXPECT_EQ(slave.loop_torque_Nm()[1], 3.5);
+  EXPECT_EQ(slave.master_echo().sequence_number(), 41U);
+  EXPECT_EQ(slave.master_echo().monotonic_ns(), 42);
+  EXPECT_EQ(slave.master_echo().session(), 43U);
+  EXPECT_EQ(slave.position_rad()[0], 0.25);
+  EXPECT_EQ(slave.velocity_rad_s()[0], -0.5);
+  EXPECT_TRUE(slave.contact());
+  EXPECT_EQ(slave.contact_force_N(), 12);
+  EXPECT_EQ(slave.contact_object(), 9);
+  EXPECT_EQ(slave.contact_point_m().z(), 3);
+  EXPECT_EQ(slave.clearance_m(), 0.03);
+  EXPECT_EQ(slave.tool_speed_m_s(), 0.2);
+}
+
+// The enums travel as numbers: both sides must count alike.
+TEST(SlaveAdapter, LinkStatesAreNumberedAsOnTheTopic) {
+  EXPECT_EQ(static_cast<int>(teleop::LinkState::kInit), static_cast<int>(msg::LINK_INIT));
+  EXPECT_EQ(static_cast<int>(teleop::LinkState::kReady), static_cast<int>(msg::LINK_READY));
+  EXPECT_EQ(static_cast<int>(teleop::LinkState::kAligned), static_cast<int>(msg::LINK_ALIGNED));
+  EXPECT_EQ(static_cast<int>(teleop::LinkState::kCoupled), static_cast<int>(msg::LINK_COUPLED));
+  EXPECT_EQ(static_cast<int>(teleop::LinkState::kDegraded), static_cast<int>(msg::LINK_DEGRADED));
+  EXPECT_EQ(static_cast<int>(teleop::LinkState::kStopped), static_cast<int>(msg::LINK_STOPPED));
+}
+
+}  // namespace
+}  // namespace phantom::slave_io

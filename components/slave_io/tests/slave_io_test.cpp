@@ -1,0 +1,207 @@
+#include "components/slave_io/slave_io.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "common/teleop/tests/half_space.hpp"
+#include "components/slave_io/servo.hpp"
+#include "components/slave_io/tests/fixture.hpp"
+#include "tests/support/heap_guard.hpp"
+
+namespace phantom::slave_io {
+namespace {
+
+using teleop::LinkState;
+constexpr double kDt = 0.001;
+constexpr std::size_t kJoints = 7;
+
+/// The servo on a simulated clock, with a master that says what the test wants.
+struct Bench {
+  teleop::HalfSpace floor{Eigen::Vector3d::UnitZ(), -5.0};
+  Inbox inbox;
+  Servo servo{shipped_arm(), shipped_config(), floor, inbox};
+  core::Nanoseconds now_ns = 1'000'000'000;
+  MasterSample master = [] {
+    MasterSample sample;
+    sample.position = shipped_arm().home;
+    sample.state = LinkState::kCoupled;
+    return sample;
+  }();
+  Requests requests;
+  bool heard = true;
+  SlaveReport last;
+
+  void run(double duration_s) {
+    for (double t = 0; t < duration_s; t += kDt) {
+      now_ns += core::from_seconds(kDt);
+      if (heard) {
+        master.received_ns = now_ns;
+        ++master.stamp.sequence_number;
+        inbox.master.write(master);
+      }
+      servo.tick(kDt, now_ns);
+      servo.outbox.read(last);
+    }
+  }
+  LinkState state() const { return last.outputs.state; }
+};
+
+TEST(SlaveIo, HoldsAtHomeUntilAMasterIsHeard) {
+  Bench bench;
+  bench.heard = false;
+  bench.run(0.5);
+  EXPECT_EQ(bench.state(), LinkState::kInit);
+  EXPECT_EQ(bench.last.followed.sequence_number, 0U);
+  for (std::size_t j = 0; j < kJoints; ++j) EXPECT_NEAR(bench.last.position[j], shipped_arm().home[j], 1e-4);
+}
+
+TEST(SlaveIo, CouplesWhenAlignedAndFollows) {
+  Bench bench;
+  bench.run(0.5);
+  ASSERT_EQ(bench.state(), LinkState::kCoupled);
+  for (int i = 0; i < 1000; ++i) {
+    for (std::size_t j = 1; j < kJoints; ++j)
+      bench.master.position[j] += 0.0002, bench.master.velocity[j] = 0.2;
+    bench.run(kDt);
+  }
+  EXPECT_EQ(bench.last.followed.sequence_number, bench.master.stamp.sequence_number);
+  for (std::size_t j = 1; j < kJoints; ++j)
+    EXPECT_NEAR(bench.last.position[j], bench.master.position[j], 0.02) << j;
+  for (std::size_t j = 1; j < kJoints; ++j) EXPECT_NEAR(bench.last.velocity[j], 0.2, 0.03) << j;
+}
+
+TEST(SlaveIo, ComesSlowlyToANearMasterBeforeCouplingAndWaitsForAFarOne) {
+  Bench bench;
+  bench.master.position[3] += 0.3;
+  bench.master.state = LinkState::kReady;
+  double before = bench.servo.outbox.read(bench.last) ? 0 : shipped_arm().home[3];
+  double fastest = 0.0;
+  for (int i = 0; i < 5000 && bench.state() != LinkState::kAligned; ++i) {
+    bench.run(kDt);
+    fastest = std::max(fastest, std::abs(bench.last.position[3] - before) / kDt);
+    before = bench.last.position[3];
+  }
+  EXPECT_EQ(bench.state(), LinkState::kAligned) << "not coupled: the master is only ready";
+  EXPECT_LT(fastest, 0.3);
+  Bench far;
+  far.master.position[3] += 1.0;
+  far.run(3.0);
+  EXPECT_EQ(far.state(), LinkState::kReady);
+  EXPECT_NEAR(far.last.position[3], shipped_arm().home[3], 0.01);
+}
+
+TEST(SlaveIo, StaleMasterMeansHoldingThePositionWithinTheLimit) {
+  Bench bench;
+  bench.run(0.5);
+  for (int i = 0; i < 200; ++i) {
+    bench.master.position[2] -= 0.0005;
+    bench.master.velocity[2] = -0.5;
+    bench.run(kDt);
+  }
+  bench.heard = false;
+  bench.run(shipped_config().link.staleness_s + 2 * kDt);
+  ASSERT_EQ(bench.state(), LinkState::kDegraded);
+  const auto reference = bench.last.outputs.reference;
+  bench.run(1.0);
+  EXPECT_EQ(bench.state(), LinkState::kDegraded);
+  EXPECT_EQ(bench.last.outputs.reference, reference);
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    EXPECT_NEAR(bench.last.position[j], reference[j], 0.01);
+    EXPECT_NEAR(bench.last.velocity[j], 0.0, 1e-3);
+  }
+  bench.heard = true;  // back, at rest, near: it recovers through an aligned pose
+  bench.master.velocity = {};
+  bench.run(3.0);
+  EXPECT_EQ(bench.state(), LinkState::kCoupled);
+}
+
+TEST(SlaveIo, EmergencyStopHoldsUntilReset) {
+  Bench bench;
+  bench.run(0.5);
+  bench.requests.stops = 1;
+  bench.inbox.requests.write(bench.requests);
+  bench.run(0.01);
+  EXPECT_EQ(bench.state(), LinkState::kStopped);
+  bench.master.position[4] += 0.4;
+  bench.run(1.0);
+  EXPECT_EQ(bench.state(), LinkState::kStopped);
+  EXPECT_NEAR(bench.last.position[4], shipped_arm().home[4], 0.01);
+  bench.master.position[4] -= 0.4;
+  bench.requests.resets = 1;
+  bench.inbox.requests.write(bench.requests);
+  bench.run(0.5);
+  EXPECT_EQ(bench.state(), LinkState::kCoupled);
+}
+
+// Whatever a master commands: positions, speeds and torques stay within the arm's limits.
+TEST(SlaveIo, LimitsHoldWhateverArrives) {
+  Bench bench;
+  bench.run(0.5);
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> wild(-50, 50);
+  const auto config = shipped_config();
+  for (int k = 0; k < 200; ++k) {
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      bench.master.position[j] = wild(random);
+      bench.master.velocity[j] = wild(random);
+    }
+    for (int i = 0; i < 20; ++i) {
+      bench.run(kDt);
+      for (std::size_t j = 0; j < kJoints; ++j) {
+        const auto& joint = shipped_arm().arm.joints()[j];
+        ASSERT_GE(bench.last.outputs.reference[j], joint.lower);
+        ASSERT_LE(bench.last.outputs.reference[j], joint.upper);
+        ASSERT_GE(bench.last.position[j], joint.lower - 1e-5);
+        ASSERT_LE(bench.last.position[j], joint.upper + 1e-5);
+        // A joint at its speed limit loses its torque a few samples (velocity filter) later.
+        ASSERT_LE(std::abs(bench.last.velocity[j]), 1.25 * joint.max_speed);
+        ASSERT_LE(std::abs(bench.last.outputs.torque.drive_Nm[j]), config.gains[j].torque_limit);
+      }
+    }
+  }
+}
+
+TEST(SlaveIo, NumbersThatAreNoneChangeNothing) {
+  const auto& model = shipped_arm();
+  SlaveIo controller(model.arm, shipped_config(), model.home);
+  SlaveInputs in;
+  in.position = model.home;
+  in.master.position = model.home;
+  in.master.state = LinkState::kCoupled;
+  in.master_age_s = 0.001;
+  for (int i = 0; i < 500; ++i) controller.step(in, kDt);
+  in.master.position[1] = std::nan("");
+  in.master.velocity[2] = std::numeric_limits<double>::infinity();
+  const auto out = controller.step(in, kDt);
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    EXPECT_EQ(out.reference[j], model.home[j]);
+    EXPECT_TRUE(std::isfinite(out.torque.drive_Nm[j]));
+  }
+}
+
+TEST(SlaveIo, MissedPeriodsAreMadeUpForWithinBounds) {
+  Bench bench;
+  bench.run(0.5);
+  bench.servo.tick(0.005, bench.now_ns += 5'000'000);
+  bench.servo.tick(
+      30.0, bench.now_ns += 30'000'000'000);  // frozen for half a minute: one bounded tick, then degraded
+  bench.servo.outbox.read(bench.last);
+  EXPECT_EQ(bench.state(), LinkState::kDegraded);
+}
+
+TEST(SlaveIo, TheTickUsesNoHeap) {
+  Bench bench;
+  bench.run(0.3);
+  const test::HeapGuard guard;
+  for (int i = 0; i < 500; ++i) {
+    bench.master.position[3] += 0.0003;
+    bench.run(kDt);
+  }
+  bench.heard = false;
+  bench.run(0.2);
+}
+
+}  // namespace
+}  // namespace phantom::slave_io
