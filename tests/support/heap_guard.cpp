@@ -17,9 +17,13 @@ void refuse_if_guarded() {
   std::abort();
 }
 
-void* checked_allocation(std::size_t size) {
+void* checked_allocation_or_null(std::size_t size) noexcept {
   refuse_if_guarded();
-  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
+  return std::malloc(size == 0 ? 1 : size);
+}
+
+void* checked_allocation(std::size_t size) {
+  if (void* memory = checked_allocation_or_null(size)) return memory;
   throw std::bad_alloc();
 }
 
@@ -45,6 +49,15 @@ void* operator new(std::size_t size, std::align_val_t alignment) {
 void* operator new[](std::size_t size, std::align_val_t alignment) {
   return checked_aligned_allocation(size, static_cast<std::size_t>(alignment));
 }
+// Without these a sanitizer's own nothrow forms would serve, and their memory come back to the wrong delete.
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  return checked_allocation_or_null(size);
+}
+void* operator new[](std::size_t size, const std::nothrow_t&) noexcept {
+  return checked_allocation_or_null(size);
+}
+void operator delete(void* memory, const std::nothrow_t&) noexcept { checked_free(memory); }
+void operator delete[](void* memory, const std::nothrow_t&) noexcept { checked_free(memory); }
 void operator delete(void* memory) noexcept { checked_free(memory); }
 void operator delete[](void* memory) noexcept { checked_free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { checked_free(memory); }
