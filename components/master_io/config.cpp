@@ -176,11 +176,11 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
   config.hand = read_operator(file.section("operator"), arm, choices.operator_model);
   const ConfigReader sequence = file.optional_section("sequence");
   config.script = read_sequence(sequence, arm.joint_count());
-  const auto only = sequence.has("only") ? sequence.texts("only") : std::vector<std::string>{};
+  sequence.has("only");  // read with the reaches
   const auto reaches_file = file.text("reaches_file", "").empty() ? cell_file.parent_path() / "reaches.yaml"
                                                                   : file.path("reaches_file");
   file.finish();
-  for (const auto& reach : choose_reaches(reaches_file, load_reaches(reaches_file, arm), only)) {
+  for (const auto& reach : choose_reaches(sequence, load_reaches(reaches_file, arm))) {
     config.script.reaches.push_back(reach.reach);
     config.labels.push_back(reach.label);
   }

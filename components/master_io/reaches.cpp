@@ -1,7 +1,5 @@
 #include "components/master_io/reaches.hpp"
 
-#include "common/runtime/config_reader.hpp"
-
 namespace phantom::master_io {
 namespace {
 
@@ -40,8 +38,8 @@ std::vector<NamedReach> load_reaches(const std::filesystem::path& path, const ro
   return all;
 }
 
-std::vector<NamedReach> choose_reaches(const std::filesystem::path& path, const std::vector<NamedReach>& all,
-                                       const std::vector<std::string>& names) {
+std::vector<NamedReach> choose_reaches(const ConfigReader& sequence, const std::vector<NamedReach>& all) {
+  const auto names = sequence.has("only") ? sequence.texts("only") : std::vector<std::string>{};
   if (names.empty()) return all;
   std::vector<NamedReach> chosen;
   for (const auto& name : names) {
@@ -51,9 +49,8 @@ std::vector<NamedReach> choose_reaches(const std::filesystem::path& path, const 
       if (candidate.label.name == name) chosen.push_back(candidate);
       known += (known.empty() ? "" : ", ") + candidate.label.name;
     }
-    if (chosen.size() != before) continue;
-    throw runtime::ConfigError(path.string() + ": sequence.only: no reach called '" + name +
-                               "'; allowed: " + known);
+    if (chosen.size() == before)
+      throw sequence.error("only", "names '" + name + "', which is no reach; allowed: " + known);
   }
   return chosen;
 }

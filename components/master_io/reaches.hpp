@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/robot/serial_arm.hpp"
+#include "common/runtime/config_reader.hpp"
 #include "common/teleop/reach_script.hpp"
 #include "components/master_io/config.hpp"
 
@@ -19,9 +20,9 @@ struct NamedReach {
 /// checked against `arm`. Throws ConfigError.
 std::vector<NamedReach> load_reaches(const std::filesystem::path& file, const robot::SerialArm& arm);
 
-/// The reaches called `names`, in that order; all if `names` is empty. Throws ConfigError naming those there
-/// are.
-std::vector<NamedReach> choose_reaches(const std::filesystem::path& file, const std::vector<NamedReach>& all,
-                                       const std::vector<std::string>& names);
+/// The reaches that the list `only` of `sequence` names, in that order; all if it is absent or empty. Throws
+/// ConfigError naming those there are.
+std::vector<NamedReach> choose_reaches(const runtime::ConfigReader& sequence,
+                                       const std::vector<NamedReach>& all);
 
 }  // namespace phantom::master_io

@@ -1,0 +1,121 @@
+#include "components/master_io/config.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "common/core/errors.hpp"
+#include "common/teleop/stability_guard.hpp"
+#include "components/master_io/reaches.hpp"
+#include "components/master_io/tests/fixture.hpp"
+
+namespace phantom::master_io {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+std::string problem_of(const std::filesystem::path& file, const Choices& choices = {}) {
+  try {
+    load_config(file, hot_cell().file, shipped_arm().arm, choices);
+  } catch (const core::ConfigError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+std::string problem(const std::string& from, const std::string& to) {
+  const auto file = changed(from, to);
+  const std::string what = problem_of(file);
+  EXPECT_THAT(what, HasSubstr(file.string()));
+  return what;
+}
+
+std::string reaches_problem(const std::string& reaches) {
+  const auto file = write_file(reaches);
+  try {
+    load_reaches(file, shipped_arm().arm);
+  } catch (const core::ConfigError& error) {
+    EXPECT_THAT(error.what(), HasSubstr(file.string() + ":"));
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(MasterConfig, TheShippedFileIsValidAndLeavesStabilityItsMargin) {
+  const auto config = shipped_config();
+  EXPECT_EQ(config.law, teleop::BilateralLaw::kSctfb);
+  EXPECT_GE(config.script.reaches.size(), 4U);
+  EXPECT_EQ(config.script.reaches.size(), config.labels.size());
+  // One sample of command delay and two of the velocity filter.
+  const double stable = teleop::damping_stability_limit(config.device.joints[1].inertia, config.period_s, 3);
+  EXPECT_LE(config.percept.damping_limit_Nms_per_rad[1], 0.5 * stable + 1e-12);
+  for (std::size_t j = 0; j < config.percept.joint_count; ++j) {
+    EXPECT_LE(config.percept.torque_cap_Nm[j] + config.feedback.torque_cap_Nm[j],
+              config.device.torque_limit_Nm[j])
+        << "the sum must not be cut by the device";
+  }
+}
+
+TEST(MasterConfig, TheCommandLineChoosesOperatorAndLaw) {
+  const auto config = shipped_config({"constant_velocity", "pf"});
+  EXPECT_EQ(config.hand.kind, teleop::OperatorKind::kConstantVelocity);
+  EXPECT_EQ(config.law, teleop::BilateralLaw::kPf);
+  EXPECT_THAT(problem_of(kShipped, {"", "pe"}),
+              AllOf(HasSubstr("'pe'"), HasSubstr("allowed: pf (case a), sctfb (case b)")));
+  EXPECT_THAT(problem_of(kShipped, {"robot", ""}), AllOf(HasSubstr("'robot'"), HasSubstr("minimum_jerk")));
+}
+
+TEST(MasterConfig, EachFaultIsNamedWithWhatIsAllowed) {
+  EXPECT_THAT(problem("driver: sim", "driver: magic"), AllOf(HasSubstr("driver"), HasSubstr("allowed: sim")));
+  EXPECT_THAT(problem("law: sctfb", "law: peff"),
+              AllOf(HasSubstr("law"), HasSubstr("does not render yet"), HasSubstr("pf (case a)")));
+  EXPECT_THAT(problem("law: sctfb", "law: x"), AllOf(HasSubstr("law"), HasSubstr("allowed: pf, sctfb")));
+  EXPECT_THAT(problem("rate_Hz: 1000", "rate_Hz: 0"),
+              AllOf(HasSubstr("rate_Hz"), HasSubstr("50 to 5000 Hz")));
+  EXPECT_THAT(problem("  gain: 20", "  gain: -1"), AllOf(HasSubstr("percept.gain"), HasSubstr("0 to 1000")));
+  EXPECT_THAT(problem("  gain: 20", "  gian: 20"), HasSubstr("percept.gain"));
+  EXPECT_THAT(problem("mode: separable", "mode: directional"),
+              AllOf(HasSubstr("percept.mode"), HasSubstr("separable, coupled")));
+  EXPECT_THAT(problem("inertia_kg_m2: 0.02", "inertia_kg_m2: 0"), HasSubstr("device.revolute.inertia_kg_m2"));
+  EXPECT_THAT(problem("mass_kg: 2", "mass_g: 2000"),
+              AllOf(HasSubstr("device.prismatic.mass_kg"), HasSubstr("missing")));
+  EXPECT_THAT(problem("inverse_a: 0.03", "inverse_a: .inf"), HasSubstr("feedback.inverse_a"));
+  EXPECT_THAT(problem("model: minimum_jerk", "model: toddler"),
+              AllOf(HasSubstr("operator.model"), HasSubstr("minimum_jerk, constant_velocity")));
+  EXPECT_THAT(problem("percept: alternate", "percept: sometimes"),
+              AllOf(HasSubstr("sequence.percept"), HasSubstr("alternate, on, off")));
+  EXPECT_THAT(problem("  patience: 3.0", "  patients: 3.0"),
+              AllOf(HasSubstr("patients"), HasSubstr("did you mean patience")));
+  EXPECT_THAT(problem("only: []", "only: [to the moon]"),
+              AllOf(HasSubstr("to the moon"), HasSubstr("gripper to")));
+}
+
+TEST(MasterConfig, AMissingReachesFileIsNamed) {
+  EXPECT_THAT(problem_of(changed("reaches_file: \"\"", "reaches_file: nowhere.yaml")),
+              HasSubstr("nowhere.yaml"));
+}
+
+TEST(MasterConfig, ReachesMayBeChosenByName) {
+  const auto all = load_reaches(hot_cell().file.parent_path() / "reaches.yaml", shipped_arm().arm);
+  const auto sequence = runtime::ConfigReader::from_text(
+      "only: [" + all[2].label.name + ", " + all[0].label.name + "]", "x.yaml");
+  const auto chosen = choose_reaches(sequence, all);
+  ASSERT_EQ(chosen.size(), 2U);
+  EXPECT_EQ(chosen[0].reach.target, all[2].reach.target);
+  EXPECT_EQ(chosen[1].label.object, all[0].label.object);
+}
+
+TEST(Reaches, EachFaultIsNamedWithWhatIsAllowed) {
+  EXPECT_THAT(reaches_problem("reaches: []"), AllOf(HasSubstr("reaches"), HasSubstr("at least one")));
+  EXPECT_THAT(reaches_problem("reaches: [{name: a, from: [0,0,0,0,0,0,0], target: [0,0,0]}]"),
+              AllOf(HasSubstr("reaches[0].target"), HasSubstr("has 3 values; allowed: 7")));
+  EXPECT_THAT(reaches_problem("reaches: [{name: a, from: [2,0,0,0,0,0,0], target: [0,0,0,0,0,0,0]}]"),
+              AllOf(HasSubstr("reaches[0].from"), HasSubstr("j1_gantry"), HasSubstr("allowed: -0.45")));
+  EXPECT_THAT(reaches_problem("reaches: [{from: [0,0,0,0,0,0,0], target: [0,0,0,0,0,0,0]}]"),
+              HasSubstr("reaches[0].name"));
+  EXPECT_THAT(reaches_problem("reaches: [{name: a, from: [0,0,0,0,0,0,.nan], target: [0,0,0,0,0,0,0]}]"),
+              HasSubstr("finite"));
+}
+
+}  // namespace
+}  // namespace phantom::master_io

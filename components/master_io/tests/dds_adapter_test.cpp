@@ -1,0 +1,199 @@
+#include "components/master_io/dds_adapter.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "common/dds/stamp.hpp"
+#include "components/master_io/dds_adapter_convert.hpp"
+
+namespace phantom::master_io {
+namespace {
+
+using testing::HasSubstr;
+constexpr double kBad[] = {std::numeric_limits<double>::quiet_NaN(),
+                           -std::numeric_limits<double>::infinity()};
+
+Expectations expected(teleop::DragMode mode = teleop::DragMode::kSeparable) {
+  Expectations e;
+  e.joint_count = 7;
+  e.lower.fill(-1);
+  e.upper.fill(1);
+  e.drag_mode = mode;
+  return e;
+}
+
+msg::SlaveState good_slave() {
+  msg::SlaveState slave;
+  slave.stamp().sequence_number(3);
+  slave.stamp().session(8);
+  slave.joint_count(7);
+  slave.state(msg::LINK_ALIGNED);
+  return slave;
+}
+
+msg::DragField good_field() {
+  msg::DragField field;
+  field.stamp().sequence_number(3);
+  field.joint_count(7);
+  field.valid(true);
+  return field;
+}
+
+TEST(MasterAdapter, AValidSlaveStateComesThroughWhole) {
+  auto slave = good_slave();
+  slave.position_rad()[1] = 0.5;
+  slave.loop_torque_Nm()[2] = -6;
+  slave.contact(true);
+  slave.contact_object(4);
+  slave.tool_speed_m_s(0.3);
+  slave.clearance_m(0.02);
+  ASSERT_EQ(refusal(slave, expected()), nullptr);
+  const auto sample = to_sample(slave, 77);
+  EXPECT_EQ(sample.received_ns, 77);
+  EXPECT_EQ(sample.state, teleop::LinkState::kAligned);
+  EXPECT_EQ(sample.position[1], 0.5);
+  EXPECT_EQ(sample.loop_torque_Nm[2], -6);
+  EXPECT_TRUE(sample.contact);
+  EXPECT_EQ(sample.contact_object, 4);
+  EXPECT_EQ(sample.tool_speed_m_s, 0.3);
+  EXPECT_EQ(sample.clearance_m, 0.02);
+  EXPECT_EQ(sample.stamp.session, 8U);
+}
+
+TEST(MasterAdapter, SlaveStatesThatCannotBeTrueAreRefused) {
+  for (const double bad : kBad) {
+    auto slave = good_slave();
+    slave.position_rad()[6] = bad;
+    EXPECT_THAT(refusal(slave, expected()), HasSubstr("position"));
+    slave = good_slave();
+    slave.loop_torque_Nm()[0] = bad;
+    EXPECT_THAT(refusal(slave, expected()), HasSubstr("loop torque"));
+    slave = good_slave();
+    slave.tool_speed_m_s(bad);
+    EXPECT_NE(refusal(slave, expected()), nullptr);
+  }
+  auto slave = good_slave();
+  slave.joint_count(6);
+  EXPECT_THAT(refusal(slave, expected()), HasSubstr("joint count"));
+  slave = good_slave();
+  slave.position_rad()[0] = 1.09;
+  EXPECT_EQ(refusal(slave, expected()), nullptr) << "5 % of the range beyond the limit is allowed";
+  slave.position_rad()[0] = 1.11;
+  EXPECT_THAT(refusal(slave, expected()), HasSubstr("limits"));
+  slave = good_slave();
+  slave.state(static_cast<msg::LinkState>(9));
+  EXPECT_THAT(refusal(slave, expected()), HasSubstr("state"));
+  slave = good_slave();
+  slave.stamp().sequence_number(0);
+  EXPECT_THAT(refusal(slave, expected()), HasSubstr("sequence number"));
+}
+
+TEST(MasterAdapter, DragFieldsThatCannotBeTrueAreRefused) {
+  for (const double bad : {kBad[0], kBad[1], -0.1}) {
+    auto field = good_field();
+    field.coefficient_plus()[2] = bad;
+    EXPECT_THAT(refusal(field, expected()), HasSubstr("coefficient"));
+    field = good_field();
+    field.coefficient_minus()[6] = bad;
+    EXPECT_THAT(refusal(field, expected()), HasSubstr("coefficient"));
+  }
+  auto field = good_field();
+  field.coupled()[27] = kBad[0];
+  EXPECT_EQ(refusal(field, expected()), nullptr) << "not used in this mode";
+  EXPECT_THAT(refusal(field, expected(teleop::DragMode::kCoupled)), HasSubstr("matrix"));
+  field.coupled()[27] = -0.1;  // off the diagonal anything may be
+  EXPECT_EQ(refusal(field, expected(teleop::DragMode::kCoupled)), nullptr);
+  field.joint_count(8);
+  EXPECT_THAT(refusal(field, expected()), HasSubstr("joint count"));
+}
+
+TEST(MasterAdapter, ReorderedSamplesAreRefused) {
+  dds::SequenceGuard order;
+  auto field = good_field();
+  EXPECT_TRUE(order.accept(field.stamp()));
+  field.stamp().sequence_number(2);
+  EXPECT_FALSE(order.accept(field.stamp()));
+}
+
+TEST(MasterAdapter, RoundTripsCountOwnStampsOnceEach) {
+  RoundTrip trip(42);
+  auto field = good_field();
+  EXPECT_EQ(trip.measure(field, 10), -1.0) << "no echo yet";
+  field.master_echo().session(42);
+  field.master_echo().sequence_number(5);
+  field.master_echo().monotonic_ns(1'000'000);
+  EXPECT_NEAR(trip.measure(field, 3'000'000), 0.002, 1e-12);
+  EXPECT_EQ(trip.measure(field, 4'000'000), -1.0) << "counted before";
+  field.master_echo().sequence_number(6);
+  field.master_echo().session(43);
+  EXPECT_EQ(trip.measure(field, 4'000'000), -1.0) << "another process's";
+}
+
+TEST(MasterAdapter, CommandsAreTakenWithinTheirRanges) {
+  Wishes wishes;
+  wishes.percept_gain = 3;
+  msg::OperatorCommand command;
+  command.stamp().sequence_number(1);
+  const auto give = [&](msg::CommandKind kind, double value) {
+    command.kind(kind);
+    command.value(value);
+    return take_wish(command, wishes);
+  };
+  EXPECT_TRUE(give(msg::COMMAND_SET_PERCEPT_GAIN, 7));
+  EXPECT_EQ(wishes.percept_gain, 7);
+  for (const double bad : {kBad[0], kBad[1], -1.0, 1001.0})
+    EXPECT_FALSE(give(msg::COMMAND_SET_PERCEPT_GAIN, bad));
+  EXPECT_EQ(wishes.percept_gain, 7);
+  EXPECT_TRUE(give(msg::COMMAND_SET_FEEDBACK_GAIN, 0.5));
+  EXPECT_FALSE(give(msg::COMMAND_SET_FEEDBACK_GAIN, 11));
+  EXPECT_EQ(wishes.feedback_gain, 0.5);
+  EXPECT_TRUE(give(msg::COMMAND_ENABLE_PERCEPT, 0));
+  EXPECT_FALSE(give(msg::COMMAND_ENABLE_PERCEPT, 0.5));
+  EXPECT_FALSE(wishes.percept_enabled);
+  EXPECT_TRUE(give(msg::COMMAND_EMERGENCY_STOP, 0));
+  EXPECT_TRUE(give(msg::COMMAND_RESET, 0));
+  EXPECT_EQ(wishes.stops, 1U);
+  EXPECT_EQ(wishes.resets, 1U);
+  EXPECT_TRUE(give(msg::COMMAND_VIEW_NODE, 3)) << "valid, but not the master's";
+  EXPECT_FALSE(give(static_cast<msg::CommandKind>(50), 0));
+}
+
+TEST(MasterAdapter, TheReportBecomesAMessageFieldByField) {
+  MasterReport report;
+  report.outputs.state = teleop::LinkState::kCoupled;
+  report.outputs.percept_Nm[0] = -1;
+  report.outputs.feedback_Nm[1] = 2;
+  report.outputs.percept_gain = 11;
+  report.outputs.feedback_gain = 0.05;
+  report.outputs.percept_enabled = true;
+  report.outputs.damping_limited = true;
+  report.position[2] = 0.3;
+  report.velocity[3] = 0.4;
+  report.operator_Nm[4] = 0.5;
+  report.reach = 6;
+  report.slave = {1, 2, 3};
+  report.drag = {4, 5, 6};
+  report.round_trip_s = 0.001;
+  const auto master = to_message(report, teleop::BilateralLaw::kSctfb, 7);
+  EXPECT_EQ(master.state(), msg::LINK_COUPLED);
+  EXPECT_EQ(master.law(), msg::LAW_SCTFB);
+  EXPECT_EQ(master.joint_count(), 7U);
+  EXPECT_EQ(master.percept_torque_Nm()[0], -1);
+  EXPECT_EQ(master.feedback_torque_Nm()[1], 2);
+  EXPECT_EQ(master.position_rad()[2], 0.3);
+  EXPECT_EQ(master.velocity_rad_s()[3], 0.4);
+  EXPECT_EQ(master.operator_torque_Nm()[4], 0.5);
+  EXPECT_EQ(master.percept_gain(), 11);
+  EXPECT_EQ(master.feedback_gain(), 0.05);
+  EXPECT_TRUE(master.percept_enabled());
+  EXPECT_TRUE(master.percept_limited());
+  EXPECT_EQ(master.reach(), 6);
+  EXPECT_EQ(master.slave_echo().sequence_number(), 1U);
+  EXPECT_EQ(master.drag_echo().session(), 6U);
+  EXPECT_EQ(master.round_trip_s(), 0.001);
+}
+
+}  // namespace
+}  // namespace phantom::master_io

@@ -1,0 +1,179 @@
+#include "components/master_io/master_io.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "components/master_io/tests/fixture.hpp"
+
+namespace phantom::master_io {
+namespace {
+
+using teleop::LinkState;
+constexpr double kDt = 0.001;
+constexpr std::size_t kJoints = 7;
+
+MasterInputs coupled_inputs() {
+  MasterInputs in;
+  in.position = in.slave.position = shipped_arm().home;
+  in.slave.state = LinkState::kCoupled;
+  in.slave_age_s = in.drag_age_s = 0.001;
+  in.drag.drag.valid = true;
+  in.drag.drag.plus.fill(0.1);
+  in.drag.drag.minus.fill(0.1);
+  in.wishes.percept_gain = 10;
+  in.wishes.feedback_gain = 0.05;
+  return in;
+}
+
+MasterOutputs run(MasterIo& master, const MasterInputs& in, double duration_s) {
+  MasterOutputs out;
+  for (double t = 0; t < duration_s; t += kDt) out = master.step(in, kDt);
+  return out;
+}
+
+TEST(MasterIo, NoTorqueBeforeCoupling) {
+  MasterIo master(shipped_config());
+  MasterInputs in = coupled_inputs();
+  in.slave.state = LinkState::kReady;
+  in.slave.loop_torque_Nm.fill(40);
+  in.velocity.fill(0.5);
+  const auto out = run(master, in, 2.0);
+  EXPECT_EQ(out.state, LinkState::kAligned);
+  EXPECT_EQ(out.motor_Nm, core::JointArray{});
+}
+
+TEST(MasterIo, RendersTheSumOfPerceptAndSlaveTorque) {
+  MasterIo master(shipped_config());
+  MasterInputs in = coupled_inputs();
+  in.velocity[3] = 0.4;
+  in.slave.loop_torque_Nm[3] = 20;
+  const auto out = run(master, in, 2.0);
+  EXPECT_EQ(out.state, LinkState::kCoupled);
+  EXPECT_NEAR(out.percept_Nm[3], -10 * 0.1 * 0.4, 1e-6);
+  EXPECT_NEAR(out.feedback_Nm[3], -0.05 * 20, 1e-6);
+  EXPECT_NEAR(out.motor_Nm[3], out.percept_Nm[3] + out.feedback_Nm[3], 1e-12);
+  EXPECT_EQ(out.percept_gain, 10);
+}
+
+TEST(MasterIo, PositionForwardRendersThePerceptAlone) {
+  MasterIo master(shipped_config({"", "pf"}));
+  MasterInputs in = coupled_inputs();
+  in.velocity[3] = 0.4;
+  in.slave.loop_torque_Nm[3] = 20;
+  const auto out = run(master, in, 2.0);
+  EXPECT_EQ(out.feedback_Nm, core::JointArray{});
+  EXPECT_LT(out.percept_Nm[3], 0);
+}
+
+// Whatever goes stale, torques fade out in bounded time and without a jump.
+TEST(MasterIo, StaleInputsFadeOutInBoundedTime) {
+  const auto config = shipped_config();
+  for (const bool slave_lost : {true, false}) {
+    MasterIo master(config);
+    MasterInputs in = coupled_inputs();
+    in.velocity.fill(0.5);
+    in.slave.loop_torque_Nm.fill(30);
+    auto before = run(master, in, 2.0);
+    ASSERT_LT(before.percept_Nm[2], -0.1);
+    double gone_s = 0.0;
+    for (double t = kDt; t < 0.5; t += kDt) {
+      (slave_lost ? in.slave_age_s : in.drag_age_s) += kDt;
+      const auto now = master.step(in, kDt);
+      const double worst_ramp_s = std::min(config.percept.ramp_down_s, config.feedback.ramp_down_s);
+      for (std::size_t j = 0; j < kJoints; ++j) {
+        const double most = config.percept.torque_cap_Nm[j] + config.feedback.torque_cap_Nm[j];
+        ASSERT_LE(std::abs(now.motor_Nm[j] - before.motor_Nm[j]), 1.1 * most * kDt / worst_ramp_s);
+      }
+      if (now.percept_Nm != core::JointArray{}) gone_s = t;
+      before = now;
+    }
+    EXPECT_EQ(before.percept_Nm, core::JointArray{});
+    EXPECT_LE(gone_s, config.percept_staleness_s + config.percept.ramp_down_s + 3 * kDt);
+    EXPECT_EQ(before.state, slave_lost ? LinkState::kDegraded : LinkState::kCoupled);
+    EXPECT_EQ(before.feedback_Nm == core::JointArray{}, slave_lost);
+  }
+}
+
+TEST(MasterIo, EmergencyStopTakesTheTorqueUntilReset) {
+  MasterIo master(shipped_config());
+  MasterInputs in = coupled_inputs();
+  in.velocity.fill(0.5);
+  in.slave.loop_torque_Nm.fill(30);
+  run(master, in, 1.0);
+  ++in.wishes.stops;
+  const auto stopped = run(master, in, 0.3);
+  EXPECT_EQ(stopped.state, LinkState::kStopped);
+  EXPECT_EQ(stopped.motor_Nm, core::JointArray{});
+  EXPECT_EQ(run(master, in, 1.0).state, LinkState::kStopped);
+  ++in.wishes.resets;
+  EXPECT_EQ(run(master, in, 1.0).state, LinkState::kCoupled);
+}
+
+TEST(MasterIo, NoCouplingAtADifferentPose) {
+  MasterIo master(shipped_config());
+  MasterInputs in = coupled_inputs();
+  in.slave.position[5] += 0.1;
+  EXPECT_EQ(run(master, in, 2.0).state, LinkState::kReady);
+}
+
+TEST(MasterIo, GainsFollowTheirWishesSmoothly) {
+  MasterIo master(shipped_config());
+  MasterInputs in = coupled_inputs();
+  in.slave.loop_torque_Nm[1] = 10;
+  in.velocity[1] = 0.2;
+  auto before = run(master, in, 2.0);
+  in.wishes.feedback_gain = 0.3;
+  in.wishes.percept_gain = 30;
+  for (int i = 0; i < 1000; ++i) {
+    const auto now = master.step(in, kDt);
+    ASSERT_LT(std::abs(now.motor_Nm[1] - before.motor_Nm[1]), 0.12);
+    before = now;
+  }
+  EXPECT_NEAR(before.feedback_Nm[1], -3.0, 1e-6);
+  EXPECT_NEAR(before.percept_Nm[1], -30 * 0.1 * 0.2, 1e-6);
+}
+
+TEST(MasterIo, AGainBeyondTheDevicesStabilityIsHeldBackAndSaidSo) {
+  const auto config = shipped_config();
+  MasterIo master(config);
+  MasterInputs in = coupled_inputs();
+  in.wishes.percept_gain = 1000;
+  in.velocity[1] = 1e-3;
+  const auto out = run(master, in, 2.0);
+  EXPECT_TRUE(out.damping_limited);
+  EXPECT_LT(out.percept_gain, 1000);
+  EXPECT_NEAR(out.percept_Nm[1], -config.percept.damping_limit_Nms_per_rad[1] * 1e-3, 1e-9);
+}
+
+// Property: the percept takes energy, whatever comes.
+TEST(MasterIo, ThePerceptNeverDrivesTheHand) {
+  const auto config = shipped_config();
+  MasterIo master(config);
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> any(-1, 1);
+  MasterInputs in = coupled_inputs();
+  run(master, in, 1.0);
+  for (int i = 0; i < 20000; ++i) {
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      in.velocity[j] = any(random);
+      in.drag.drag.plus[j] = 5 * std::abs(any(random));
+      in.drag.drag.minus[j] = 5 * std::abs(any(random));
+    }
+    in.percept_wanted = i % 500 != 0;
+    in.drag_age_s = i % 700 < 50 ? 1.0 : 0.0;
+    if (i % 13 == 0) in.drag.drag.plus[1] = std::nan("");
+    const auto out = master.step(in, kDt);
+    double power_W = 0.0;
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      power_W += out.percept_Nm[j] * in.velocity[j];
+      ASSERT_LE(std::abs(out.percept_Nm[j]), config.percept.torque_cap_Nm[j] + 1e-12);
+      ASSERT_LE(std::abs(out.motor_Nm[j]), config.device.torque_limit_Nm[j]);
+    }
+    ASSERT_LE(power_W, 1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace phantom::master_io

@@ -1,0 +1,115 @@
+#include "components/master_io/servo.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "components/master_io/tests/fixture.hpp"
+#include "tests/support/heap_guard.hpp"
+
+namespace phantom::master_io {
+namespace {
+
+using teleop::LinkState;
+constexpr double kDt = 0.001;
+
+/// The servo on a simulated clock, with a slave that follows perfectly and a drag that is everywhere the
+/// same.
+struct Bench {
+  explicit Bench(const Config& config = shipped_config()) : servo(config, shipped_arm().home, inbox) {
+    slave.position = shipped_arm().home;
+    slave.state = LinkState::kCoupled;
+    drag.drag.valid = true;
+    drag.drag.plus.fill(0.02);
+    drag.drag.minus.fill(0.02);
+  }
+
+  void run(double duration_s) {
+    for (double t = 0; t < duration_s; t += kDt) {
+      now_ns += core::from_seconds(kDt);
+      if (heard) {
+        slave.received_ns = drag.received_ns = now_ns;
+        ++slave.stamp.sequence_number;
+        slave.position = last.outputs.state == LinkState::kInit ? shipped_arm().home : last.position;
+        drag.round_trip_s = 0.0007;
+        inbox.slave.write(slave);
+        inbox.drag.write(drag);
+      }
+      servo.tick(kDt, now_ns);
+      servo.outbox.read(last);
+      double power_W = 0.0;
+      for (std::size_t j = 0; j < 7; ++j) power_W += last.outputs.percept_Nm[j] * last.velocity[j];
+      greatest_power_W = std::max(greatest_power_W, power_W);
+    }
+  }
+
+  Inbox inbox;
+  Servo servo;
+  SlaveSample slave;
+  DragSample drag;
+  MasterReport last;
+  core::Nanoseconds now_ns = 1'000'000'000;
+  bool heard = true;
+  double greatest_power_W = -1e9;
+};
+
+TEST(MasterServo, StaysHomeWhileNobodyIsThere) {
+  Bench bench;
+  bench.heard = false;
+  bench.run(3.0);
+  EXPECT_EQ(bench.last.outputs.state, LinkState::kInit);
+  EXPECT_EQ(bench.last.reach, -1);
+  for (std::size_t j = 0; j < 7; ++j) EXPECT_NEAR(bench.last.position[j], shipped_arm().home[j], 1e-3);
+}
+
+TEST(MasterServo, ReachesBeginOnceCoupledAndAlternateThePercept) {
+  Bench bench;
+  bench.run(20.0);
+  const auto& log = bench.servo.reaches();
+  ASSERT_GE(log.size(), 3U);
+  EXPECT_TRUE(log[0].percept);
+  EXPECT_FALSE(log[1].percept);
+  EXPECT_EQ(log[0].index, log[1].index);
+  EXPECT_NE(log[2].index, log[1].index);
+  EXPECT_GT(log[0].peak_percept_Nm, 0.01);
+  EXPECT_LE(bench.greatest_power_W, 1e-12) << "published torque times published velocity";
+}
+
+TEST(MasterServo, LosingTheSlaveStopsTheReachWhereItIs) {
+  Bench bench;
+  bench.run(2.5);
+  ASSERT_EQ(bench.last.reach, 0);
+  bench.heard = false;
+  bench.run(0.5);
+  EXPECT_EQ(bench.last.outputs.state, LinkState::kDegraded);
+  EXPECT_EQ(bench.last.outputs.motor_Nm, core::JointArray{});
+  const auto there = bench.last.position;
+  bench.run(1.0);
+  for (std::size_t j = 0; j < 7; ++j) EXPECT_NEAR(bench.last.position[j], there[j], 2e-3);
+}
+
+TEST(MasterServo, RoundTripsAreToldOncePerNewDragField) {
+  Bench bench;
+  bench.run(0.1);
+  EXPECT_EQ(bench.last.round_trip_s, 0.0007);
+  bench.heard = false;
+  bench.run(0.002);
+  EXPECT_EQ(bench.last.round_trip_s, -1.0);
+}
+
+TEST(MasterServo, SameInputsSameOutputs) {
+  Bench one, two;
+  one.run(6.0);
+  two.run(6.0);
+  EXPECT_EQ(one.last.position, two.last.position);
+  EXPECT_EQ(one.last.outputs.motor_Nm, two.last.outputs.motor_Nm);
+}
+
+TEST(MasterServo, TheTickUsesNoHeap) {
+  Bench bench;
+  const test::HeapGuard guard;
+  bench.run(15.0);
+}
+
+}  // namespace
+}  // namespace phantom::master_io
