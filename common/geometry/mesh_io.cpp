@@ -53,7 +53,7 @@ void set_limit(int resource, rlim_t value) {
 }
 
 /// Address space in use now, so that the limit counts only what the import adds.
-std::uint64_t address_space_bytes() {
+[[maybe_unused]] std::uint64_t address_space_bytes() {
   unsigned long long pages = 0;
   if (FILE* statm = std::fopen("/proc/self/statm", "r")) {
     if (std::fscanf(statm, "%llu", &pages) != 1) pages = 0;
