@@ -15,6 +15,9 @@ core::JointArray limits_of(const robot::SerialArm& arm, double robot::Joint::*li
   return values;
 }
 
+// How long a reference goes on by itself at most: bridges a late sample, not a lost link.
+constexpr double kLongestHold_s = 0.003;
+
 bool holds(LinkState state) {
   return state == LinkState::kInit || state == LinkState::kDegraded || state == LinkState::kStopped;
 }
@@ -77,16 +80,22 @@ core::JointArray SlaveIo::lead_reference(const SlaveInputs& in, double dt_s) noe
     case LinkState::kAligned:
       if (within_range(in.master.position)) limiter_.step(in.master.position, align_speed_, dt_s);
       break;
-    case LinkState::kCoupled:
-      limiter_.step(in.master.position, max_speed_, dt_s);
+    case LinkState::kCoupled: {
+      // Between samples the reference goes on at the master's speed: the two loops run free of each other,
+      // and a reference that waits for the next sample would shake with their phase.
+      core::JointArray target = in.master.position;
+      const double hold_s = std::clamp(in.master_age_s, 0.0, kLongestHold_s);
       for (std::size_t j = 0; j < count_; ++j) {
         // At a limit the reference stands still, whatever speed the master has.
-        const bool free = in.master.position[j] > lower_[j] && in.master.position[j] < upper_[j];
+        const bool free = target[j] > lower_[j] && target[j] < upper_[j];
         if (free && std::isfinite(in.master.velocity[j])) {
           v_ref[j] = std::clamp(in.master.velocity[j], -max_speed_[j], max_speed_[j]);
+          target[j] += v_ref[j] * hold_s;
         }
       }
+      limiter_.step(target, max_speed_, dt_s);
       break;
+    }
   }
   return v_ref;
 }

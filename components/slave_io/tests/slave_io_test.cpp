@@ -72,6 +72,35 @@ TEST(SlaveIo, CouplesWhenAlignedAndFollows) {
   for (std::size_t j = 1; j < kJoints; ++j) EXPECT_NEAR(bench.last.velocity[j], 0.2, 0.03) << j;
 }
 
+// Master samples that come at uneven times describe one smooth motion, and the reference must be that motion.
+TEST(SlaveIo, TheReferenceDoesNotShakeWithThePhaseOfTheSamples) {
+  const auto start_q = shipped_arm().home;
+  SlaveIo slave(shipped_arm().arm, shipped_config(), start_q);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> age_s(0.0, 0.002);
+  constexpr double kSpeed = 0.4;
+  double t_s = 0.0, greatest = 0.0;
+  for (int i = 0; i < 3000; ++i, t_s += kDt) {
+    SlaveInputs in;
+    in.master_age_s = age_s(random);
+    const double moved_s = std::max(0.0, t_s - 1.0);
+    in.master.state = LinkState::kCoupled;
+    in.master.position = start_q;
+    in.position = start_q;
+    if (moved_s > 0.0) {
+      in.master.position[3] += kSpeed * (moved_s - in.master_age_s);
+      in.master.velocity[3] = kSpeed;
+      in.position[3] += kSpeed * moved_s;
+    }
+    const SlaveOutputs out = slave.step(in, kDt);
+    if (moved_s > 0.1) {
+      ASSERT_EQ(out.state, LinkState::kCoupled);
+      greatest = std::max(greatest, std::abs(out.reference[3] - (start_q[3] + kSpeed * moved_s)));
+    }
+  }
+  EXPECT_LT(greatest, 1e-9) << "without the hold it would be up to " << kSpeed * 0.002;
+}
+
 TEST(SlaveIo, ComesSlowlyToANearMasterBeforeCouplingAndWaitsForAFarOne) {
   Bench bench;
   bench.master.position[3] += 0.3;
