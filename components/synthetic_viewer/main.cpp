@@ -50,16 +50,12 @@ int main(int argc, char** argv) {
   return runtime::process_main(
       argc, argv,
       {"synthetic_viewer",
-       "Shows the cell and the moving arm from their models alone, and the zone that threatens to be hit "
-       "from the best "
-       "side; serves the operator's page with live views, torques, alerts and the state of every component.",
-       "Reads slave_state, master_state, percept, hit_alert, workspace_object, mesh_chunk, component_status "
-       "and "
-       "operator_command;\nwrites operator_command (from the page) and component_status. Needs no display: "
-       "it renders "
-       "into memory.\nThe page's address is printed on standard output. With --report-dir it leaves "
-       "hit_<number>_<node>.png, "
-       "main*.png and synthetic_viewer.json.",
+       "Shows the cell and the moving arm from their models alone, and the zone that threatens to be hit\n"
+       "from the best side; serves the operator's page.",
+       "Writes operator_command (from the page) and component_status; reads the topics that its README "
+       "names.\n"
+       "Needs no display. The page's address is printed on standard output.\n"
+       "With --report-dir it leaves hit_<number>_<node>.png, main*.png and synthetic_viewer.json.",
        {},
        run});
 }

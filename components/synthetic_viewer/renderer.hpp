@@ -16,8 +16,8 @@ namespace phantom::synthetic_viewer {
 struct PictureFormat {
   int width_px = 1280;
   int height_px = 720;
-  int samples =
-      1;  ///< per pixel against jagged edges: 1, 2, 4 or 8; software rendering takes 2–3 times as long with 4
+  /// Per pixel against jagged edges: 1, 2, 4 or 8. Software rendering takes 2–3 times as long with 4.
+  int samples = 1;
   bool shadows = true;  ///< of the items that cast one, on the floor
 };
 
