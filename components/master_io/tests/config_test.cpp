@@ -76,10 +76,10 @@ TEST(MasterConfig, EachFaultIsNamedWithWhatIsAllowed) {
   EXPECT_THAT(problem("  gain: 20", "  gian: 20"), HasSubstr("percept.gain"));
   EXPECT_THAT(problem("mode: separable", "mode: directional"),
               AllOf(HasSubstr("percept.mode"), HasSubstr("separable, coupled")));
-  EXPECT_THAT(problem("inertia_kg_m2: 0.02", "inertia_kg_m2: 0"), HasSubstr("device.revolute.inertia_kg_m2"));
+  EXPECT_THAT(problem("inertia_kg_m2: 0.05", "inertia_kg_m2: 0"), HasSubstr("device.revolute.inertia_kg_m2"));
   EXPECT_THAT(problem("mass_kg: 2", "mass_g: 2000"),
               AllOf(HasSubstr("device.prismatic.mass_kg"), HasSubstr("missing")));
-  EXPECT_THAT(problem("inverse_a: 0.03", "inverse_a: .inf"), HasSubstr("feedback.inverse_a"));
+  EXPECT_THAT(problem("inverse_a: 0.01", "inverse_a: .inf"), HasSubstr("feedback.inverse_a"));
   EXPECT_THAT(problem("model: minimum_jerk", "model: toddler"),
               AllOf(HasSubstr("operator.model"), HasSubstr("minimum_jerk, constant_velocity")));
   EXPECT_THAT(problem("percept: alternate", "percept: sometimes"),
