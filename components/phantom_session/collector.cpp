@@ -6,6 +6,8 @@
 namespace phantom::phantom_session {
 namespace {
 
+constexpr double kProgressInterval_s = 2.0;
+
 template <class... Values>
 std::string format(const char* pattern, Values... values) {
   char text[256];
@@ -82,9 +84,15 @@ void Collector::on_hit(const HitSample& sample) {
 
 void Collector::on_status(const StatusSample& sample) {
   const auto known = statuses_.find(sample.component);
-  if (narrate_ && !sample.message.empty() &&
-      (known == statuses_.end() || known->second.message != sample.message)) {
-    narrate_("           " + sample.component + ": " + sample.message);
+  const bool news =
+      !sample.message.empty() && (known == statuses_.end() || known->second.message != sample.message);
+  // Progress of a start is told now and then, everything else at once.
+  const auto told = told_s_.find(sample.component);
+  const bool soon = sample.state == core::ComponentState::kStarting && told != told_s_.end() &&
+                    sample.t_s - told->second < kProgressInterval_s;
+  if (news && !soon) {
+    narrate(sample.t_s, sample.component + ": " + sample.message);
+    told_s_[sample.component] = sample.t_s;
   }
   statuses_[sample.component] = sample;
 }

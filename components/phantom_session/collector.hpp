@@ -43,6 +43,7 @@ struct HitSample {
   bool cleared = false;
 };
 struct StatusSample {
+  double t_s = 0.0;
   std::string component;
   core::ComponentState state = core::ComponentState::kStarting;
   std::string message;
@@ -110,6 +111,7 @@ class Collector {
   std::vector<Row> rows_;
   std::vector<HitSample> hits_;
   std::map<std::string, StatusSample> statuses_;
+  std::map<std::string, double> told_s_;  // when a component's message was last told
 };
 
 }  // namespace phantom::phantom_session

@@ -45,9 +45,10 @@ core::ComponentState state_of(msg::ComponentState state) {
   }
 }
 
-StatusSample status_of(const msg::ComponentStatus& status) {
+StatusSample status_of(const msg::ComponentStatus& status, double t_s) {
   StatusSample out{
-      status.component_name().to_string(), state_of(status.state()), status.message().to_string(), {}, {}};
+      t_s, status.component_name().to_string(), state_of(status.state()), status.message().to_string(), {},
+      {}};
   for (const auto& loop : status.loops()) {
     out.loops.push_back({loop.name().to_string(), loop.period_s(), loop.rate_hz(), loop.wakeup_p50_us(),
                          loop.wakeup_p99_us(), loop.wakeup_max_us(), loop.work_p50_us(), loop.work_max_us(),
@@ -106,8 +107,9 @@ struct DdsAdapter::Impl {
                collector.on_hit(
                    {t_s, h.alert(), rule_name(h.rule()), h.link_name().to_string(), h.object(), h.cleared()});
              })),
-        status(participant, dds::kComponentStatus,
-               into([this](const msg::ComponentStatus& s, double) { collector.on_status(status_of(s)); })) {}
+        status(participant, dds::kComponentStatus, into([this](const msg::ComponentStatus& s, double t_s) {
+                 collector.on_status(status_of(s, t_s));
+               })) {}
 };
 
 DdsAdapter::DdsAdapter(const core::NetworkOptions& network, Collector& collector)

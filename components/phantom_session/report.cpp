@@ -113,6 +113,17 @@ Json hits_json(const Collector& collector) {
   return out;
 }
 
+// The viewer's pictures, with the viewer's own times put on the session's scale.
+Json views_json(const Json& viewer, std::int64_t start_utc_ns) {
+  Json views = member(viewer, "views");
+  if (!views.is_array()) return Json::array();
+  for (auto& view : views) {
+    const Json utc_ns = member(view, "utc_ns");
+    if (utc_ns.is_number_integer()) view["t"] = core::seconds(utc_ns.get<std::int64_t>() - start_utc_ns);
+  }
+  return views;
+}
+
 Json summary(const ReportInputs& in) {
   const Json master = component_file(in.folder, "master_io");
   const Json viewer = component_file(in.folder, "synthetic_viewer");
@@ -121,7 +132,6 @@ Json summary(const ReportInputs& in) {
   Json workspace = Json::object();
   for (const char* key : {"version", "bricks", "bytes", "build_seconds"})
     workspace[key] = member(server, key);
-  const Json views = member(viewer, "views");
   return {{"seconds", in.seconds},
           {"page", in.page},
           {"components", processes_json(in.processes)},
@@ -131,7 +141,7 @@ Json summary(const ReportInputs& in) {
           {"percept", percept_json(in.collector)},
           {"reaches", reaches_json(in.collector)},
           {"hits", hits_json(in.collector)},
-          {"views", views.is_array() ? views : Json::array()},
+          {"views", views_json(viewer, in.start_utc_ns)},
           {"audio", member(audio, "wav")},
           {"workspace", workspace}};
 }
@@ -193,9 +203,9 @@ bool draw_plots(const std::filesystem::path& folder, const Collector& collector)
   Supervisor drawing;
   const auto contacts = std::count_if(collector.reaches().begin(), collector.reaches().end(),
                                       [](const Reach& reach) { return reach.contact_s.has_value(); });
-  const auto approach_rows = std::count_if(collector.rows().begin(), collector.rows().end(), [](const Row& row) {
-    return row.reach >= 0 && row.percept_enabled && row.clearance_m >= 0.0;
-  });
+  const auto approach_rows = std::count_if(
+      collector.rows().begin(), collector.rows().end(),
+      [](const Row& row) { return row.reach >= 0 && row.percept_enabled && row.clearance_m >= 0.0; });
   const std::string variables = "folder='" + folder.string() + "'; contacts=" + std::to_string(contacts) +
                                 "; approach_rows=" + std::to_string(approach_rows);
   drawing.start({"gnuplot",

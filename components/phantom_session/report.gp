@@ -10,7 +10,7 @@ set grid
 set output folder."/torque_over_distance.png"
 set title "Percept torque against distance (reaches with percept, until first contact)"
 set xlabel "distance to the nearest object [mm]"
-set ylabel "greatest percept torque over the joints [N·m]"
+set ylabel "greatest percept torque over the joints [N·m; sliding joints N]"
 set xrange [0:150]
 set key off
 set cblabel "reach"
@@ -47,7 +47,7 @@ set ylabel "clearance [mm]"
 set yrange [0:150]
 plot series every ::1 using 1:($5 >= 0 ? $5 * 1000 : NaN) with lines lw 1.5 title "to the nearest object"
 set yrange [*:*]
-set ylabel "torque [N·m]"
+set ylabel "torque [N·m; sliding joints N]"
 plot series every ::1 using 1:6 with lines lw 1.5 title "percept", series every ::1 using 1:7 with lines title "slave feedback"
 set ylabel "speed [mm/s]"
 plot series every ::1 using 1:($11 * 1000) with lines lw 1.5 title "tool"

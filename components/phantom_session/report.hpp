@@ -12,8 +12,9 @@ namespace phantom::phantom_session {
 /// What a session's report is made of, besides the files that the components left in the folder.
 struct ReportInputs {
   std::filesystem::path folder;
-  double seconds = 0.0;  ///< from the moment all components were ready
-  std::string page;      ///< address of the operator's page
+  double seconds = 0.0;           ///< from the moment all components were ready
+  std::int64_t start_utc_ns = 0;  ///< when the collector's times began
+  std::string page;               ///< address of the operator's page
   std::vector<ProcessOutcome> processes;
   const Collector& collector;
 };

@@ -131,7 +131,7 @@ class Session {
 
   void report(double seconds) {
     const auto guard = adapter_.lock();
-    write_report({options_.report_dir, seconds, page_, supervisor_.outcomes(), collector_});
+    write_report({options_.report_dir, seconds, start_utc_ns_, page_, supervisor_.outcomes(), collector_});
     draw_plots(options_.report_dir, collector_);
     say("Report: " + (options_.report_dir / "index.html").string() + " (figures in summary.json)");
   }
@@ -145,6 +145,7 @@ class Session {
   Supervisor supervisor_;
   std::vector<std::string> names_;
   std::string page_;
+  core::Nanoseconds start_utc_ns_ = core::utc_ns();
 };
 
 }  // namespace

@@ -78,5 +78,22 @@ TEST(Collector, ReadinessNamesWhoIsMissing) {
   EXPECT_TRUE(collector.all_ready({"slave_io"}, &missing));
 }
 
+TEST(Collector, TellsMessagesAtOnceButProgressOfAStartNowAndThen) {
+  std::vector<std::string> lines;
+  Collector collector(0.05, 0.01, [&](const std::string& line) { lines.push_back(line); });
+  for (int i = 0; i <= 50; ++i) {
+    collector.on_status({.t_s = 0.1 * i,
+                         .component = "wva_server",
+                         .state = core::ComponentState::kStarting,
+                         .message = "activated " + std::to_string(i) + " of 50"});
+  }
+  EXPECT_EQ(lines.size(), 3u);
+  collector.on_status(
+      {.t_s = 5.05, .component = "wva_server", .state = core::ComponentState::kRunning, .message = "ready"});
+  collector.on_status(
+      {.t_s = 5.1, .component = "wva_server", .state = core::ComponentState::kRunning, .message = "ready"});
+  EXPECT_EQ(lines.size(), 4u) << "the same message is told once";
+}
+
 }  // namespace
 }  // namespace phantom::phantom_session

@@ -21,8 +21,8 @@ class Report : public testing::Test {
   void TearDown() override { std::filesystem::remove_all(folder_); }
   void leave(const std::string& name, const std::string& text) { std::ofstream(folder_ / name) << text; }
   nlohmann::json summary() {
-    return nlohmann::json::parse(
-        summary_json({folder_, 30.0, "http://127.0.0.1:8080/", {{"slave_io", 0, true}}, collector_}));
+    return nlohmann::json::parse(summary_json(
+        {folder_, 30.0, 1'000'000'000, "http://127.0.0.1:8080/", {{"slave_io", 0, true}}, collector_}));
   }
   void reach(int number, bool percept, double speed_m_s) {
     collector_.on_slave({.t_s = t_s_ += 1, .tool_speed_m_s = speed_m_s, .clearance_m = 0.05});
@@ -40,7 +40,8 @@ TEST_F(Report, SummaryHoldsWhatTheComponentsLeftAndWhatWasSeen) {
   leave("master_io.json", R"({"round_trip": {"p50_us": 900, "n": 25000}})");
   leave("wva_server.json", R"({"version": 1, "bricks": 300, "bytes": 123, "build_seconds": 0.5})");
   leave("audio_percept.json", R"({"wav": "audio.wav"})");
-  leave("synthetic_viewer.json", R"({"views": [{"t": 3, "node": "NE", "png": "hit_001.png"}]})");
+  leave("synthetic_viewer.json",
+        R"({"views": [{"t": 3, "node": "NE", "png": "hit_001.png", "utc_ns": 6000000000}]})");
   collector_.on_object_name(1, "drum");
   reach(0, true, 0.04);
   reach(1, false, 0.10);
@@ -55,6 +56,7 @@ TEST_F(Report, SummaryHoldsWhatTheComponentsLeftAndWhatWasSeen) {
   EXPECT_EQ(s["workspace"]["bricks"], 300);
   EXPECT_EQ(s["audio"], "audio.wav");
   EXPECT_EQ(s["views"][0]["node"], "NE");
+  EXPECT_EQ(s["views"][0]["t"], 5.0) << "on the session's scale, not the viewer's";
   EXPECT_EQ(s["components"]["slave_io"]["exit"], 0);
   EXPECT_NEAR(s["percept"]["contact_speed_with"].get<double>(), 0.05, 1e-12);
   EXPECT_NEAR(s["percept"]["contact_speed_without"].get<double>(), 0.10, 1e-12);
@@ -77,7 +79,7 @@ TEST_F(Report, WhatNobodyMeasuredIsNullNotZero) {
 TEST_F(Report, FilesAreWrittenAndThePageEscapesNames) {
   collector_.on_object_name(1, "<drum & lid>");
   reach(0, true, 0.04);
-  write_report({folder_, 1.0, "", {}, collector_});
+  write_report({folder_, 1.0, 0, "", {}, collector_});
   std::ifstream page(folder_ / "index.html");
   std::ostringstream text;
   text << page.rdbuf();
@@ -91,7 +93,7 @@ TEST_F(Report, FilesAreWrittenAndThePageEscapesNames) {
 }
 
 TEST_F(Report, AnUnwritableFolderIsSaid) {
-  EXPECT_THROW(write_report({folder_ / "gone", 1.0, "", {}, collector_}), std::runtime_error);
+  EXPECT_THROW(write_report({folder_ / "gone", 1.0, 0, "", {}, collector_}), std::runtime_error);
 }
 
 }  // namespace
