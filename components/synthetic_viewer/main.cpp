@@ -21,8 +21,7 @@ int run(const runtime::ProcessOptions& options) {
   const ArmShape shape{arm.joint_count(), arm.links().size()};
   std::vector<LinkMeshData> arm_meshes = load_arm_meshes(arm);
   if (options.check) {
-    const GlContext graphics(config.graphics);
-    std::cout << "configuration is valid; graphics: " << graphics.description() << '\n';
+    std::cout << "configuration is valid; graphics: " << GlContext(config.graphics).description() << '\n';
     return runtime::kExitDone;
   }
   Inbox inbox;
