@@ -51,11 +51,14 @@ LinkState LinkMonitor::step(const LinkObservation& seen, double dt_s) noexcept {
   fresh_s_ = fresh ? fresh_s_ + dt_s : 0.0;
   agree_s_ = fresh && seen.poses_agree ? agree_s_ + dt_s : 0.0;
   const LinkState before = state_;
+  // A stop that was asked for and released between two ticks still stops for one.
+  const bool stop = seen.requests.pending() || seen.requests.stops != stops_seen_;
+  stops_seen_ = seen.requests.stops;
   state_ = next_link_state(state_, {.partner_fresh = fresh,
                                     .aligned = agree_s_ > timing_.align_hold_s,
                                     .recovered = fresh_s_ > timing_.recovery_s,
-                                    .stop = seen.stop,
-                                    .reset = seen.reset,
+                                    .stop = stop,
+                                    .reset = !stop,
                                     .partner = seen.partner});
   // Time that the partner was fresh before the loss says nothing about its recovery.
   if (state_ == LinkState::kDegraded && before != LinkState::kDegraded) fresh_s_ = 0.0;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 
 #include "common/core/joints.hpp"
@@ -41,14 +42,24 @@ struct LinkTiming {
   double recovery_s = 0.2;     ///< after a loss the partner must be fresh this long
 };
 
+/// Emergency stops and resets as people asked for them, as one value that may be read late: no stop is ever
+/// missed, and a reset releases the stops that came before it, never one that came after.
+struct StopRequests {
+  std::uint32_t stops = 0;     ///< asked for so far
+  std::uint32_t released = 0;  ///< of them, those that a reset has answered
+
+  void stop() noexcept { ++stops; }
+  void reset() noexcept { released = stops; }
+  bool pending() const noexcept { return stops != released; }
+};
+
 /// What the loop knows in one tick.
 struct LinkObservation {
   double partner_age_s =
       std::numeric_limits<double>::infinity();  ///< of its newest valid sample; ∞: none yet
   LinkState partner = LinkState::kInit;
   bool poses_agree = false;
-  bool stop = false;
-  bool reset = false;
+  StopRequests requests;
 };
 
 /// The table with its watchdog and timers. Ages come in from a monotonic clock: it never relies on DDS
@@ -66,6 +77,7 @@ class LinkMonitor {
   LinkTiming timing_;
   LinkState state_ = LinkState::kInit;
   double agree_s_ = 0.0, fresh_s_ = 0.0;
+  std::uint32_t stops_seen_ = 0;
 };
 
 /// Greatest |a − b| ÷ tolerance over the joints: at most 1 while the poses agree. Real-time safe: yes.

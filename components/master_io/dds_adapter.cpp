@@ -124,10 +124,10 @@ bool take_wish(const msg::OperatorCommand& command, Wishes& wishes) noexcept {
   if (command.stamp().sequence_number() == 0) return false;
   switch (command.kind()) {
     case msg::COMMAND_EMERGENCY_STOP:
-      ++wishes.stops;
+      wishes.requests.stop();
       return true;
     case msg::COMMAND_RESET:
-      ++wishes.resets;
+      wishes.requests.reset();
       return true;
     case msg::COMMAND_SET_PERCEPT_GAIN:
       if (!(value >= 0.0 && value <= 1000.0)) return false;

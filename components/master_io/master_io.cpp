@@ -26,10 +26,8 @@ MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
   out.state = link_.step({.partner_age_s = in.slave_age_s,
                           .partner = in.slave.state,
                           .poses_agree = agree,
-                          .stop = in.wishes.stops != served_.stops,
-                          .reset = in.wishes.resets != served_.resets},
+                          .requests = in.wishes.requests},
                          dt_s);
-  served_ = in.wishes;
   const bool coupled = out.state == LinkState::kCoupled;
   out.percept_enabled = in.percept_wanted && in.wishes.percept_enabled;
   const bool fresh = in.drag_age_s <= percept_staleness_s_;

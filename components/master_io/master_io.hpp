@@ -41,9 +41,9 @@ struct DragSample {
   double round_trip_s = -1.0;  ///< from our master_state that it goes back to; −1: not a new one
 };
 
-/// What operators have asked for so far. Stops and resets are counted: seen late perhaps, but never missed.
+/// What operators have asked for so far.
 struct Wishes {
-  std::uint32_t stops = 0, resets = 0;
+  teleop::StopRequests requests;
   double percept_gain = 0.0;   ///< G
   double feedback_gain = 0.0;  ///< 1/A
   bool percept_enabled = true;
@@ -94,7 +94,6 @@ class MasterIo {
   teleop::Ramp feedback_authority_;
   double feedback_gain_ = 0.0;  ///< in force: follows the wish within the ramp's time
   double gain_slew_per_s_;
-  Wishes served_;
 };
 
 }  // namespace phantom::master_io

@@ -44,7 +44,7 @@ class Session {
     start_all();
     bool healthy = wait_until_ready();
     double seconds = 0.0;
-    if (healthy) {
+    if (healthy && !runtime::stop_requested()) {
       say("All components are ready." + (page_.empty() ? "" : " Operator's page: " + page_));
       const auto start_ns = core::monotonic_ns();
       healthy = watch();
@@ -99,6 +99,7 @@ class Session {
     }
   }
 
+  // False if a component died or is missing; true if all are ready or the user has asked to stop.
   bool wait_until_ready() {
     const auto limit_ns = core::monotonic_ns() + core::from_seconds(config_.ready_timeout_s);
     std::string missing;
@@ -116,7 +117,8 @@ class Session {
         return false;
       }
     }
-    return false;
+    say("Stopped before all components were ready.");
+    return true;
   }
 
   // Until the time is up or the user stops it (true), or a component dies (false).

@@ -35,10 +35,10 @@ MasterSample to_sample(const msg::MasterState& master, core::Nanoseconds receive
           master.velocity_rad_s()};
 }
 
-bool count_request(const msg::OperatorCommand& command, Requests& requests) noexcept {
+bool count_request(const msg::OperatorCommand& command, teleop::StopRequests& requests) noexcept {
   if (command.stamp().sequence_number() == 0 || command.kind() > msg::COMMAND_VIEW_NODE) return false;
-  if (command.kind() == msg::COMMAND_EMERGENCY_STOP) ++requests.stops;
-  if (command.kind() == msg::COMMAND_RESET) ++requests.resets;
+  if (command.kind() == msg::COMMAND_EMERGENCY_STOP) requests.stop();
+  if (command.kind() == msg::COMMAND_RESET) requests.reset();
   return true;
 }
 
@@ -99,7 +99,7 @@ struct DdsAdapter::Impl {
 
   std::size_t joint_count;
   Inbox& inbox;
-  Requests requests;
+  teleop::StopRequests requests;
   dds::SequenceGuard order;
   core::Nanoseconds quiet_until_ns = 0;
   dds::Participant participant;

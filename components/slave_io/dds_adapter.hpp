@@ -27,7 +27,7 @@ struct SlaveReport {
 /// What comes from the topics, validated. The servo thread is the reader of both.
 struct Inbox {
   core::Snapshot<MasterSample> master;
-  core::Snapshot<Requests> requests;
+  core::Snapshot<teleop::StopRequests> requests;
 };
 
 /// slave_io's ends of the topics. Converts, stamps, refuses what is invalid or out of order. Never used by

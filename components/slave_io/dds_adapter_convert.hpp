@@ -13,7 +13,7 @@ const char* refusal(const msg::MasterState& master, std::size_t joint_count) noe
 MasterSample to_sample(const msg::MasterState& master, core::Nanoseconds received_ns) noexcept;
 
 /// Counts a command into `requests` if it is one for the slave; false if it is not valid.
-bool count_request(const msg::OperatorCommand& command, Requests& requests) noexcept;
+bool count_request(const msg::OperatorCommand& command, teleop::StopRequests& requests) noexcept;
 
 /// Everything of a slave_state but its stamp.
 msg::SlaveState to_message(const SlaveReport& report, std::size_t joint_count);

@@ -47,10 +47,8 @@ SlaveOutputs SlaveIo::step(const SlaveInputs& in, double dt_s) noexcept {
   out.state = link_.step({.partner_age_s = in.master_age_s,
                           .partner = in.master.state,
                           .poses_agree = agree,
-                          .stop = in.requests.stops != served_.stops,
-                          .reset = in.requests.resets != served_.resets},
+                          .requests = in.requests},
                          dt_s);
-  served_ = in.requests;
   if (holds(out.state) && !holds(before)) limiter_.reset(in.position);
   const core::JointArray v_ref = lead_reference(in, dt_s);
   out.reference = limiter_.reference();

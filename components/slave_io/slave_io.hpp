@@ -29,15 +29,10 @@ struct MasterSample {
   core::JointArray velocity{};
 };
 
-/// What operators have asked for so far, counted: a request can be seen late but not missed.
-struct Requests {
-  std::uint32_t stops = 0, resets = 0;
-};
-
 struct SlaveInputs {
   MasterSample master;
   double master_age_s = std::numeric_limits<double>::infinity();  ///< since it was received; ∞: none yet
-  Requests requests;
+  teleop::StopRequests requests;
   core::JointArray position{};  ///< as the encoders say
   core::JointArray velocity{};
   core::JointArray gravity_Nm{};  ///< torques that hold the weight; used if feed-forward is configured
@@ -73,7 +68,6 @@ class SlaveIo {
   teleop::LinkMonitor link_;
   teleop::JointServo servo_;
   teleop::ReferenceLimiter limiter_;
-  Requests served_;
 };
 
 }  // namespace phantom::slave_io

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <iostream>
 #include <mutex>
 #include <optional>
 
@@ -28,6 +29,11 @@ class Fault : public testing::Test {
                    const std::lock_guard lock(mutex_);
                    master_ = m;
                  }),
+        slaves_(participant_, dds::kSlaveState,
+                [this](const msg::SlaveState& state, const dds::SampleInfo&) {
+                  const std::lock_guard lock(mutex_);
+                  slave_ = state;
+                }),
         fields_(participant_, dds::kDragField, [this](const msg::DragField& f, const dds::SampleInfo&) {
           const std::lock_guard lock(mutex_);
           field_ = f;
@@ -51,14 +57,25 @@ class Fault : public testing::Test {
     });
   }
 
+  // A failure is told with what the system said and the states it was left in.
+  void TearDown() override {
+    if (!HasFailure()) return;
+    const std::lock_guard lock(mutex_);
+    std::cerr << system_.output() << "master state " << (master_ ? static_cast<int>(master_->state()) : -1)
+              << ", slave state " << (slave_ ? static_cast<int>(slave_->state()) : -1)
+              << ", drag field valid " << (field_ ? field_->valid() : -1) << '\n';
+  }
+
   RunningSystem system_{0.0};
   std::mutex mutex_;
   std::map<std::string, pid_t> pids_;
   std::optional<msg::MasterState> master_;
+  std::optional<msg::SlaveState> slave_;
   std::optional<msg::DragField> field_;
   dds::Participant participant_;
   dds::Reader<msg::ComponentStatus> statuses_;
   dds::Reader<msg::MasterState> masters_;
+  dds::Reader<msg::SlaveState> slaves_;
   dds::Reader<msg::DragField> fields_;
 };
 

@@ -38,7 +38,7 @@ class RunningSystem {
 };
 
 /// Calls `probe` until it is true; the limit only bounds a failing test.
-bool eventually(const std::function<bool()>& probe, double limit_s = 180.0);
+bool eventually(const std::function<bool()>& probe, double limit_s = 30.0);
 
 std::string read_text(const std::filesystem::path& file);
 

@@ -96,11 +96,12 @@ struct Pair {
     for (double t = 0; t < duration_s; t += 0.001) {
       const LinkState m = master.state(), s = slave.state();
       age_s = connected ? 0.001 : age_s + 0.001;
-      master.step({age_s, s, agree, false, false}, 0.001);
-      slave.step({age_s, m, agree, false, false}, 0.001);
+      master.step({age_s, s, agree, master_requests}, 0.001);
+      slave.step({age_s, m, agree, {}}, 0.001);
     }
   }
   double age_s = std::numeric_limits<double>::infinity();
+  StopRequests master_requests;
 };
 
 TEST(LinkMonitor, TwoSidesCoupleAndRecoverFromALoss) {
@@ -137,20 +138,42 @@ TEST(LinkMonitor, StalenessIsNoticedWithinTheLimitAndTwoPeriods) {
 
 TEST(LinkMonitor, AgesThatAreNotNumbersAreStale) {
   LinkMonitor monitor(LinkTiming{});
-  EXPECT_EQ(monitor.step({std::numeric_limits<double>::quiet_NaN(), kCoupled, true, false, false}, 0.001),
-            kInit);
+  EXPECT_EQ(monitor.step({std::numeric_limits<double>::quiet_NaN(), kCoupled, true, {}}, 0.001), kInit);
 }
 
 TEST(LinkMonitor, EmergencyStopStaysUntilReset) {
   Pair pair;
   pair.run(0.5, true, true);
-  pair.master.step({0.001, kCoupled, true, true, false}, 0.001);
+  pair.master_requests.stop();
+  pair.run(0.001, true, true);
   EXPECT_EQ(pair.master.state(), kStopped);
   pair.run(0.5, true, true);
   EXPECT_EQ(pair.master.state(), kStopped);
   EXPECT_NE(pair.slave.state(), kCoupled);
-  pair.master.step({0.001, kReady, true, false, true}, 0.001);
+  pair.master_requests.reset();
+  pair.run(0.001, true, true);
   EXPECT_EQ(pair.master.state(), kInit);
+  pair.run(0.5, true, true);
+  EXPECT_EQ(pair.master.state(), kCoupled);
+}
+
+// Requests are read once a tick; whatever came between two ticks must have the effect that its order means.
+TEST(StopRequests, AStopIsNeverMissedAndAResetNeverReleasesALaterOne) {
+  const auto monitor_after = [](std::initializer_list<bool> asked /* true: stop, false: reset */, int ticks) {
+    LinkMonitor monitor{LinkTiming{}};
+    LinkObservation seen{.partner_age_s = 0.0};
+    monitor.step(seen, 0.001);
+    for (const bool stop : asked) stop ? seen.requests.stop() : seen.requests.reset();
+    for (int i = 0; i < ticks; ++i) monitor.step(seen, 0.001);
+    return monitor.state();
+  };
+  EXPECT_EQ(monitor_after({true}, 1000), LinkState::kStopped);
+  EXPECT_EQ(monitor_after({true, false}, 1), LinkState::kStopped) << "stopped for a tick at least";
+  EXPECT_EQ(monitor_after({true, false}, 3), LinkState::kReady) << "and the reset is not lost";
+  EXPECT_EQ(monitor_after({false, true}, 1000), LinkState::kStopped)
+      << "a reset does not release a later stop";
+  EXPECT_EQ(monitor_after({true, false, true}, 1000), LinkState::kStopped);
+  EXPECT_EQ(monitor_after({false}, 3), LinkState::kReady);
 }
 
 }  // namespace

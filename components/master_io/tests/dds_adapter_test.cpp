@@ -154,8 +154,8 @@ TEST(MasterAdapter, CommandsAreTakenWithinTheirRanges) {
   EXPECT_FALSE(wishes.percept_enabled);
   EXPECT_TRUE(give(msg::COMMAND_EMERGENCY_STOP, 0));
   EXPECT_TRUE(give(msg::COMMAND_RESET, 0));
-  EXPECT_EQ(wishes.stops, 1U);
-  EXPECT_EQ(wishes.resets, 1U);
+  EXPECT_EQ(wishes.requests.stops, 1U);
+  EXPECT_FALSE(wishes.requests.pending());
   EXPECT_TRUE(give(msg::COMMAND_VIEW_NODE, 3)) << "valid, but not the master's";
   EXPECT_FALSE(give(static_cast<msg::CommandKind>(50), 0));
 }

@@ -102,12 +102,12 @@ TEST(MasterIo, EmergencyStopTakesTheTorqueUntilReset) {
   in.velocity.fill(0.5);
   in.slave.loop_torque_Nm.fill(30);
   run(master, in, 1.0);
-  ++in.wishes.stops;
+  in.wishes.requests.stop();
   const auto stopped = run(master, in, 0.3);
   EXPECT_EQ(stopped.state, LinkState::kStopped);
   EXPECT_EQ(stopped.motor_Nm, core::JointArray{});
   EXPECT_EQ(run(master, in, 1.0).state, LinkState::kStopped);
-  ++in.wishes.resets;
+  in.wishes.requests.reset();
   EXPECT_EQ(run(master, in, 1.0).state, LinkState::kCoupled);
 }
 

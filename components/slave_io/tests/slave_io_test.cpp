@@ -29,7 +29,7 @@ struct Bench {
     sample.state = LinkState::kCoupled;
     return sample;
   }();
-  Requests requests;
+  teleop::StopRequests requests;
   bool heard = true;
   SlaveReport last;
 
@@ -149,7 +149,7 @@ TEST(SlaveIo, StaleMasterMeansHoldingThePositionWithinTheLimit) {
 TEST(SlaveIo, EmergencyStopHoldsUntilReset) {
   Bench bench;
   bench.run(0.5);
-  bench.requests.stops = 1;
+  bench.requests.stop();
   bench.inbox.requests.write(bench.requests);
   bench.run(0.01);
   EXPECT_EQ(bench.state(), LinkState::kStopped);
@@ -158,7 +158,7 @@ TEST(SlaveIo, EmergencyStopHoldsUntilReset) {
   EXPECT_EQ(bench.state(), LinkState::kStopped);
   EXPECT_NEAR(bench.last.position[4], shipped_arm().home[4], 0.01);
   bench.master.position[4] -= 0.4;
-  bench.requests.resets = 1;
+  bench.requests.reset();
   bench.inbox.requests.write(bench.requests);
   bench.run(0.5);
   EXPECT_EQ(bench.state(), LinkState::kCoupled);
