@@ -31,7 +31,9 @@ void PeriodicLoop::set_up_thread() {
     sched_param parameters{};
     parameters.sched_priority = scheduling_.fifo_priority;
     const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
-    if (error != 0) notice_ += std::string("no SCHED_FIFO (") + std::strerror(error) + "); ";
+    if (error != 0)
+      notice_ += std::string("no real-time priority (") + std::strerror(error) +
+                 "): expect slips under load; grant CAP_SYS_NICE or an rtprio limit; ";
   }
   if (scheduling_.lock_memory && mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
     notice_ += std::string("memory not locked (") + std::strerror(errno) + "); ";
