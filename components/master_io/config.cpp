@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/robot/joint_values.hpp"
 #include "common/runtime/config_reader.hpp"
 #include "common/teleop/stability_guard.hpp"
 #include "components/master_io/reaches.hpp"
@@ -11,23 +12,12 @@ namespace {
 
 using runtime::ConfigReader;
 
-bool is_prismatic(const robot::Joint& joint) { return joint.type == robot::JointType::kPrismatic; }
-
-/// One value for revolute and one for prismatic joints, spread over the arm.
-core::JointArray by_type(const robot::SerialArm& arm, double revolute, double prismatic) {
-  core::JointArray values{};
-  for (std::size_t j = 0; j < arm.joint_count(); ++j) {
-    values[j] = is_prismatic(arm.joints()[j]) ? prismatic : revolute;
-  }
-  return values;
-}
-
 void read_link(const ConfigReader& section, const robot::SerialArm& arm, Config& config) {
   config.link.staleness_s = section.number("staleness_s", config.link.staleness_s, {0.002, 2, "s"});
   config.link.align_hold_s = section.number("align_hold_s", config.link.align_hold_s, {0, 5, "s"});
   config.link.recovery_s = section.number("recovery_s", config.link.recovery_s, {0, 60, "s"});
-  config.align_tolerance = by_type(arm, section.number("tolerance_rad", 0.02, {1e-6, 1, "rad"}),
-                                   section.number("tolerance_m", 0.008, {1e-6, 1, "m"}));
+  config.align_tolerance = robot::by_joint_type(arm, section.number("tolerance_rad", 0.02, {1e-6, 1, "rad"}),
+                                                section.number("tolerance_m", 0.008, {1e-6, 1, "m"}));
 }
 
 teleop::BilateralLaw read_law(const ConfigReader& file, const std::string& chosen) {
@@ -45,22 +35,22 @@ core::JointArray read_device(const ConfigReader& section, const robot::SerialArm
   device.joint_count = arm.joint_count();
   device.velocity_filter_s = section.number("velocity_filter_s", 0.002, {0, 0.1, "s"});
   const ConfigReader r = section.section("revolute"), p = section.section("prismatic");
-  const auto inertia =
-      by_type(arm, r.number("inertia_kg_m2", {1e-6, 1e4, "kg·m²"}), p.number("mass_kg", {1e-4, 1e5, "kg"}));
-  const auto viscous = by_type(arm, r.number("viscous_N_m_s_per_rad", {0, 1e4, "N·m·s/rad"}),
-                               p.number("viscous_N_s_per_m", {0, 1e5, "N·s/m"}));
-  const auto coulomb =
-      by_type(arm, r.number("coulomb_N_m", {0, 1e4, "N·m"}), p.number("coulomb_N", {0, 1e5, "N"}));
-  device.torque_limit_Nm =
-      by_type(arm, r.number("torque_limit_N_m", {0, 1e4, "N·m"}), p.number("force_limit_N", {0, 1e5, "N"}));
-  device.encoder_resolution = by_type(arm, r.number("encoder_step_rad", {1e-9, 0.1, "rad"}),
-                                      p.number("encoder_step_m", {1e-9, 0.1, "m"}));
+  const auto inertia = robot::by_joint_type(arm, r.number("inertia_kg_m2", {1e-6, 1e4, "kg·m²"}),
+                                            p.number("mass_kg", {1e-4, 1e5, "kg"}));
+  const auto viscous = robot::by_joint_type(arm, r.number("viscous_N_m_s_per_rad", {0, 1e4, "N·m·s/rad"}),
+                                            p.number("viscous_N_s_per_m", {0, 1e5, "N·s/m"}));
+  const auto coulomb = robot::by_joint_type(arm, r.number("coulomb_N_m", {0, 1e4, "N·m"}),
+                                            p.number("coulomb_N", {0, 1e5, "N"}));
+  device.torque_limit_Nm = robot::by_joint_type(arm, r.number("torque_limit_N_m", {0, 1e4, "N·m"}),
+                                                p.number("force_limit_N", {0, 1e5, "N"}));
+  device.encoder_resolution = robot::by_joint_type(arm, r.number("encoder_step_rad", {1e-9, 0.1, "rad"}),
+                                                   p.number("encoder_step_m", {1e-9, 0.1, "m"}));
   for (std::size_t j = 0; j < arm.joint_count(); ++j) {
     const auto& joint = arm.joints()[j];
     device.joints[j] = {inertia[j], viscous[j], coulomb[j], joint.lower, joint.upper};
   }
-  return by_type(arm, r.number("damping_cap_N_m_s_per_rad", {0, 1e4, "N·m·s/rad"}),
-                 p.number("damping_cap_N_s_per_m", {0, 1e6, "N·s/m"}));
+  return robot::by_joint_type(arm, r.number("damping_cap_N_m_s_per_rad", {0, 1e4, "N·m·s/rad"}),
+                              p.number("damping_cap_N_s_per_m", {0, 1e6, "N·s/m"}));
 }
 
 /// Damping that the device renders stably: decides how much of the percept gets through.
@@ -85,8 +75,8 @@ void read_percept(const ConfigReader& section, const robot::SerialArm& arm, Conf
                      : teleop::DragMode::kSeparable;
   config.percept_gain = section.number("gain", {0, 1000, ""});
   config.percept_staleness_s = section.number("staleness_s", config.percept_staleness_s, {0.002, 2, "s"});
-  percept.torque_cap_Nm = by_type(arm, section.number("torque_cap_N_m", {0, 1e4, "N·m"}),
-                                  section.number("force_cap_N", {0, 1e5, "N"}));
+  percept.torque_cap_Nm = robot::by_joint_type(arm, section.number("torque_cap_N_m", {0, 1e4, "N·m"}),
+                                               section.number("force_cap_N", {0, 1e5, "N"}));
   percept.smoothing_s = section.number("smoothing_s", percept.smoothing_s, {0, 1, "s"});
   percept.ramp_up_s = section.number("ramp_up_s", percept.ramp_up_s, {0.01, 10, "s"});
   percept.ramp_down_s = section.number("ramp_down_s", percept.ramp_down_s, {0.01, 2, "s"});
@@ -94,19 +84,19 @@ void read_percept(const ConfigReader& section, const robot::SerialArm& arm, Conf
 
 void read_feedback(const ConfigReader& section, const robot::SerialArm& arm, FeedbackConfig& feedback) {
   feedback.inverse_a = section.number("inverse_a", {0, 10, ""});
-  feedback.torque_cap_Nm = by_type(arm, section.number("torque_cap_N_m", {0, 1e4, "N·m"}),
-                                   section.number("force_cap_N", {0, 1e5, "N"}));
+  feedback.torque_cap_Nm = robot::by_joint_type(arm, section.number("torque_cap_N_m", {0, 1e4, "N·m"}),
+                                                section.number("force_cap_N", {0, 1e5, "N"}));
   feedback.ramp_up_s = section.number("ramp_up_s", feedback.ramp_up_s, {0.01, 10, "s"});
   feedback.ramp_down_s = section.number("ramp_down_s", feedback.ramp_down_s, {0.01, 2, "s"});
 }
 
 void read_arm_of(const ConfigReader& section, const robot::SerialArm& arm, teleop::OperatorParameters& hand) {
-  hand.stiffness = by_type(arm, section.number("stiffness_N_m_per_rad", {1e-3, 1e6, "N·m/rad"}),
-                           section.number("stiffness_N_per_m", {1e-3, 1e7, "N/m"}));
-  hand.damping = by_type(arm, section.number("damping_N_m_s_per_rad", {0, 1e5, "N·m·s/rad"}),
-                         section.number("damping_N_s_per_m", {0, 1e6, "N·s/m"}));
-  hand.max_force = by_type(arm, section.number("max_torque_N_m", {1e-3, 1e4, "N·m"}),
-                           section.number("max_force_N", {1e-3, 1e5, "N"}));
+  hand.stiffness = robot::by_joint_type(arm, section.number("stiffness_N_m_per_rad", {1e-3, 1e6, "N·m/rad"}),
+                                        section.number("stiffness_N_per_m", {1e-3, 1e7, "N/m"}));
+  hand.damping = robot::by_joint_type(arm, section.number("damping_N_m_s_per_rad", {0, 1e5, "N·m·s/rad"}),
+                                      section.number("damping_N_s_per_m", {0, 1e6, "N·s/m"}));
+  hand.max_force = robot::by_joint_type(arm, section.number("max_torque_N_m", {1e-3, 1e4, "N·m"}),
+                                        section.number("max_force_N", {1e-3, 1e5, "N"}));
 }
 
 teleop::OperatorParameters read_operator(const ConfigReader& section, const robot::SerialArm& arm,

@@ -6,8 +6,8 @@
 #include <thread>
 
 #include "common/core/errors.hpp"
-#include "common/runtime/periodic_loop.hpp"
 #include "common/runtime/process.hpp"
+#include "common/runtime/servo_runner.hpp"
 #include "components/master_io/dds_adapter.hpp"
 #include "components/master_io/report.hpp"
 #include "components/master_io/servo.hpp"
@@ -104,8 +104,6 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   spdlog::info("law {}, {} reaches, {} operator", teleop::name_of(config.law), config.labels.size(),
                config.hand.kind == teleop::OperatorKind::kMinimumJerk ? "minimum-jerk" : "constant-velocity");
 
-  runtime::PeriodicLoop loop("servo", config.period_s, config.scheduling);
-  runtime::PeriodicLoop bare("bare_loop", config.period_s, config.scheduling);
   std::mutex mutex;
   MasterReport latest;  // under the mutex
   std::jthread publisher([&](const std::stop_token& stop) {
@@ -120,26 +118,15 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
       latest = report;
     }
   });
-  std::jthread bare_thread;
-  if (config.measure_bare_loop) bare_thread = std::jthread([&] { bare.run([](double) { return true; }); });
-  std::jthread servo_thread([&] {
-    loop.run([&](double dt_s) {
-      servo.tick(dt_s, core::monotonic_ns());
-      return true;
-    });
-  });
+  runtime::ServoRunner loops(config.period_s, config.scheduling, config.measure_bare_loop,
+                             [&servo](double dt_s) { servo.tick(dt_s, core::monotonic_ns()); });
 
-  const auto loops = [&] {
-    std::vector<core::LoopStatistics> all{loop.statistics()};
-    if (config.measure_bare_loop) all.push_back(bare.statistics());
-    return all;
-  };
   const auto health = [&]() -> core::Health {
     const auto trips = adapter.round_trips();
     const std::lock_guard lock(mutex);
     return {component_state(latest.outputs.state),
             sentence(latest.outputs),
-            loops(),
+            loops.statistics(),
             {{"round_trip_p50", static_cast<double>(trips.quantile_ns(0.5)) * 1e-3, "µs"},
              {"round_trip_p99", static_cast<double>(trips.quantile_ns(0.99)) * 1e-3, "µs"},
              {"percept_gain", latest.outputs.percept_gain, ""},
@@ -149,18 +136,17 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
     adapter.publish_health(health());
   } while (runtime::sleep_unless_stopped(kHealthPeriod_s));
 
-  servo_thread.join();
-  if (bare_thread.joinable()) bare_thread.join();
+  loops.stop();
   publisher.request_stop();
   publisher.join();
-  if (!loop.notice().empty()) spdlog::warn("servo thread: {}", loop.notice());
+  if (!loops.notice().empty()) spdlog::warn("servo thread: {}", loops.notice());
   auto last = health();
   last.state = core::ComponentState::kStopped;
   last.message = "ended";
   adapter.publish_health(last);
   if (!report_dir.empty()) {
-    write_report(report_dir / "master_io.json", {loops(), adapter.round_trips()}, servo.reaches(), config,
-                 cell);
+    write_report(report_dir / "master_io.json", {loops.statistics(), adapter.round_trips()}, servo.reaches(),
+                 config, cell);
   }
   return runtime::kExitDone;
 }

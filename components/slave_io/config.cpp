@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/robot/joint_values.hpp"
 #include "common/runtime/config_reader.hpp"
 
 namespace phantom::slave_io {
@@ -9,27 +10,16 @@ namespace {
 
 using runtime::ConfigReader;
 
-bool is_prismatic(const robot::Joint& joint) { return joint.type == robot::JointType::kPrismatic; }
-
-/// One value for revolute and one for prismatic joints, spread over the arm.
-core::JointArray by_type(const robot::SerialArm& arm, double revolute, double prismatic) {
-  core::JointArray values{};
-  for (std::size_t j = 0; j < arm.joint_count(); ++j) {
-    values[j] = is_prismatic(arm.joints()[j]) ? prismatic : revolute;
-  }
-  return values;
-}
-
 void read_plant(const ConfigReader& section, const robot::SerialArm& arm, const core::JointArray& home,
                 teleop::SlavePlantParameters& plant) {
   plant.balanced = section.flag("balanced", true);
-  const auto rotor = by_type(arm, section.number("rotor_inertia_kg_m2", {1e-4, 1e4, "kg·m²"}),
-                             section.number("rotor_mass_kg", {1e-3, 1e5, "kg"}));
+  const auto rotor = robot::by_joint_type(arm, section.number("rotor_inertia_kg_m2", {1e-4, 1e4, "kg·m²"}),
+                                          section.number("rotor_mass_kg", {1e-3, 1e5, "kg"}));
   const auto inertia = teleop::reflected_inertia(arm, home, rotor);
   const double coulomb = section.number("coulomb_share_of_effort", {0, 1, ""});
   const double viscous = section.number("viscous_share_of_effort", {0, 10, ""});
-  plant.encoder_resolution = by_type(arm, section.number("encoder_step_rad", {1e-9, 0.1, "rad"}),
-                                     section.number("encoder_step_m", {1e-9, 0.1, "m"}));
+  plant.encoder_resolution = robot::by_joint_type(arm, section.number("encoder_step_rad", {1e-9, 0.1, "rad"}),
+                                                  section.number("encoder_step_m", {1e-9, 0.1, "m"}));
   plant.velocity_filter_s = section.number("velocity_filter_s", 0.002, {0, 0.1, "s"});
   plant.sub_steps = section.integer("sub_steps", 4, {1, 100, ""});
   for (std::size_t j = 0; j < arm.joint_count(); ++j) {
@@ -60,12 +50,12 @@ void read_servo(const ConfigReader& section, const robot::SerialArm& arm, Config
 }
 
 void read_alignment(const ConfigReader& section, const robot::SerialArm& arm, Config& config) {
-  config.align_tolerance = by_type(arm, section.number("tolerance_rad", {1e-6, 1, "rad"}),
-                                   section.number("tolerance_m", {1e-6, 1, "m"}));
-  config.align_speed = by_type(arm, section.number("speed_rad_s", {1e-4, 10, "rad/s"}),
-                               section.number("speed_m_s", {1e-4, 10, "m/s"}));
-  config.align_range =
-      by_type(arm, section.number("range_rad", {0, 10, "rad"}), section.number("range_m", {0, 10, "m"}));
+  config.align_tolerance = robot::by_joint_type(arm, section.number("tolerance_rad", {1e-6, 1, "rad"}),
+                                                section.number("tolerance_m", {1e-6, 1, "m"}));
+  config.align_speed = robot::by_joint_type(arm, section.number("speed_rad_s", {1e-4, 10, "rad/s"}),
+                                            section.number("speed_m_s", {1e-4, 10, "m/s"}));
+  config.align_range = robot::by_joint_type(arm, section.number("range_rad", {0, 10, "rad"}),
+                                            section.number("range_m", {0, 10, "m"}));
 }
 
 void read_contact(const ConfigReader& section, Config& config) {

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "common/runtime/process.hpp"
+#include "common/runtime/servo_runner.hpp"
 #include "components/slave_io/dds_adapter.hpp"
 #include "components/slave_io/servo.hpp"
 
@@ -75,10 +76,6 @@ void write_report(const std::filesystem::path& file, const std::vector<core::Loo
   stream << report.dump(2) << '\n';
 }
 
-void tell_notice(const runtime::PeriodicLoop& loop) {
-  if (!loop.notice().empty()) spdlog::warn("{}: {}", "servo thread", loop.notice());
-}
-
 }  // namespace
 
 int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
@@ -93,8 +90,6 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
                servo.contact_point_count(), model.arm.joint_count());
   DdsAdapter adapter(network, model.arm.joint_count(), inbox);
 
-  runtime::PeriodicLoop loop("servo", config.period_s, config.scheduling);
-  runtime::PeriodicLoop bare("bare_loop", config.period_s, config.scheduling);
   std::atomic<LinkState> link{LinkState::kInit};
   std::atomic<double> clearance_m{-1.0};
   std::jthread publisher([&](const std::stop_token& stop) {
@@ -109,32 +104,21 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
         spdlog::info("link {} → {}", name_of(before), name_of(report.outputs.state));
     }
   });
-  std::jthread bare_thread;
-  if (config.measure_bare_loop) bare_thread = std::jthread([&] { bare.run([](double) { return true; }); });
-  std::jthread servo_thread([&] {
-    loop.run([&](double dt_s) {
-      servo.tick(dt_s, core::monotonic_ns());
-      return true;
-    });
-  });
+  runtime::ServoRunner loops(config.period_s, config.scheduling, config.measure_bare_loop,
+                             [&servo](double dt_s) { servo.tick(dt_s, core::monotonic_ns()); });
 
-  const auto loops = [&] {
-    std::vector<core::LoopStatistics> all{loop.statistics()};
-    if (config.measure_bare_loop) all.push_back(bare.statistics());
-    return all;
-  };
   do {
     adapter.publish_health(
-        {component_state(link), sentence(link), loops(), {{"clearance", clearance_m, "m"}}});
+        {component_state(link), sentence(link), loops.statistics(), {{"clearance", clearance_m, "m"}}});
   } while (runtime::sleep_unless_stopped(kHealthPeriod_s));
 
-  servo_thread.join();
-  if (bare_thread.joinable()) bare_thread.join();
+  loops.stop();
   publisher.request_stop();
   publisher.join();
-  tell_notice(loop);
-  adapter.publish_health({core::ComponentState::kStopped, "ended", loops(), {}});
-  if (!report_dir.empty()) write_report(report_dir / "slave_io.json", loops(), servo.contacts(), cell);
+  if (!loops.notice().empty()) spdlog::warn("servo thread: {}", loops.notice());
+  adapter.publish_health({core::ComponentState::kStopped, "ended", loops.statistics(), {}});
+  if (!report_dir.empty())
+    write_report(report_dir / "slave_io.json", loops.statistics(), servo.contacts(), cell);
   return runtime::kExitDone;
 }
 

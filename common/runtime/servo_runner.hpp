@@ -1,0 +1,58 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "common/runtime/periodic_loop.hpp"
+
+namespace phantom::runtime {
+
+/// A servo loop in a thread of its own and, if wanted, an empty loop of the same period and scheduling beside
+/// it: what the host can do at best while the servo runs. Both end with the process's stop request.
+class ServoRunner {
+ public:
+  /// Starts at once. `tick` must outlive the runner and be real-time safe.
+  ServoRunner(double period_s, LoopScheduling scheduling, bool with_bare_loop,
+              std::function<void(double dt_s)> tick)
+      : servo_("servo", period_s, scheduling),
+        bare_("bare_loop", period_s, scheduling),
+        tick_(std::move(tick)) {
+    servo_thread_ = std::jthread([this] {
+      servo_.run([this](double dt_s) {
+        tick_(dt_s);
+        return true;
+      });
+    });
+    if (with_bare_loop) bare_thread_ = std::jthread([this] { bare_.run([](double) { return true; }); });
+    with_bare_loop_ = with_bare_loop;
+  }
+  ServoRunner(const ServoRunner&) = delete;
+  ServoRunner& operator=(const ServoRunner&) = delete;
+  ~ServoRunner() { stop(); }
+
+  /// Ends both loops and waits for them.
+  void stop() {
+    servo_.stop();
+    bare_.stop();
+    if (servo_thread_.joinable()) servo_thread_.join();
+    if (bare_thread_.joinable()) bare_thread_.join();
+  }
+  /// Newest statistics of the servo and, if it runs, of the bare loop. One reader thread.
+  std::vector<core::LoopStatistics> statistics() {
+    std::vector<core::LoopStatistics> all{servo_.statistics()};
+    if (with_bare_loop_) all.push_back(bare_.statistics());
+    return all;
+  }
+  /// What the servo's thread was refused; call it after stop().
+  const std::string& notice() const { return servo_.notice(); }
+
+ private:
+  PeriodicLoop servo_, bare_;
+  std::function<void(double)> tick_;
+  bool with_bare_loop_ = false;
+  std::jthread servo_thread_, bare_thread_;
+};
+
+}  // namespace phantom::runtime
