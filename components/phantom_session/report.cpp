@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 
 #include "common/runtime/process.hpp"
 #include "components/phantom_session/report_page.hpp"
@@ -72,13 +74,27 @@ Json deadlines_json(const Collector& collector) {
   return out;
 }
 
+// Objects that were touched both with and without the percept: only these compare like with like.
+std::set<int> compared_objects(const Collector& collector) {
+  std::set<int> with, without, both;
+  for (const Reach& reach : collector.reaches()) {
+    if (reach.contact_s) (reach.percept ? with : without).insert(reach.contact_object);
+  }
+  std::set_intersection(with.begin(), with.end(), without.begin(), without.end(),
+                        std::inserter(both, both.end()));
+  return both;
+}
+
 Json percept_json(const Collector& collector) {
+  const std::set<int> compared = compared_objects(collector);
   std::vector<double> onsets, with, without;
   double peak_Nm = 0.0;
   for (const Reach& reach : collector.reaches()) {
     peak_Nm = std::max(peak_Nm, reach.peak_torque_Nm);
     if (reach.onset_distance_m) onsets.push_back(*reach.onset_distance_m);
-    if (reach.contact_s) (reach.percept ? with : without).push_back(reach.contact_speed_m_s);
+    if (reach.contact_s && compared.contains(reach.contact_object)) {
+      (reach.percept ? with : without).push_back(reach.contact_speed_m_s);
+    }
   }
   return {{"onset_distance_m", median(onsets)},
           {"peak_torque_nm", peak_Nm},

@@ -24,11 +24,11 @@ class Report : public testing::Test {
     return nlohmann::json::parse(summary_json(
         {folder_, 30.0, 1'000'000'000, "http://127.0.0.1:8080/", {{"slave_io", 0, true}}, collector_}));
   }
-  void reach(int number, bool percept, double speed_m_s) {
+  void reach(int number, bool percept, double speed_m_s, int object = 1) {
     collector_.on_slave({.t_s = t_s_ += 1, .tool_speed_m_s = speed_m_s, .clearance_m = 0.05});
     collector_.on_master(
         {.t_s = t_s_, .reach = number, .percept_enabled = percept, .percept_torque_Nm = percept ? 0.7 : 0});
-    collector_.on_slave({.t_s = t_s_ += 1, .contact = true, .contact_object = 1, .clearance_m = 0.0});
+    collector_.on_slave({.t_s = t_s_ += 1, .contact = true, .contact_object = object, .clearance_m = 0.0});
   }
 
   std::filesystem::path folder_;
@@ -64,6 +64,15 @@ TEST_F(Report, SummaryHoldsWhatTheComponentsLeftAndWhatWasSeen) {
   EXPECT_EQ(s["loops"]["slave_io.servo"]["rate_hz"], 999.0);
   EXPECT_EQ(s["deadline_missed"]["master_state"], 3) << "added up over the readers";
   EXPECT_EQ(s["reaches"][1]["object"], "drum");
+}
+
+TEST_F(Report, ContactSpeedsCompareOnlyObjectsTouchedBothWays) {
+  reach(0, true, 0.04, 1);
+  reach(1, false, 0.10, 1);
+  reach(2, true, 0.90, 2);  // never reached without the percept
+  const auto s = summary();
+  EXPECT_NEAR(s["percept"]["contact_speed_with"].get<double>(), 0.04, 1e-12);
+  EXPECT_NEAR(s["percept"]["contact_speed_without"].get<double>(), 0.10, 1e-12);
 }
 
 TEST_F(Report, WhatNobodyMeasuredIsNullNotZero) {
