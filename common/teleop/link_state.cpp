@@ -46,6 +46,19 @@ LinkState next_link_state(LinkState state, const LinkConditions& c) noexcept {
   return LinkState::kStopped;
 }
 
+core::ComponentState component_state(LinkState link) noexcept {
+  switch (link) {
+    case LinkState::kCoupled:
+      return core::ComponentState::kRunning;
+    case LinkState::kDegraded:
+      return core::ComponentState::kDegraded;
+    case LinkState::kStopped:
+      return core::ComponentState::kStopped;
+    default:
+      return core::ComponentState::kReady;
+  }
+}
+
 LinkState LinkMonitor::step(const LinkObservation& seen, double dt_s) noexcept {
   const bool fresh = seen.partner_age_s <= timing_.staleness_s;  // false for NaN too
   fresh_s_ = fresh ? fresh_s_ + dt_s : 0.0;

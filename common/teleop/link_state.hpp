@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "common/core/health.hpp"
 #include "common/core/joints.hpp"
 
 namespace phantom::teleop {
@@ -35,6 +36,10 @@ struct LinkConditions {
 /// leads through an aligned pose. Emergency stop wins over everything; with it asked for, a reset does
 /// nothing. Real-time safe: yes.
 LinkState next_link_state(LinkState state, const LinkConditions& conditions) noexcept;
+
+/// How a component whose link is in this state tells its health: coupled is running, waiting and aligning are
+/// ready.
+core::ComponentState component_state(LinkState link) noexcept;
 
 struct LinkTiming {
   double staleness_s = 0.02;   ///< the partner counts as stale beyond this age

@@ -20,19 +20,6 @@ using teleop::LinkState;
 constexpr double kHealthPeriod_s = 0.5;
 constexpr core::Nanoseconds kAnnounceEvery_ns = 30 * core::kNsPerSecond;
 
-core::ComponentState component_state(LinkState link) {
-  switch (link) {
-    case LinkState::kCoupled:
-      return core::ComponentState::kRunning;
-    case LinkState::kDegraded:
-      return core::ComponentState::kDegraded;
-    case LinkState::kStopped:
-      return core::ComponentState::kStopped;
-    default:
-      return core::ComponentState::kReady;
-  }
-}
-
 std::string sentence(const MasterOutputs& now) {
   switch (now.state) {
     case LinkState::kInit:
