@@ -29,13 +29,13 @@ enum class ShapingElement : std::uint8_t {
 
 /// Graded fluid around an object (spec 1.4, 1.5).
 struct LayerProfile {
-  LayerMethod method = LayerMethod::kDistance;
-  ShapingElement element = ShapingElement::kSphere;  ///< of kDilation
   std::vector<int> thickness_vox;     ///< m_i per layer, ≥ 1; layer 1 is the nearest
   std::vector<float> mu_Pa_s_per_m;   ///< per layer, > 0, falling outwards; same length
   float mu_skin_Pa_s_per_m = 100.0F;  ///< boundary and interior; ≥ the first layer's
   int guard_vox =
       0;  ///< j: a protective skin wrapped on the solid, with the μ of layer 1; the layers begin outside it
+  LayerMethod method = LayerMethod::kDistance;
+  ShapingElement element = ShapingElement::kSphere;  ///< of kDilation
 
   /// Layers inside the body, order −1 (touching the boundary) to −n: what lies deeper has mu_skin. With them the
   /// boundary has the μ of order −1, so that a model larger than the real object still gives a continuous percept.
