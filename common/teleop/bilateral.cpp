@@ -29,15 +29,25 @@ std::optional<BilateralLaw> law_from_name(std::string_view name) noexcept {
   return std::nullopt;
 }
 
-bool is_supported(BilateralLaw law) noexcept {
-  return law == BilateralLaw::kPf || law == BilateralLaw::kSctfb;
+bool needs_force_sensor(BilateralLaw law) noexcept {
+  return law == BilateralLaw::kPfff || law == BilateralLaw::kPeff;
 }
 
-core::JointArray feedback_torque(BilateralLaw law, const SlaveEffort& slave, double inverse_a,
+core::JointArray feedback_torque(BilateralLaw law, const JointMotion& master, const JointMotion& slave,
+                                 const SlaveEffort& effort, const ExchangeGains& gains, double inverse_a,
                                  std::size_t joint_count) noexcept {
+  const bool exchange = law == BilateralLaw::kPe || law == BilateralLaw::kPeff;
   core::JointArray torque_Nm{};
-  if (law != BilateralLaw::kSctfb) return torque_Nm;
-  for (std::size_t j = 0; j < joint_count; ++j) torque_Nm[j] = -inverse_a * slave.loop_torque_Nm[j];
+  for (std::size_t j = 0; j < joint_count; ++j) {
+    double sum_Nm = 0.0;
+    if (law == BilateralLaw::kSctfb) sum_Nm -= effort.loop_torque_Nm[j];
+    if (needs_force_sensor(law)) sum_Nm += effort.external_torque_Nm[j];
+    if (exchange) {
+      sum_Nm -= gains.k_p[j] * (master.position[j] - slave.position[j]) +
+                gains.k_v[j] * (master.velocity[j] - slave.velocity[j]);
+    }
+    torque_Nm[j] = inverse_a * sum_Nm;
+  }
   return torque_Nm;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string_view>
 
@@ -10,30 +11,45 @@ namespace phantom::teleop {
 
 /// Bilateral laws of the thesis's Table 5.1. In all of them the slave follows with F_as = K_ps(X_m − X_s) +
 /// K_vs·(Ẋ_m − Ẋ_s); they differ in F_am, what the hand feels of the slave.
-enum class BilateralLaw {
+enum class BilateralLaw : std::uint8_t {
   kPf,     ///< a: position forward, F_am = 0
   kSctfb,  ///< b: slave coordinating torque feedback, F_am = F_as / A
   kPfff,   ///< c: position forward, force feedback, F_am = F_e / A
-  kPe,     ///< d: position exchange
-  kPeff,   ///< e: position exchange with force
+  kPe,     ///< d: position exchange, F_am = (K_pm(X_m − X_s) + K_vm(Ẋ_m − Ẋ_s)) / A
+  kPeff,   ///< e: position exchange with force, d's and F_e / A
 };
+inline constexpr std::size_t kBilateralLaws = 5;
 
 /// Short name as used in configuration: pf, sctfb, pfff, pe, peff.
 const char* name_of(BilateralLaw law) noexcept;
 std::optional<BilateralLaw> law_from_name(std::string_view name) noexcept;
-/// Whether this version renders the law. kPf and kSctfb; a configuration that asks for another one is
-/// refused.
-bool is_supported(BilateralLaw law) noexcept;
+/// Whether the law feels F_e, so that the slave has to measure it (c, e).
+bool needs_force_sensor(BilateralLaw law) noexcept;
+
+/// One side of the pair, per joint, in the slave's joint coordinates: rad or m, rad/s or m/s.
+struct JointMotion {
+  core::JointArray position{};
+  core::JointArray velocity{};
+};
 
 /// What the slave reports of itself, per joint.
 struct SlaveEffort {
-  core::JointArray loop_torque_Nm{};  ///< F_as
+  core::JointArray loop_torque_Nm{};      ///< F_as
+  core::JointArray external_torque_Nm{};  ///< F_e: what its surroundings exert on the arm, as joint torques Jᵀf
 };
 
-/// Torque that the slave's feedback puts on the master's joints: −F_am, as the reaction to F_as pulls the
-/// master back to the slave. `inverse_a` is 1/A ≥ 0. Zero for laws that are not supported. Real-time safe:
-/// yes.
-core::JointArray feedback_torque(BilateralLaw law, const SlaveEffort& slave, double inverse_a,
+/// Gains of the master's own position loop (laws d and e), N·m/rad and N·m·s/rad, or N/m and N·s/m.
+struct ExchangeGains {
+  core::JointArray k_p{};  ///< K_pm ≥ 0
+  core::JointArray k_v{};  ///< K_vm ≥ 0
+};
+
+/// Torque that the slave's feedback puts on the master's joints, by Table 5.1: −F_am, since F_am is what the hand
+/// has to overcome. `inverse_a` is 1/A ≥ 0 and scales all of it; with 1 the laws d and e are the table's. The
+/// table's velocity term of d and e is taken between the two sides, so that common motion costs nothing.
+/// Real-time safe: yes.
+core::JointArray feedback_torque(BilateralLaw law, const JointMotion& master, const JointMotion& slave,
+                                 const SlaveEffort& effort, const ExchangeGains& gains, double inverse_a,
                                  std::size_t joint_count) noexcept;
 
 /// Sum on the master's joint, eq. 5.20: percept torque (already G·τ₁) plus feedback (already τ₂/A), within

@@ -111,14 +111,15 @@ void SlavePlant::step(const core::JointArray& drive_Nm, double dt_s) noexcept {
   // Nothing on the arm goes farther than this in one step at the speeds that telemanipulation knows (5 m/s).
   find_touching(5.0 * dt_s);
   const double sub_s = dt_s / parameters_.sub_steps;
+  report_.joint_torque_Nm = {};
   for (int k = 0; k < parameters_.sub_steps; ++k) {
     core::JointArray torque_Nm{};
-    for (std::size_t j = 0; j < count; ++j) {
-      torque_Nm[j] = (std::isfinite(drive_Nm[j]) ? drive_Nm[j] : 0.0) - gravity_Nm_[j];
-    }
     add_contact_torque(torque_Nm);
-    for (std::size_t j = 0; j < count; ++j)
+    for (std::size_t j = 0; j < count; ++j) {
+      report_.joint_torque_Nm[j] += torque_Nm[j] / parameters_.sub_steps;
+      torque_Nm[j] += (std::isfinite(drive_Nm[j]) ? drive_Nm[j] : 0.0) - gravity_Nm_[j];
       integrate(parameters_.joints[j], torque_Nm[j], sub_s, q_[j], v_[j]);
+    }
     arm_.link_poses(q_, X_WL_);
   }
   if (!parameters_.balanced) gravity_Nm_ = arm_.gravity_torque(X_WL_);

@@ -35,6 +35,7 @@ struct ContactReport {
   Eigen::Vector3d point_W_m = Eigen::Vector3d::Zero();
   double clearance_m =
       -1.0;  ///< least distance of the arm's contact points, 0 in touch; −1: farther than the world's range
+  core::JointArray joint_torque_Nm{};  ///< F_e: Jᵀf of all contact forces on the arm, mean over the step
 };
 
 /// Reflected inertia of each joint, kg·m² or kg: the diagonal of the mass matrix at pose `q`, links as point

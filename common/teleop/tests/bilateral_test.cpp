@@ -11,20 +11,36 @@ core::JointArray joints(double a, double b, double c) {
   return values;
 }
 
-TEST(Bilateral, PositionForwardFeelsNothingOfTheSlave) {
-  EXPECT_EQ(feedback_torque(BilateralLaw::kPf, {joints(5, -3, 1)}, 0.5, 3), core::JointArray{});
-}
+JointMotion motion(double scale) { return {joints(scale, -2 * scale, 3), joints(0.1 * scale, 0.2, -scale)}; }
 
-TEST(Bilateral, SlaveTorqueComesBackReversedAndDividedByA) {
-  const auto torque_Nm = feedback_torque(BilateralLaw::kSctfb, {joints(5, -3, 1)}, 0.5, 2);
-  EXPECT_EQ(torque_Nm, joints(-2.5, 1.5, 0));  // the third joint does not exist
-}
-
-TEST(Bilateral, LawsOfALaterVersionRenderNothing) {
-  for (const auto law : {BilateralLaw::kPfff, BilateralLaw::kPe, BilateralLaw::kPeff}) {
-    EXPECT_FALSE(is_supported(law));
-    EXPECT_EQ(feedback_torque(law, {joints(5, -3, 1)}, 1.0, 3), core::JointArray{});
+// Table 5.1, line by line.
+TEST(Bilateral, EveryLawIsItsLineOfTheTable) {
+  const JointMotion master = motion(1.5), slave = motion(1.2);
+  const SlaveEffort effort{joints(5, -3, 1), joints(-4, 2, 0.5)};
+  const ExchangeGains gains{joints(20, 30, 40), joints(2, 3, 4)};
+  const double inverse_a = 0.3;
+  for (const auto law : {BilateralLaw::kPf, BilateralLaw::kSctfb, BilateralLaw::kPfff, BilateralLaw::kPe,
+                         BilateralLaw::kPeff}) {
+    const auto torque_Nm = feedback_torque(law, master, slave, effort, gains, inverse_a, 2);
+    for (std::size_t j = 0; j < 2; ++j) {
+      const double exchange = gains.k_p[j] * (master.position[j] - slave.position[j]) +
+                              gains.k_v[j] * (master.velocity[j] - slave.velocity[j]);
+      const double f_as = effort.loop_torque_Nm[j], f_e = -effort.external_torque_Nm[j];  // what the arm exerts
+      double f_am = 0.0;
+      if (law == BilateralLaw::kSctfb) f_am = f_as;
+      if (law == BilateralLaw::kPfff) f_am = f_e;
+      if (law == BilateralLaw::kPe) f_am = exchange;
+      if (law == BilateralLaw::kPeff) f_am = exchange + f_e;
+      EXPECT_NEAR(torque_Nm[j], -inverse_a * f_am, 1e-12) << name_of(law);
+    }
+    EXPECT_EQ(torque_Nm[2], 0.0);  // the third joint does not exist
   }
+}
+
+TEST(Bilateral, LawsCAndENeedAForceSensor) {
+  EXPECT_TRUE(needs_force_sensor(BilateralLaw::kPfff));
+  EXPECT_TRUE(needs_force_sensor(BilateralLaw::kPeff));
+  EXPECT_FALSE(needs_force_sensor(BilateralLaw::kSctfb));
 }
 
 TEST(Bilateral, NamesRoundTrip) {

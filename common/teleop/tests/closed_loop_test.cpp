@@ -7,7 +7,7 @@
 #include <deque>
 
 #include "common/robot/tests/test_arms.hpp"
-#include "common/teleop/bilateral.hpp"
+#include "common/teleop/feedback_rendering.hpp"
 #include "common/teleop/joint_servo.hpp"
 #include "common/teleop/master_plant.hpp"
 #include "common/teleop/operator_model.hpp"
@@ -84,11 +84,25 @@ Outcome reach_the_wall(bool percept_on, BilateralLaw law, int network_delay_tick
     pp.torque_cap_Nm[j] = 2.2, device.inertia[j] = 0.02, device.damping_cap[j] = 100;
   pp.damping_limit_Nms_per_rad = usable_damping(device);
   PerceptRenderer percept(pp);
+  FeedbackParameters fp{.joint_count = kJoints, .law = law, .inverse_a = {0, 0.05, 0.05, 1, 1}};
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    fp.torque_cap_Nm[j] = 4.0;
+    fp.exchange.k_p[j] = 15.0, fp.exchange.k_v[j] = 0.2;
+    fp.passivity.allowance_J[j] = 0.02, fp.passivity.store_J[j] = 0.1;
+    fp.passivity.damping_limit[j] = pp.damping_limit_Nms_per_rad[j];
+  }
+  fp.passivity.joint_count = kJoints;
+  FeedbackRenderer feedback_renderer(fp);
   struct Packet {
     core::JointArray q, v;
   };
   std::deque<Packet> to_slave(static_cast<std::size_t>(network_delay_ticks) + 1, Packet{});
-  std::deque<core::JointArray> to_master(static_cast<std::size_t>(network_delay_ticks) + 1);
+  struct Answer {
+    JointMotion motion;
+    SlaveEffort effort;
+    bool contact = false;
+  };
+  std::deque<Answer> to_master(static_cast<std::size_t>(network_delay_ticks) + 1, Answer{});
   std::deque<DragCoefficients> field(static_cast<std::size_t>(2 * network_delay_ticks) + 1);
 
   core::JointArray target{};
@@ -98,7 +112,17 @@ Outcome reach_the_wall(bool percept_on, BilateralLaw law, int network_delay_tick
   for (double t = 0; t < 6.0; t += kDt) {
     const auto& v = master.velocity();
     const auto rendered = percept.step(field.front(), true, percept_on, 15.0, v, kDt);
-    const auto feedback = feedback_torque(law, {to_master.front()}, 0.05, kJoints);
+    const Answer& heard = to_master.front();
+    const auto feedback = feedback_renderer
+                              .step({.law = law,
+                                     .coupled = true,
+                                     .contact = heard.contact,
+                                     .force_measured = true,
+                                     .master = {master.position(), v},
+                                     .slave = heard.motion,
+                                     .effort = heard.effort},
+                                    kDt)
+                              .torque_Nm;
     core::JointArray limit{};
     limit.fill(6.0);
     double power_W = 0.0;
@@ -113,7 +137,9 @@ Outcome reach_the_wall(bool percept_on, BilateralLaw law, int network_delay_tick
     to_slave.pop_front();
     const auto torque = servo.step(command.q, command.v, slave.position(), slave.velocity(), {});
     slave.step(torque.drive_Nm, kDt);
-    to_master.push_back(torque.loop_Nm);
+    to_master.push_back({{slave.position(), slave.velocity()},
+                         {torque.loop_Nm, slave.contact().joint_torque_Nm},
+                         slave.contact().contact});
     to_master.pop_front();
     field.push_back(drag_at(arm, slave.position(), wall));
     field.pop_front();
@@ -137,8 +163,9 @@ Outcome reach_the_wall(bool percept_on, BilateralLaw law, int network_delay_tick
   return out;
 }
 
-TEST(ClosedLoop, PerceptWarnsBeforeContactAndSlowsTheOperator) {
-  for (const auto law : {BilateralLaw::kPf, BilateralLaw::kSctfb}) {
+TEST(ClosedLoop, PerceptWarnsBeforeContactAndSlowsTheOperatorInEveryLaw) {
+  for (const auto law : {BilateralLaw::kPf, BilateralLaw::kSctfb, BilateralLaw::kPfff, BilateralLaw::kPe,
+                         BilateralLaw::kPeff}) {
     for (const int delay : {0, 2, 10}) {
       const auto with = reach_the_wall(true, law, delay);
       const auto without = reach_the_wall(false, law, delay);
@@ -156,9 +183,11 @@ TEST(ClosedLoop, PerceptWarnsBeforeContactAndSlowsTheOperator) {
   }
 }
 
-TEST(ClosedLoop, SlaveTorqueTellsOfContactInCaseBOnly) {
-  EXPECT_GT(reach_the_wall(true, BilateralLaw::kSctfb, 2).feedback_at_contact_Nm, 0.5);
+TEST(ClosedLoop, ContactIsFeltInEveryLawButPositionForward) {
   EXPECT_EQ(reach_the_wall(true, BilateralLaw::kPf, 2).feedback_at_contact_Nm, 0.0);
+  for (const auto law : {BilateralLaw::kSctfb, BilateralLaw::kPfff, BilateralLaw::kPe, BilateralLaw::kPeff}) {
+    EXPECT_GT(reach_the_wall(true, law, 2).feedback_at_contact_Nm, 0.4) << name_of(law);
+  }
 }
 
 }  // namespace

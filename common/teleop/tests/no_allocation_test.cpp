@@ -3,6 +3,7 @@
 
 #include "common/robot/tests/test_arms.hpp"
 #include "common/teleop/bilateral.hpp"
+#include "common/teleop/feedback_rendering.hpp"
 #include "common/teleop/joint_servo.hpp"
 #include "common/teleop/link_state.hpp"
 #include "common/teleop/master_plant.hpp"
@@ -44,6 +45,12 @@ TEST(Teleop, StepsDoNotAllocate) {
   rp.duration_scatter = 0.1;
   ReachScript script(rp, hand);
   PerceptRenderer percept(pp);
+  FeedbackParameters fp{.joint_count = count, .inverse_a = {0, 0.1, 0.1, 1, 1}};
+  fp.torque_cap_Nm.fill(4);
+  fp.exchange.k_p.fill(20);
+  fp.passivity.joint_count = count;
+  fp.passivity.damping_limit.fill(2);
+  FeedbackRenderer feedback(fp);
   LinkMonitor link{LinkTiming{}};
   std::array<JointServoGains, core::kMaxJoints> gains{};
   gains.fill({100, 10, 50});
@@ -61,9 +68,16 @@ TEST(Teleop, StepsDoNotAllocate) {
     const auto out = percept.step(drag, true, script.percept_on(), 5, master.velocity(), 0.001);
     const auto torque = servo.step(master.position(), master.velocity(), slave.position(), slave.velocity(),
                                    slave.gravity_Nm());
-    const auto feedback = feedback_torque(BilateralLaw::kSctfb, {torque.loop_Nm}, 0.1, count);
+    const auto felt = feedback.step({.law = static_cast<BilateralLaw>(i / 2000 % 5),
+                                     .coupled = true,
+                                     .contact = slave.contact().contact,
+                                     .force_measured = true,
+                                     .master = {master.position(), master.velocity()},
+                                     .slave = {slave.position(), slave.velocity()},
+                                     .effort = {torque.loop_Nm, slave.contact().joint_torque_Nm}},
+                                    0.001);
     master.step(hand.step(master.true_position(), master.true_velocity(), true, 0.001),
-                master_torque(out.torque_Nm, feedback, mp.torque_limit_Nm, count), 0.001);
+                master_torque(out.torque_Nm, felt.torque_Nm, mp.torque_limit_Nm, count), 0.001);
     slave.step(torque.drive_Nm, 0.001);
     touched = touched || slave.contact().contact;
   }

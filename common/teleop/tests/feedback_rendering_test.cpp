@@ -1,0 +1,142 @@
+#include "common/teleop/feedback_rendering.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "common/teleop/percept_set.hpp"
+
+namespace phantom::teleop {
+namespace {
+
+constexpr double kDt = 0.001;
+
+FeedbackParameters parameters() {
+  FeedbackParameters p{.joint_count = 1, .law = BilateralLaw::kSctfb, .inverse_a = {0, 0.05, 0.1, 1, 1}};
+  p.torque_cap_Nm[0] = 4.0;
+  p.exchange.k_p[0] = 20.0;
+  p.passivity.joint_count = 1;
+  p.passivity.enabled = false;
+  return p;
+}
+
+FeedbackInputs pushing() {
+  FeedbackInputs in{.coupled = true, .force_measured = true};
+  in.effort.loop_torque_Nm[0] = 20.0;
+  in.effort.external_torque_Nm[0] = -15.0;
+  in.master.position[0] = 0.05;
+  return in;
+}
+
+RenderedFeedback run(FeedbackRenderer& renderer, const FeedbackInputs& in, double duration_s) {
+  RenderedFeedback out;
+  for (double t = 0; t < duration_s; t += kDt) out = renderer.step(in, kDt);
+  return out;
+}
+
+TEST(FeedbackRendering, EveryLawSettlesAtItsOwnGain) {
+  const double expected_Nm[] = {0.0, -0.05 * 20.0, -0.1 * 15.0, -20.0 * 0.05, -20.0 * 0.05 - 15.0};
+  FeedbackRenderer renderer(parameters());
+  FeedbackInputs in = pushing();
+  for (const auto law : {BilateralLaw::kPf, BilateralLaw::kSctfb, BilateralLaw::kPfff, BilateralLaw::kPe,
+                         BilateralLaw::kPeff}) {
+    in.law = law;
+    const auto out = run(renderer, in, 1.0);
+    EXPECT_EQ(out.law, law);
+    EXPECT_NEAR(out.torque_Nm[0], std::max(-4.0, expected_Nm[static_cast<std::size_t>(law)]), 1e-9) << name_of(law);
+  }
+}
+
+// Bumpless: laws, gains, contact and coupling change at random; no step of the torque exceeds the ramps'.
+TEST(FeedbackRendering, NothingThatIsSwitchedMakesAJump) {
+  auto p = parameters();
+  p.contact_gain_ratio = 3.0;
+  FeedbackRenderer renderer(p);
+  std::mt19937 random(11);
+  const auto choose = [&random](int n) { return std::uniform_int_distribution<int>(0, n - 1)(random); };
+  FeedbackInputs in = pushing();
+  double before_Nm = 0.0;
+  // 1/A moves by at most 1/ramp_up, authority by 1/ramp_down, contact by (ratio − 1)/rise: of a torque whose
+  // unscaled value is at most 20 N·m and which is capped at 4.
+  const double most_Nm = kDt * (4.0 / p.ramp_down_s + 3.0 * 20.0 / p.ramp_up_s + 2.0 * 4.0 / p.contact_rise_s) + 1e-9;
+  for (int i = 0; i < 60000; ++i) {
+    if (i % 97 == 0) in.law = static_cast<BilateralLaw>(choose(5));
+    if (i % 61 == 0) in.inverse_a = choose(2) == 0 ? kLawsOwnGain : 0.1 * choose(10);
+    if (i % 43 == 0) in.contact = choose(2) == 0;
+    if (i % 151 == 0) in.coupled = choose(3) != 0;
+    const double now_Nm = renderer.step(in, kDt).torque_Nm[0];
+    ASSERT_LE(std::abs(now_Nm - before_Nm), most_Nm) << i;
+    ASSERT_LE(std::abs(now_Nm), 4.0 + 1e-12);
+    before_Nm = now_Nm;
+  }
+}
+
+TEST(FeedbackRendering, ContactRaisesTheGainAndLettingGoLowersIt) {
+  auto p = parameters();
+  p.contact_gain_ratio = 3.0;
+  FeedbackRenderer renderer(p);
+  FeedbackInputs in = pushing();
+  EXPECT_NEAR(run(renderer, in, 1.0).inverse_a, 0.05, 1e-12);
+  in.contact = true;
+  EXPECT_NEAR(run(renderer, in, 0.2).torque_Nm[0], -3.0, 1e-9);
+  in.contact = false;
+  EXPECT_NEAR(run(renderer, in, 0.5).torque_Nm[0], -1.0, 1e-9);
+}
+
+TEST(FeedbackRendering, AGainForOneLawIsNotAnothersGain) {
+  FeedbackRenderer renderer(parameters());
+  FeedbackInputs in = pushing();
+  in.inverse_a = 0.02;
+  EXPECT_NEAR(run(renderer, in, 1.0).inverse_a, 0.02, 1e-12);
+  in.law = BilateralLaw::kPe;
+  in.inverse_a = kLawsOwnGain;  // as a change of law asks
+  EXPECT_NEAR(run(renderer, in, 1.0).inverse_a, 1.0, 1e-12);
+}
+
+TEST(FeedbackRendering, ALawThatNeedsAMissingForceSensorIsSaidAndSilent) {
+  FeedbackRenderer renderer(parameters());
+  FeedbackInputs in = pushing();
+  in.force_measured = false;
+  in.law = BilateralLaw::kPfff;
+  auto out = run(renderer, in, 1.0);
+  EXPECT_TRUE(out.force_missing);
+  EXPECT_EQ(out.torque_Nm[0], 0.0);
+  in.force_measured = true;
+  out = run(renderer, in, 1.0);
+  EXPECT_FALSE(out.force_missing);
+  EXPECT_NEAR(out.torque_Nm[0], -1.5, 1e-9);
+}
+
+TEST(FeedbackRendering, FadesOutWithinTheRampWhenUncoupled) {
+  FeedbackRenderer renderer(parameters());
+  FeedbackInputs in = pushing();
+  run(renderer, in, 1.0);
+  in.coupled = false;
+  EXPECT_EQ(run(renderer, in, 0.1 + 2 * kDt).torque_Nm[0], 0.0);
+}
+
+TEST(FeedbackRendering, NumbersThatAreNoneGiveNoTorque) {
+  FeedbackRenderer renderer(parameters());
+  FeedbackInputs in = pushing();
+  run(renderer, in, 1.0);
+  in.effort.loop_torque_Nm[0] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(renderer.step(in, kDt).torque_Nm[0], 0.0);
+  in.effort.loop_torque_Nm[0] = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(renderer.step(in, kDt).torque_Nm[0], 0.0);
+}
+
+// Table 6.1.
+TEST(PerceptSet, AudioIsEssentialWhereDragDoesNotStandApart) {
+  for (const auto law : {BilateralLaw::kPe, BilateralLaw::kPeff}) {
+    EXPECT_EQ(percept_set(law, true).haptic, PerceptRole::kWeak);
+    EXPECT_EQ(percept_set(law, true).audio, PerceptRole::kEssential);
+  }
+  EXPECT_EQ(percept_set(BilateralLaw::kSctfb, true).haptic, PerceptRole::kEssential);
+  EXPECT_EQ(percept_set(BilateralLaw::kSctfb, true).audio, PerceptRole::kHelpful);
+  EXPECT_EQ(percept_set(BilateralLaw::kSctfb, false).audio, PerceptRole::kEssential);
+}
+
+}  // namespace
+}  // namespace phantom::teleop
