@@ -63,6 +63,11 @@ const TopicSpec<msg::WorkspaceObject> kWorkspaceObject{{"workspace_object", "pha
                                                         &make_type<msg::WorkspaceObjectPubSubType>}};
 const TopicSpec<msg::MeshChunk> kMeshChunk{
     {"mesh_chunk", "phantom::msg::MeshChunk", kDurable, &make_type<msg::MeshChunkPubSubType>}};
+const TopicSpec<msg::WorkspaceCommand> kWorkspaceCommand{{"workspace_command",
+                                                          "phantom::msg::WorkspaceCommand", kEvent,
+                                                          &make_type<msg::WorkspaceCommandPubSubType>}};
+const TopicSpec<msg::WorkspaceReply> kWorkspaceReply{{"workspace_reply", "phantom::msg::WorkspaceReply",
+                                                      kEvent, &make_type<msg::WorkspaceReplyPubSubType>}};
 const TopicSpec<msg::ComponentStatus> kComponentStatus{{"component_status", "phantom::msg::ComponentStatus",
                                                         kDurable,
                                                         &make_type<msg::ComponentStatusPubSubType>}};
@@ -71,7 +76,8 @@ std::span<const TopicDescription* const> all_topics() {
   static const TopicDescription* const topics[] = {&kMasterState,    &kSlaveState,       &kDragField,
                                                    &kPercept,        &kHitAlert,         &kOperatorCommand,
                                                    &kWorkspaceBrick, &kWorkspaceVersion, &kWorkspaceObject,
-                                                   &kMeshChunk,      &kComponentStatus};
+                                                   &kMeshChunk,      &kWorkspaceCommand, &kWorkspaceReply,
+                                                   &kComponentStatus};
   return topics;
 }
 

@@ -51,6 +51,8 @@ extern const TopicSpec<msg::WorkspaceBrick> kWorkspaceBrick;      ///< durable
 extern const TopicSpec<msg::WorkspaceVersion> kWorkspaceVersion;  ///< durable
 extern const TopicSpec<msg::WorkspaceObject> kWorkspaceObject;    ///< durable
 extern const TopicSpec<msg::MeshChunk> kMeshChunk;                ///< durable
+extern const TopicSpec<msg::WorkspaceCommand> kWorkspaceCommand;  ///< on events
+extern const TopicSpec<msg::WorkspaceReply> kWorkspaceReply;      ///< on events
 extern const TopicSpec<msg::ComponentStatus> kComponentStatus;    ///< 2 Hz
 
 }  // namespace phantom::dds
