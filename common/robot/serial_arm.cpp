@@ -24,6 +24,10 @@ std::optional<std::pair<std::size_t, geometry::Pose>> SerialArm::find_frame(cons
   return std::nullopt;
 }
 
+std::pair<Eigen::Vector3d, Eigen::Vector3d> SerialArm::link_axis_m(std::size_t link) const {
+  return {Eigen::Vector3d::Zero(), link < joints_.size() ? joints_[link].X_parent_joint.translation_m : tip_m_};
+}
+
 void SerialArm::link_poses(const core::JointArray& q, LinkPoses& X_WL) const noexcept {
   X_WL[0] = X_WB_;
   for (std::size_t i = 0; i < joints_.size(); ++i) {

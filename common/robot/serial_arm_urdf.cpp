@@ -235,6 +235,7 @@ core::Expected<SerialArm> SerialArm::from_urdf(const std::filesystem::path& urdf
       carried = model->getLink(chain[i]->child_link_name);
       X_link_frame = {};
     }
+    arm.tip_m_ = arm.find_frame(tip_link)->second.translation_m;
     return arm;
   } catch (const Fault& fault) {
     const std::string message = urdf.string() + ": " + fault.what;
