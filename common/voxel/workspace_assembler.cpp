@@ -18,6 +18,26 @@ bool possible(BrickKey key) {
   return inside(key.x) && inside(key.y) && inside(key.z);
 }
 
+bool same_grid(const GridSpec& a, const GridSpec& b) {
+  return a.origin_m == b.origin_m && a.voxel_size_m == b.voxel_size_m && a.size_vox == b.size_vox;
+}
+
+std::uint8_t greatest_fluid_code(const BrickData& brick) {
+  std::uint8_t greatest = 0;
+  for (std::size_t i = 0; i < kBrickVoxels; ++i) {
+    const bool fluid = brick.order[i] > kOrderFree && brick.order[i] < kOrderBoundary;
+    greatest = std::max(greatest, fluid ? brick.mu_code[i] : std::uint8_t{0});
+  }
+  return greatest;
+}
+
+void copy_brick(BrickKey key, const Workspace::BrickView& from, Workspace& workspace) {
+  const Workspace::MutableBrick to = workspace.make_brick(key);
+  std::memcpy(to.mu_code, from.mu_code, kBrickVoxels);
+  std::memcpy(to.order, from.order, kBrickVoxels);
+  std::memcpy(to.object, from.object, kBrickVoxels * 2);
+}
+
 core::Status check(const VersionDescription& description) {
   const GridSpec& grid = description.grid;
   if (!grid.origin_m.allFinite())
@@ -47,9 +67,13 @@ core::Status WorkspaceAssembler::put_brick(BrickKey key, std::uint64_t version,
   if (core::Status decoded = decode_brick(bytes, *data); !decoded) return decoded;
   forget(key);
   Held held{version, brick_hash(key, data->view()), data,
-            *std::max_element(data->mu_code.begin(), data->mu_code.end())};
+            *std::max_element(data->mu_code.begin(), data->mu_code.end()), greatest_fluid_code(*data)};
   hash_sum_ += held.hash;
+  Tally& tally = tallies_[version];
+  ++tally.count;
+  tally.hash += held.hash;
   held_.emplace(key, std::move(held));
+  changed_.insert(key);
   try_commit();
   return core::Status::ok();
 }
@@ -62,8 +86,16 @@ void WorkspaceAssembler::remove_brick(BrickKey key) {
 void WorkspaceAssembler::forget(BrickKey key) {
   const auto found = held_.find(key);
   if (found == held_.end()) return;
-  hash_sum_ -= found->second.hash;
+  const Held& held = found->second;
+  const auto tally = tallies_.find(held.version);
+  if (--tally->second.count == 0) {
+    tallies_.erase(tally);
+  } else {
+    tally->second.hash -= held.hash;
+  }
+  hash_sum_ -= held.hash;
   held_.erase(found);
+  changed_.insert(key);
 }
 
 core::Status WorkspaceAssembler::commit(const VersionDescription& description) {
@@ -86,20 +118,24 @@ void WorkspaceAssembler::try_commit() {
 }
 
 void WorkspaceAssembler::drop_left_overs() {
-  // A server's first version is newer than any of its predecessor's: left-overs are the bricks of lowest
-  // version. Only if the rest then has the committed hash are they dropped; else they may be bricks that the
-  // next version will name.
-  std::vector<std::pair<std::uint64_t, BrickKey>> by_version;
-  by_version.reserve(held_.size());
-  for (const auto& [key, held] : held_) by_version.emplace_back(held.version, key);
-  std::sort(by_version.begin(), by_version.end());
+  // A server's first version is newer than any of its predecessor's and names all of its bricks: left-overs
+  // are the bricks of the lowest versions. Only if the rest then has the committed hash are they dropped; else
+  // they may be bricks that a coming disposal or version will explain.
   const std::size_t surplus = held_.size() - pending_->brick_count;
-  if (pending_->brick_count > 0 && by_version[surplus - 1].first == by_version[surplus].first) return;
-  std::uint64_t rest = hash_sum_;
-  for (std::size_t i = 0; i < surplus; ++i) rest -= held_.at(by_version[i].second).hash;
-  if (header_hash(pending_->grid, pending_->palette_Pa_s_per_m) + rest != pending_->content_hash) return;
-  for (std::size_t i = 0; i < surplus; ++i) held_.erase(by_version[i].second);
-  hash_sum_ = rest;
+  Tally oldest;
+  auto rest = tallies_.begin();
+  for (; rest != tallies_.end() && oldest.count < surplus; ++rest) {
+    oldest.count += rest->second.count;
+    oldest.hash += rest->second.hash;
+  }
+  if (oldest.count != surplus) return;
+  const std::uint64_t header = header_hash(pending_->grid, pending_->palette_Pa_s_per_m);
+  if (header + hash_sum_ - oldest.hash != pending_->content_hash) return;
+  std::vector<BrickKey> gone;
+  for (const auto& [key, held] : held_) {
+    if (rest == tallies_.end() || held.version < rest->first) gone.push_back(key);
+  }
+  for (const BrickKey key : gone) forget(key);
 }
 
 bool WorkspaceAssembler::fits(const VersionDescription& description) const {
@@ -114,19 +150,62 @@ bool WorkspaceAssembler::fits(const VersionDescription& description) const {
   });
 }
 
+bool WorkspaceAssembler::spare_usable(const GridSpec& grid,
+                                      const std::vector<float>& palette_Pa_s_per_m) const {
+  return spare_ && spare_.use_count() == 1 && same_grid(spare_->grid(), grid) &&
+         spare_->palette() == palette_Pa_s_per_m;
+}
+
+void WorkspaceAssembler::write_brick(Workspace& to, BrickKey key) {
+  const auto found = held_.find(key);
+  if (found == held_.end()) return to.remove_brick(key);
+  const Held& held = found->second;
+  copy_brick(key, held.data ? held.data->view() : current_->brick(key), to);
+  ++bricks_written_;
+}
+
 void WorkspaceAssembler::build(const VersionDescription& description) {
-  auto built = std::make_shared<Workspace>(description.grid, description.palette_Pa_s_per_m);
-  built->version = description.version;
-  built->reserve_bricks(held_.size());
-  for (auto& [key, held] : held_) {
-    const Workspace::BrickView from = held.data ? held.data->view() : current_->brick(key);
-    const Workspace::MutableBrick to = built->make_brick(key);
-    std::memcpy(to.mu_code, from.mu_code, kBrickVoxels);
-    std::memcpy(to.order, from.order, kBrickVoxels);
-    std::memcpy(to.object, from.object, kBrickVoxels * 2);
+  bricks_written_ = 0;
+  std::shared_ptr<Workspace> built;
+  if (spare_usable(description.grid, description.palette_Pa_s_per_m)) {
+    built = std::move(spare_);
+    for (const BrickKey key : changed_) spare_behind_.insert(key);
+    for (const BrickKey key : spare_behind_) write_brick(*built, key);
+  } else {
+    built = std::make_shared<Workspace>(description.grid, description.palette_Pa_s_per_m);
+    built->reserve_bricks(held_.size());
+    for (const auto& [key, held] : held_) write_brick(*built, key);
   }
-  for (auto& [key, held] : held_) held.data.reset();  // from now on it stands in current_
-  current_ = std::move(built);
+  built->version = description.version;
+  std::uint8_t fluid = 0;
+  for (auto& [key, held] : held_) {
+    held.data.reset();  // from now on it stands in current_
+    fluid = std::max(fluid, held.greatest_fluid_code);
+  }
+  greatest_neighbour_mu_ = static_cast<double>(description.palette_Pa_s_per_m[fluid]);
+  current_ = built;
+  spare_ = std::move(buffer_);
+  spare_behind_ = std::move(changed_);
+  changed_.clear();
+  buffer_ = std::move(built);
+}
+
+void WorkspaceAssembler::prepare() {
+  if (!current_) return;
+  if (!spare_usable(current_->grid(), current_->palette())) {
+    if (spare_ && spare_.use_count() > 1) return;
+    spare_ = std::make_shared<Workspace>(*current_);
+  } else {
+    // Not from held_: what came since is not known to be whole.
+    for (const BrickKey key : spare_behind_) {
+      if (current_->has_brick(key)) {
+        copy_brick(key, current_->brick(key), *spare_);
+      } else {
+        spare_->remove_brick(key);
+      }
+    }
+  }
+  spare_behind_.clear();
 }
 
 }  // namespace phantom::voxel

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
+#include <numeric>
 #include <random>
 
 #include "common/voxel/tests/random_workspace.hpp"
@@ -127,6 +129,162 @@ TEST(WorkspaceAssembler, DropsWhatADeadServerLeftBehind) {
   for (const BrickKey key : new_cell.bricks()) put(assembler, new_cell, key);
   ASSERT_TRUE(assembler.commit(describe(new_cell)));
   expect_same(assembler.current().get(), new_cell);
+}
+
+/// What a server does to a workspace from one version to the next: some bricks changed, made and removed.
+struct Change {
+  std::vector<BrickKey> put, removed;
+};
+Change change_some(Workspace& workspace, std::mt19937& random) {
+  Change change;
+  BrickKey key;
+  for (key.z = 0; key.z < 2; ++key.z) {
+    for (key.y = 0; key.y < 3; ++key.y) {
+      for (key.x = 0; key.x < 4; ++key.x) {
+        const unsigned wish = random() % 8;
+        if (wish == 0 && workspace.has_brick(key)) {
+          workspace.remove_brick(key);
+          change.removed.push_back(key);
+        } else if (wish == 1) {
+          const auto brick = workspace.make_brick(key);
+          for (int i = 0; i < 50; ++i) {
+            const std::size_t at = random() % kBrickVoxels;
+            brick.mu_code[at] = static_cast<std::uint8_t>(random() % 4);
+            brick.order[at] = static_cast<std::int8_t>(random() % 102);
+            brick.object[at] = static_cast<std::uint16_t>(random());
+          }
+          change.put.push_back(key);
+        }
+      }
+    }
+  }
+  return change;
+}
+
+double greatest_neighbour_mu(const Workspace& workspace) {
+  float greatest = 0.0F;
+  for (const BrickKey key : workspace.bricks()) {
+    const auto brick = workspace.brick(key);
+    for (std::size_t i = 0; i < kBrickVoxels; ++i) {
+      if (brick.order[i] > 0 && brick.order[i] < kOrderBoundary)
+        greatest = std::max(greatest, workspace.palette()[brick.mu_code[i]]);
+    }
+  }
+  return static_cast<double>(greatest);
+}
+
+TEST(WorkspaceAssembler, FollowsAnySequenceOfChangesInAnyOrderOfArrival) {
+  for (unsigned seed = 0; seed < 8; ++seed) {
+    std::mt19937 random(seed);
+    Workspace server = random_workspace(seed + 1);
+    WorkspaceAssembler assembler;
+    for (const BrickKey key : server.bricks()) put(assembler, server, key);
+    ASSERT_TRUE(assembler.commit(describe(server)));
+    std::vector<std::pair<std::shared_ptr<const Workspace>, std::uint64_t>> readers;
+    for (int round = 0; round < 12; ++round) {
+      if (random() % 2 == 0) assembler.prepare();
+      if (random() % 2 == 0)
+        readers.emplace_back(assembler.current(), assembler.current()->content_hash());
+      if (random() % 3 == 0) readers.clear();
+      const auto before = assembler.current();
+      const Change change = change_some(server, random);
+      ++server.version;
+      std::vector<int> arrivals(change.put.size() + change.removed.size() + 1);  // the last: the version
+      std::iota(arrivals.begin(), arrivals.end(), 0);
+      std::shuffle(arrivals.begin(), arrivals.end(), random);
+      for (const int arrival : arrivals) {
+        const auto i = static_cast<std::size_t>(arrival);
+        if (i < change.put.size()) {
+          put(assembler, server, change.put[i]);
+        } else if (i < change.put.size() + change.removed.size()) {
+          assembler.remove_brick(change.removed[i - change.put.size()]);
+        } else {
+          ASSERT_TRUE(assembler.commit(describe(server)));
+        }
+        if (arrival != arrivals.back() && assembler.current() != before) {
+          // Nothing that is left to come makes a difference: it has the version already.
+          EXPECT_EQ(assembler.current()->content_hash(), server.content_hash());
+        }
+      }
+      expect_same(assembler.current().get(), server);
+      EXPECT_EQ(assembler.greatest_neighbour_mu(), greatest_neighbour_mu(server));
+      for (const auto& [held, hash] : readers) EXPECT_EQ(held->content_hash(), hash);
+    }
+  }
+}
+
+TEST(WorkspaceAssembler, AChangeCostsItsBricksOnly) {
+  Workspace server = random_workspace(6);
+  const auto keys = server.bricks();
+  ASSERT_GT(keys.size(), 6U);
+  WorkspaceAssembler assembler;
+  for (const BrickKey key : keys) put(assembler, server, key);
+  ASSERT_TRUE(assembler.commit(describe(server)));
+  EXPECT_EQ(assembler.bricks_written(), keys.size());
+  assembler.prepare();
+  const auto change = [&](std::size_t i) {
+    server.make_brick(keys[i]).mu_code[9] ^= 1;
+    ++server.version;
+    put(assembler, server, keys[i]);
+    ASSERT_TRUE(assembler.commit(describe(server)));
+    expect_same(assembler.current().get(), server);
+  };
+  change(0);
+  EXPECT_EQ(assembler.bricks_written(), 1U);
+  change(1);
+  EXPECT_EQ(assembler.bricks_written(), 2U);  // not prepared: the buffer lacks the change before, too
+  assembler.prepare();
+  change(2);
+  EXPECT_EQ(assembler.bricks_written(), 1U);
+  const auto reader = assembler.current();
+  change(3);
+  const auto another = assembler.current();
+  change(4);  // both buffers are held by readers
+  EXPECT_EQ(assembler.bricks_written(), keys.size());
+}
+
+TEST(WorkspaceAssembler, TakesAnotherPaletteAndGrid) {
+  const Workspace first = random_workspace(5);
+  Workspace second({{0, 0, 0}, 0.01, {64, 32, 32}}, {0.0F, 1.0F, 2.0F});
+  second.version = 6;
+  second.make_brick({1, 0, 0}).mu_code[7] = 2;
+  WorkspaceAssembler assembler;
+  for (const BrickKey key : first.bricks()) put(assembler, first, key);
+  ASSERT_TRUE(assembler.commit(describe(first)));
+  assembler.prepare();
+  for (const BrickKey key : first.bricks()) assembler.remove_brick(key);
+  put(assembler, second, {1, 0, 0});
+  ASSERT_TRUE(assembler.commit(describe(second)));
+  expect_same(assembler.current().get(), second);
+  assembler.prepare();
+  second.make_brick({0, 0, 0}).mu_code[7] = 1;
+  ++second.version;
+  put(assembler, second, {0, 0, 0});
+  ASSERT_TRUE(assembler.commit(describe(second)));
+  expect_same(assembler.current().get(), second);
+}
+
+TEST(WorkspaceAssembler, DropsLeftOversOfChangedVersionsToo) {
+  // The dead server had changed some bricks since its start; so has its successor when we hear of it.
+  Workspace dead = random_workspace(7), heir = random_workspace(8);
+  WorkspaceAssembler assembler;
+  for (const BrickKey key : dead.bricks()) put(assembler, dead, key);
+  ASSERT_TRUE(assembler.commit(describe(dead)));
+  std::mt19937 random(3);
+  for (const BrickKey key : change_some(dead, random).put) {
+    dead.version = 9;
+    put(assembler, dead, key);  // and no version any more
+  }
+  heir.version = 1000;
+  const std::vector<BrickKey> first = heir.bricks();
+  const Change change = change_some(heir, random);
+  for (const BrickKey key : first) {
+    if (heir.has_brick(key)) put(assembler, heir, key);
+  }
+  heir.version = 1001;
+  for (const BrickKey key : change.put) put(assembler, heir, key);
+  ASSERT_TRUE(assembler.commit(describe(heir)));
+  expect_same(assembler.current().get(), heir);
 }
 
 TEST(WorkspaceAssembler, AcceptsAnEmptyWorkspace) {
