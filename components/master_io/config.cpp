@@ -21,12 +21,11 @@ void read_link(const ConfigReader& section, const robot::SerialArm& arm, Config&
 }
 
 teleop::BilateralLaw read_law(const ConfigReader& file, const std::string& chosen) {
-  file.choice("law", "sctfb", {"pf", "sctfb", "pfff", "pe", "peff"});
-  const auto law = teleop::law_from_name(chosen.empty() ? file.text("law", "sctfb") : chosen);
-  if (law && teleop::is_supported(*law)) return *law;
-  throw file.error("law",
-                   "is chosen as " + (chosen.empty() ? "above" : "'" + chosen + "' on the command line") +
-                       ", which this version does not render yet; allowed: pf (case a), sctfb (case b)");
+  const std::string in_file = file.choice("law", "sctfb", {"pf", "sctfb", "pfff", "pe", "peff"});
+  const auto law = teleop::law_from_name(chosen.empty() ? in_file : chosen);
+  if (law) return *law;
+  throw file.error("law", "is '" + chosen +
+                              "' on the command line; allowed: pf (case a), sctfb (b), pfff (c), pe (d), peff (e)");
 }
 
 /// Device data of the two types of joint; returns the cap on damping.
@@ -82,12 +81,47 @@ void read_percept(const ConfigReader& section, const robot::SerialArm& arm, Conf
   percept.ramp_down_s = section.number("ramp_down_s", percept.ramp_down_s, {0.01, 2, "s"});
 }
 
-void read_feedback(const ConfigReader& section, const robot::SerialArm& arm, FeedbackConfig& feedback) {
-  feedback.inverse_a = section.number("inverse_a", {0, 10, ""});
+void read_exchange(const ConfigReader& section, const robot::SerialArm& arm, teleop::ExchangeGains& gains) {
+  gains.k_p = robot::by_joint_type(arm, section.number("k_p_N_m_per_rad", {0, 1e5, "N·m/rad"}),
+                                   section.number("k_p_N_per_m", {0, 1e7, "N/m"}));
+  gains.k_v = robot::by_joint_type(arm, section.number("k_v_N_m_s_per_rad", {0, 1e4, "N·m·s/rad"}),
+                                   section.number("k_v_N_s_per_m", {0, 1e6, "N·s/m"}));
+}
+
+/// The guard may add as much damping as the percept may: together they stay within the device's stability.
+void read_passivity(const ConfigReader& section, const robot::SerialArm& arm, Config& config) {
+  auto& passivity = config.feedback.passivity;
+  passivity.joint_count = arm.joint_count();
+  passivity.enabled = section.flag("guard", true);
+  const double allowance_J = section.number("allowance_J", {0, 1e3, "J"});
+  const double store_J = section.number("store_J", {0, 1e3, "J"});
+  passivity.allowance_J.fill(allowance_J);
+  passivity.store_J.fill(store_J);
+  passivity.damping_limit = config.percept.damping_limit_Nms_per_rad;
+}
+
+void read_feedback(const ConfigReader& section, const robot::SerialArm& arm, Config& config) {
+  auto& feedback = config.feedback;
+  feedback.joint_count = arm.joint_count();
+  const ConfigReader inverse_a = section.section("inverse_a");
+  for (std::size_t i = 1; i < teleop::kBilateralLaws; ++i) {
+    feedback.inverse_a[i] =
+        inverse_a.number(teleop::name_of(static_cast<teleop::BilateralLaw>(i)), {0, 10, ""});
+  }
+  read_exchange(section.section("exchange"), arm, feedback.exchange);
   feedback.torque_cap_Nm = robot::by_joint_type(arm, section.number("torque_cap_N_m", {0, 1e4, "N·m"}),
                                                 section.number("force_cap_N", {0, 1e5, "N"}));
   feedback.ramp_up_s = section.number("ramp_up_s", feedback.ramp_up_s, {0.01, 10, "s"});
   feedback.ramp_down_s = section.number("ramp_down_s", feedback.ramp_down_s, {0.01, 2, "s"});
+  const ConfigReader contact = section.optional_section("contact");
+  const std::string source = contact.choice("source", "either", {"slave", "phantom", "either"});
+  config.contact_source = source == "slave"     ? ContactSource::kSlave
+                          : source == "phantom" ? ContactSource::kPhantom
+                                                : ContactSource::kEither;
+  feedback.contact_gain_ratio = contact.number("gain_ratio", 1.0, {1, 100, ""});
+  feedback.contact_rise_s = contact.number("rise_s", feedback.contact_rise_s, {0.005, 5, "s"});
+  feedback.contact_fall_s = contact.number("fall_s", feedback.contact_fall_s, {0.005, 5, "s"});
+  read_passivity(section.section("passivity"), arm, config);
 }
 
 void read_arm_of(const ConfigReader& section, const robot::SerialArm& arm, teleop::OperatorParameters& hand) {
@@ -157,12 +191,12 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
   config.scheduling.lock_memory = file.flag("lock_memory", false);
   config.measure_bare_loop = file.flag("measure_bare_loop", true);
   read_link(file.optional_section("link"), arm, config);
-  config.law = read_law(file, choices.law);
+  config.feedback.law = read_law(file, choices.law);
   const ConfigReader device = file.section("device");
   const auto cap = read_device(device, arm, config.device);
   read_percept(file.section("percept"), arm, config);
   config.percept.damping_limit_Nms_per_rad = damping_limit(device, config, cap);
-  read_feedback(file.section("feedback"), arm, config.feedback);
+  read_feedback(file.section("feedback"), arm, config);
   config.hand = read_operator(file.section("operator"), arm, choices.operator_model);
   const ConfigReader sequence = file.optional_section("sequence");
   config.script = read_sequence(sequence, arm.joint_count());

@@ -7,7 +7,7 @@
 #include "common/core/joints.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "common/runtime/periodic_loop.hpp"
-#include "common/teleop/bilateral.hpp"
+#include "common/teleop/feedback_rendering.hpp"
 #include "common/teleop/link_state.hpp"
 #include "common/teleop/master_plant.hpp"
 #include "common/teleop/operator_model.hpp"
@@ -16,11 +16,8 @@
 
 namespace phantom::master_io {
 
-struct FeedbackConfig {
-  double inverse_a = 0.0;  ///< 1/A
-  core::JointArray torque_cap_Nm{};
-  double ramp_up_s = 0.3, ramp_down_s = 0.1;
-};
+/// Who says that the arm is in contact, for the contact gain.
+enum class ContactSource { kSlave, kPhantom, kEither };
 
 /// Name and aim of a reach, for the report.
 struct ReachLabel {
@@ -34,12 +31,12 @@ struct Config {
   bool measure_bare_loop = true;
   teleop::LinkTiming link;
   core::JointArray align_tolerance{};  ///< rad or m
-  teleop::BilateralLaw law = teleop::BilateralLaw::kSctfb;
   teleop::MasterPlantParameters device;
   teleop::PerceptParameters percept;
   double percept_gain = 1.0;  ///< G at the start
   double percept_staleness_s = 0.06;
-  FeedbackConfig feedback;
+  teleop::FeedbackParameters feedback;
+  ContactSource contact_source = ContactSource::kEither;
   teleop::OperatorParameters hand;
   teleop::ReachScriptParameters script;
   std::vector<ReachLabel> labels;  ///< per reach of the script

@@ -56,8 +56,12 @@ const char* refusal(const msg::SlaveState& slave, const Expectations& expected) 
   if (slave.joint_count() != expected.joint_count) return "its joint count is not the master's";
   if (!core::all_finite(slave.position_rad(), expected.joint_count))
     return "a position is not a finite number";
+  if (!core::all_finite(slave.velocity_rad_s(), expected.joint_count))
+    return "a velocity is not a finite number";
   if (!core::all_finite(slave.loop_torque_Nm(), expected.joint_count))
     return "a loop torque is not a finite number";
+  if (!core::all_finite(slave.external_torque_Nm(), expected.joint_count))
+    return "an external torque is not a finite number";
   if (!std::isfinite(slave.tool_speed_m_s()) || !std::isfinite(slave.clearance_m())) {
     return "its tool speed or clearance is not a finite number";
   }
@@ -92,8 +96,9 @@ SlaveSample to_sample(const msg::SlaveState& slave, core::Nanoseconds received_n
   sample.received_ns = received_ns;
   sample.stamp = stamp_of(slave.stamp());
   sample.state = static_cast<teleop::LinkState>(slave.state());
-  sample.position = slave.position_rad();
-  sample.loop_torque_Nm = slave.loop_torque_Nm();
+  sample.motion = {slave.position_rad(), slave.velocity_rad_s()};
+  sample.effort = {slave.loop_torque_Nm(), slave.external_torque_Nm()};
+  sample.force_measured = slave.external_torque_measured();
   sample.contact = slave.contact();
   sample.contact_object = slave.contact_object();
   sample.tool_speed_m_s = slave.tool_speed_m_s();
@@ -110,6 +115,10 @@ DragSample to_sample(const msg::DragField& field, core::Nanoseconds received_ns)
   sample.drag.minus = field.coefficient_minus();
   sample.drag.coupled = field.coupled();
   return sample;
+}
+
+PhantomContact to_sample(const msg::Percept& percept, core::Nanoseconds received_ns) noexcept {
+  return {received_ns, percept.valid() && percept.closeness() >= 1.0};
 }
 
 double RoundTrip::measure(const msg::DragField& field, core::Nanoseconds received_ns) noexcept {
@@ -141,6 +150,11 @@ bool take_wish(const msg::OperatorCommand& command, Wishes& wishes) noexcept {
       if (value != 0.0 && value != 1.0) return false;
       wishes.percept_enabled = value == 1.0;
       return true;
+    case msg::COMMAND_SET_LAW:
+      if (!(value >= 0.0 && value < teleop::kBilateralLaws && value == std::floor(value))) return false;
+      wishes.law = static_cast<teleop::BilateralLaw>(value);
+      wishes.feedback_gain = teleop::kLawsOwnGain;  // a gain that suits one law can be unstable in another
+      return true;
     case msg::COMMAND_VIEW_HOLD:
     case msg::COMMAND_VIEW_NODE:
       return true;
@@ -148,11 +162,11 @@ bool take_wish(const msg::OperatorCommand& command, Wishes& wishes) noexcept {
   return false;
 }
 
-msg::MasterState to_message(const MasterReport& report, teleop::BilateralLaw law, std::size_t joint_count) {
+msg::MasterState to_message(const MasterReport& report, std::size_t joint_count) {
   msg::MasterState master;
   const MasterOutputs& out = report.outputs;
   master.state(static_cast<msg::LinkState>(out.state));
-  master.law(static_cast<msg::BilateralLaw>(law));
+  master.law(static_cast<msg::BilateralLaw>(out.law));
   master.joint_count(static_cast<std::uint32_t>(joint_count));
   master.position_rad(report.position);
   master.velocity_rad_s(report.velocity);
@@ -163,6 +177,8 @@ msg::MasterState to_message(const MasterReport& report, teleop::BilateralLaw law
   master.feedback_gain(out.feedback_gain);
   master.percept_enabled(out.percept_enabled);
   master.percept_limited(out.damping_limited || out.torque_limited);
+  master.feedback_damped(out.feedback_damped);
+  master.force_missing(out.force_missing);
   master.reach(report.reach);
   master.slave_echo(echo_of(report.slave));
   master.drag_echo(echo_of(report.drag));
@@ -189,6 +205,11 @@ struct DdsAdapter::Impl {
               [this](const msg::DragField& sample, const dds::SampleInfo& info) {
                 on_field(sample, info.received_ns);
               }),
+        percept(participant, dds::kPercept,
+                [this](const msg::Percept& sample, const dds::SampleInfo& info) {
+                  if (percept_order.accept(sample.stamp()))
+                    inbox.phantom.write(to_sample(sample, info.received_ns));
+                }),
         commands(participant, dds::kOperatorCommand,
                  [this](const msg::OperatorCommand& sample, const dds::SampleInfo&) { on_command(sample); }) {
     inbox.wishes.write(wishes);
@@ -233,6 +254,8 @@ struct DdsAdapter::Impl {
         return spdlog::info("percept gain {} asked for by {}", sample.value(), who);
       case msg::COMMAND_SET_FEEDBACK_GAIN:
         return spdlog::info("feedback gain {} asked for by {}", sample.value(), who);
+      case msg::COMMAND_SET_LAW:
+        return spdlog::info("law {} asked for by {}", teleop::name_of(wishes.law), who);
       case msg::COMMAND_ENABLE_PERCEPT:
         return spdlog::info("percept {} by {}", sample.value() != 0.0 ? "on" : "off", who);
       default:
@@ -243,7 +266,7 @@ struct DdsAdapter::Impl {
   Expectations expected;
   Inbox& inbox;
   Wishes wishes;
-  dds::SequenceGuard slave_order, field_order;
+  dds::SequenceGuard slave_order, field_order, percept_order;
   Refusals slave_refusals{"slave_state"}, field_refusals{"drag_field"};
   std::mutex mutex;  // of round_trips
   core::DurationHistogram round_trips;
@@ -254,6 +277,7 @@ struct DdsAdapter::Impl {
   dds::Writer<msg::MasterState> master;
   dds::Reader<msg::SlaveState> slave;
   dds::Reader<msg::DragField> field;
+  dds::Reader<msg::Percept> percept;
   dds::Reader<msg::OperatorCommand> commands;
 };
 
@@ -262,8 +286,8 @@ DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const Expectations& 
     : impl_(std::make_unique<Impl>(network, expectations, wishes, inbox)) {}
 DdsAdapter::~DdsAdapter() = default;
 
-void DdsAdapter::publish(const MasterReport& report, teleop::BilateralLaw law) {
-  msg::MasterState sample = to_message(report, law, impl_->expected.joint_count);
+void DdsAdapter::publish(const MasterReport& report) {
+  msg::MasterState sample = to_message(report, impl_->expected.joint_count);
   sample.stamp(impl_->stamper.next());
   impl_->master.write(sample);
 }

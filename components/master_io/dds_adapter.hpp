@@ -25,6 +25,7 @@ struct MasterReport {
 struct Inbox {
   core::Snapshot<SlaveSample> slave;
   core::Snapshot<DragSample> drag;
+  core::Snapshot<PhantomContact> phantom;
   core::Snapshot<Wishes> wishes;
 };
 
@@ -45,7 +46,7 @@ class DdsAdapter {
              Inbox& inbox);
   ~DdsAdapter();
 
-  void publish(const MasterReport& report, teleop::BilateralLaw law);
+  void publish(const MasterReport& report);
   void publish_health(const core::Health& health);
   /// Times from publishing a master_state until a drag_field that goes back to it arrived; each master_state
   /// counts once.

@@ -13,6 +13,8 @@ const char* refusal(const msg::DragField& field, const Expectations& expected) n
 
 SlaveSample to_sample(const msg::SlaveState& slave, core::Nanoseconds received_ns) noexcept;
 DragSample to_sample(const msg::DragField& field, core::Nanoseconds received_ns) noexcept;
+/// Contact as the phantom sees it: its worst sensor is at an object's surface.
+PhantomContact to_sample(const msg::Percept& percept, core::Nanoseconds received_ns) noexcept;
 
 /// Round trips: from this process's own stamps as they come back with drag_fields.
 class RoundTrip {
@@ -31,6 +33,6 @@ class RoundTrip {
 bool take_wish(const msg::OperatorCommand& command, Wishes& wishes) noexcept;
 
 /// Everything of a master_state but its stamp.
-msg::MasterState to_message(const MasterReport& report, teleop::BilateralLaw law, std::size_t joint_count);
+msg::MasterState to_message(const MasterReport& report, std::size_t joint_count);
 
 }  // namespace phantom::master_io

@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
       "1 kHz; here with "
       "a simulated device and a simulated operator who makes reaches, in turn with the percept and without.";
   description.details =
-      "Topics in: slave_state, drag_field, operator_command. Topics out: master_state (1 kHz), "
+      "Topics in: slave_state, drag_field, percept, operator_command. Topics out: master_state (1 kHz), "
       "component_status.\n"
       "Example: master_io --operator constant_velocity --law pf\n"
       "With --report-dir it leaves master_io.json: how the loop ran, round trips, and how each reach went.";
@@ -26,7 +26,9 @@ int main(int argc, char** argv) {
     app.add_option("--operator", choices.operator_model, "operator model, instead of the configured one")
         ->check(CLI::IsMember({"minimum_jerk", "constant_velocity"}));
     app.add_option("--law", choices.law,
-                   "bilateral law of Table 5.1, instead of the configured one: pf (a), sctfb (b)");
+                   "bilateral law of Table 5.1, instead of the configured one: pf (a), sctfb (b), pfff (c), pe (d), "
+                   "peff (e)")
+        ->check(CLI::IsMember({"pf", "sctfb", "pfff", "pe", "peff"}));
   };
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto deployment = runtime::load_deployment(options);

@@ -9,20 +9,18 @@ using teleop::LinkState;
 
 MasterIo::MasterIo(const Config& config)
     : count_(config.device.joint_count),
-      law_(config.law),
+      contact_source_(config.contact_source),
       align_tolerance_(config.align_tolerance),
       torque_limit_Nm_(config.device.torque_limit_Nm),
-      feedback_cap_Nm_(config.feedback.torque_cap_Nm),
       percept_staleness_s_(config.percept_staleness_s),
       link_(config.link),
       percept_(config.percept),
-      feedback_authority_(config.feedback.ramp_up_s, config.feedback.ramp_down_s),
-      feedback_gain_(config.feedback.inverse_a),
-      gain_slew_per_s_(1.0 / config.feedback.ramp_up_s) {}
+      feedback_(config.feedback) {}
 
 MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
   MasterOutputs out;
-  const bool agree = teleop::pose_difference(in.slave.position, in.position, align_tolerance_, count_) <= 1.0;
+  const bool agree =
+      teleop::pose_difference(in.slave.motion.position, in.position, align_tolerance_, count_) <= 1.0;
   out.state = link_.step({.partner_age_s = in.slave_age_s,
                           .partner = in.slave.state,
                           .poses_agree = agree,
@@ -37,21 +35,31 @@ MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
   out.percept_gain = fresh ? percept.gain : in.wishes.percept_gain;
   out.damping_limited = percept.damping_limited;
   out.torque_limited = percept.torque_limited;
-  out.feedback_Nm = render_feedback(in, coupled, dt_s);
-  out.feedback_gain = feedback_gain_;
+  render_feedback(in, dt_s, out);
   out.motor_Nm = teleop::master_torque(out.percept_Nm, out.feedback_Nm, torque_limit_Nm_, count_);
   return out;
 }
 
-core::JointArray MasterIo::render_feedback(const MasterInputs& in, bool coupled, double dt_s) noexcept {
-  const double furthest = gain_slew_per_s_ * dt_s;
-  feedback_gain_ += std::clamp(in.wishes.feedback_gain - feedback_gain_, -furthest, furthest);
-  const double authority = feedback_authority_.step(coupled, dt_s);
-  auto torque_Nm = teleop::feedback_torque(law_, {in.slave.loop_torque_Nm}, feedback_gain_, count_);
-  for (std::size_t j = 0; j < count_; ++j) {
-    torque_Nm[j] = authority * std::clamp(torque_Nm[j], -feedback_cap_Nm_[j], feedback_cap_Nm_[j]);
-  }
-  return torque_Nm;
+void MasterIo::render_feedback(const MasterInputs& in, double dt_s, MasterOutputs& out) noexcept {
+  // A phantom's contact outlives a percept period, not much more.
+  constexpr double kPhantomStaleness_s = 0.1;
+  const bool sensed = contact_source_ != ContactSource::kPhantom && in.slave.contact;
+  const bool predicted = contact_source_ != ContactSource::kSlave && in.phantom.contact &&
+                         in.phantom_age_s <= kPhantomStaleness_s;
+  const auto felt = feedback_.step({.law = in.wishes.law,
+                                    .inverse_a = in.wishes.feedback_gain,
+                                    .coupled = out.state == LinkState::kCoupled,
+                                    .contact = sensed || predicted,
+                                    .force_measured = in.slave.force_measured,
+                                    .master = {in.position, in.velocity},
+                                    .slave = in.slave.motion,
+                                    .effort = in.slave.effort},
+                                   dt_s);
+  out.feedback_Nm = felt.torque_Nm;
+  out.feedback_gain = felt.inverse_a;
+  out.law = felt.law;
+  out.feedback_damped = felt.passivity_limited;
+  out.force_missing = felt.force_missing;
 }
 
 }  // namespace phantom::master_io

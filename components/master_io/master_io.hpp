@@ -5,10 +5,9 @@
 
 #include "common/core/clock.hpp"
 #include "common/core/joints.hpp"
-#include "common/teleop/bilateral.hpp"
+#include "common/teleop/feedback_rendering.hpp"
 #include "common/teleop/link_state.hpp"
 #include "common/teleop/percept_rendering.hpp"
-#include "common/teleop/ramp.hpp"
 #include "components/master_io/config.hpp"
 
 namespace phantom::master_io {
@@ -25,8 +24,9 @@ struct SlaveSample {
   core::Nanoseconds received_ns = 0;  ///< this host's monotonic clock; 0: none yet
   EchoStamp stamp;
   teleop::LinkState state = teleop::LinkState::kInit;
-  core::JointArray position{};  ///< rad or m
-  core::JointArray loop_torque_Nm{};
+  teleop::JointMotion motion;
+  teleop::SlaveEffort effort;
+  bool force_measured = false;
   bool contact = false;
   std::uint16_t contact_object = 0;
   double tool_speed_m_s = 0.0;
@@ -45,8 +45,15 @@ struct DragSample {
 struct Wishes {
   teleop::StopRequests requests;
   double percept_gain = 0.0;   ///< G
-  double feedback_gain = 0.0;  ///< 1/A
+  teleop::BilateralLaw law = teleop::BilateralLaw::kSctfb;
+  double feedback_gain = teleop::kLawsOwnGain;  ///< 1/A
   bool percept_enabled = true;
+};
+
+/// Whether the phantom says that the arm is in contact.
+struct PhantomContact {
+  core::Nanoseconds received_ns = 0;  ///< 0: no percept yet
+  bool contact = false;
 };
 
 struct MasterInputs {
@@ -54,6 +61,8 @@ struct MasterInputs {
   DragSample drag;
   double slave_age_s = std::numeric_limits<double>::infinity();  ///< since received; ∞: none yet
   double drag_age_s = std::numeric_limits<double>::infinity();
+  PhantomContact phantom;
+  double phantom_age_s = std::numeric_limits<double>::infinity();
   Wishes wishes;
   bool percept_wanted = true;   ///< by the script of reaches
   core::JointArray position{};  ///< as the encoders say
@@ -66,9 +75,12 @@ struct MasterOutputs {
   core::JointArray percept_Nm{};   ///< its parts: G·τ₁
   core::JointArray feedback_Nm{};  ///< and τ₂/A
   double percept_gain = 0.0;       ///< in force after the device's stability limit
-  double feedback_gain = 0.0;
+  double feedback_gain = 0.0;    ///< 1/A in force, contact included
+  teleop::BilateralLaw law = teleop::BilateralLaw::kSctfb;  ///< in force
   bool percept_enabled = false;
   bool damping_limited = false, torque_limited = false;
+  bool feedback_damped = false;  ///< the passivity guard damps
+  bool force_missing = false;    ///< the law needs a force sensor that the slave does not have
 };
 
 /// The master's controller: watches the link, renders percept and slave feedback, sums them on the device.
@@ -83,17 +95,15 @@ class MasterIo {
   MasterOutputs step(const MasterInputs& in, double dt_s) noexcept;
 
  private:
-  core::JointArray render_feedback(const MasterInputs& in, bool coupled, double dt_s) noexcept;
+  void render_feedback(const MasterInputs& in, double dt_s, MasterOutputs& out) noexcept;
 
   std::size_t count_;
-  teleop::BilateralLaw law_;
-  core::JointArray align_tolerance_, torque_limit_Nm_, feedback_cap_Nm_;
+  ContactSource contact_source_;
+  core::JointArray align_tolerance_, torque_limit_Nm_;
   double percept_staleness_s_;
   teleop::LinkMonitor link_;
   teleop::PerceptRenderer percept_;
-  teleop::Ramp feedback_authority_;
-  double feedback_gain_ = 0.0;  ///< in force: follows the wish within the ramp's time
-  double gain_slew_per_s_;
+  teleop::FeedbackRenderer feedback_;
 };
 
 }  // namespace phantom::master_io

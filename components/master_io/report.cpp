@@ -49,7 +49,7 @@ void write_report(const std::filesystem::path& file, const SessionFigures& figur
   Json report;
   for (const auto& loop : figures.loops) report["loops"][loop.name] = loop_json(loop);
   report["round_trip"] = round_trip_json(figures.round_trips);
-  report["law"] = teleop::name_of(config.law);
+  report["law"] = teleop::name_of(config.feedback.law);
   report["percept_gain"] = config.percept_gain;
   report["damping_limit"] = Json::array();
   for (std::size_t j = 0; j < config.percept.joint_count; ++j) {

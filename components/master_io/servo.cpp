@@ -14,15 +14,18 @@ Servo::Servo(const Config& config, const core::JointArray& home, Inbox& inbox)
       hand_(config.hand, home),
       script_(config.script, hand_) {
   inputs_.wishes.percept_gain = config.percept_gain;
-  inputs_.wishes.feedback_gain = config.feedback.inverse_a;
+  inputs_.wishes.law = config.feedback.law;
 }
 
 void Servo::read_inbox(core::Nanoseconds now_ns) noexcept {
   inbox_.slave.read(inputs_.slave);
   drag_is_new_ = inbox_.drag.read(inputs_.drag);
+  inbox_.phantom.read(inputs_.phantom);
   inbox_.wishes.read(inputs_.wishes);
   if (inputs_.slave.received_ns != 0) inputs_.slave_age_s = core::seconds(now_ns - inputs_.slave.received_ns);
   if (inputs_.drag.received_ns != 0) inputs_.drag_age_s = core::seconds(now_ns - inputs_.drag.received_ns);
+  if (inputs_.phantom.received_ns != 0)
+    inputs_.phantom_age_s = core::seconds(now_ns - inputs_.phantom.received_ns);
 }
 
 void Servo::step(MasterReport& report) noexcept {

@@ -1,5 +1,6 @@
 #include "components/master_io/session.hpp"
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
 #include <mutex>
@@ -8,6 +9,7 @@
 #include "common/core/errors.hpp"
 #include "common/runtime/process.hpp"
 #include "common/runtime/servo_runner.hpp"
+#include "common/teleop/percept_set.hpp"
 #include "components/master_io/dds_adapter.hpp"
 #include "components/master_io/report.hpp"
 #include "components/master_io/servo.hpp"
@@ -31,16 +33,35 @@ std::string sentence(const MasterOutputs& now) {
     case LinkState::kStopped:
       return "emergency stop: torques off until reset";
     default:
+      if (now.force_missing) {
+        return fmt::format("law {} needs a force sensor, which the slave does not have: no feedback",
+                           teleop::name_of(now.law));
+      }
+      if (now.feedback_damped) return "the slave's feedback is damped: it gave energy that nobody put in";
       return now.damping_limited ? "the percept is limited to what the master renders stably" : "";
   }
 }
 
-/// Tells people what changed: link states, and a percept that the device's stability limits.
+std::string proposal(teleop::BilateralLaw law) {
+  // Whether the arm is balanced the slave knows; the master proposes for the common case.
+  const auto set = teleop::percept_set(law, true);
+  return fmt::format("law {}: drag {}, tone {}, views {} ({})", teleop::name_of(law), name_of(set.haptic),
+                     name_of(set.audio), name_of(set.view), set.reason);
+}
+
+/// Tells people what changed: link states, laws, and a percept or feedback that is held back for stability.
 class Announcer {
  public:
   void look(const MasterOutputs& now, core::Nanoseconds now_ns) {
     if (now.state != state_) spdlog::info("link {} → {}", name_of(state_), name_of(now.state));
     state_ = now.state;
+    if (now.law != law_ || !said_law_) spdlog::info(proposal(now.law));
+    law_ = now.law;
+    said_law_ = true;
+    if (now.feedback_damped && now_ns >= damped_quiet_until_ns_) {
+      damped_quiet_until_ns_ = now_ns + kAnnounceEvery_ns;
+      spdlog::info("the slave's feedback gave more energy than it took: damped");
+    }
     if (!now.damping_limited || now_ns < quiet_until_ns_) return;
     quiet_until_ns_ = now_ns + kAnnounceEvery_ns;
     spdlog::info("percept gain held at {:.2f} on the stiffest joint: more the master would not render stably",
@@ -49,7 +70,9 @@ class Announcer {
 
  private:
   LinkState state_ = LinkState::kInit;
-  core::Nanoseconds quiet_until_ns_ = 0;
+  teleop::BilateralLaw law_ = teleop::BilateralLaw::kSctfb;
+  bool said_law_ = false;
+  core::Nanoseconds quiet_until_ns_ = 0, damped_quiet_until_ns_ = 0;
 };
 
 Expectations expectations(const ArmModel& model, const Config& config) {
@@ -86,9 +109,9 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   Servo servo(config, model.home, inbox);
   Wishes wishes;
   wishes.percept_gain = config.percept_gain;
-  wishes.feedback_gain = config.feedback.inverse_a;
+  wishes.law = config.feedback.law;
   DdsAdapter adapter(network, expectations(model, config), wishes, inbox);
-  spdlog::info("law {}, {} reaches, {} operator", teleop::name_of(config.law), config.labels.size(),
+  spdlog::info("law {}, {} reaches, {} operator", teleop::name_of(config.feedback.law), config.labels.size(),
                config.hand.kind == teleop::OperatorKind::kMinimumJerk ? "minimum-jerk" : "constant-velocity");
 
   std::mutex mutex;
@@ -99,7 +122,7 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
     while (!stop.stop_requested()) {
       servo.published.wait(0.1);
       if (!servo.outbox.read(report)) continue;
-      adapter.publish(report, config.law);
+      adapter.publish(report);
       announcer.look(report.outputs, core::monotonic_ns());
       const std::lock_guard lock(mutex);
       latest = report;

@@ -91,6 +91,7 @@ Config load_config(const std::filesystem::path& path, const robot::SerialArm& ar
   config.scheduling.fifo_priority = file.integer("fifo_priority", 0, {0, 99, ""});
   config.scheduling.lock_memory = file.flag("lock_memory", false);
   config.measure_bare_loop = file.flag("measure_bare_loop", false);
+  config.force_sensor = file.flag("force_sensor", false);
   const ConfigReader link = file.optional_section("link");
   config.link.staleness_s = link.number("staleness_s", config.link.staleness_s, {0.002, 2, "s"});
   config.link.align_hold_s = link.number("align_hold_s", config.link.align_hold_s, {0, 5, "s"});

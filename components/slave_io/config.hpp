@@ -29,6 +29,7 @@ struct Config {
   teleop::LinkTiming link;
   std::array<teleop::JointServoGains, core::kMaxJoints> gains{};
   bool gravity_feed_forward = false;
+  bool force_sensor = false;  ///< the arm measures the forces on it (F_e, laws c and e)
   core::JointArray align_tolerance{}, align_speed{}, align_range{};  ///< rad, rad/s, rad or m, m/s, m
   teleop::SlavePlantParameters plant;
   ContactConfig contact;

@@ -36,7 +36,7 @@ MasterSample to_sample(const msg::MasterState& master, core::Nanoseconds receive
 }
 
 bool count_request(const msg::OperatorCommand& command, teleop::StopRequests& requests) noexcept {
-  if (command.stamp().sequence_number() == 0 || command.kind() > msg::COMMAND_VIEW_NODE) return false;
+  if (command.stamp().sequence_number() == 0 || command.kind() > msg::COMMAND_SET_LAW) return false;
   if (command.kind() == msg::COMMAND_EMERGENCY_STOP) requests.stop();
   if (command.kind() == msg::COMMAND_RESET) requests.reset();
   return true;
@@ -52,6 +52,8 @@ msg::SlaveState to_message(const SlaveReport& report, std::size_t joint_count) {
   slave.position_rad(report.position);
   slave.velocity_rad_s(report.velocity);
   slave.loop_torque_Nm(report.outputs.torque.loop_Nm);
+  slave.external_torque_measured(report.force_measured);
+  slave.external_torque_Nm(report.external_torque_Nm);
   slave.contact(report.contact);
   slave.contact_force_N(report.contact_force_N);
   slave.contact_object(report.contact_object);

@@ -16,6 +16,8 @@ struct SlaveReport {
   EchoStamp followed;           ///< the master_state in force
   core::JointArray position{};  ///< encoders
   core::JointArray velocity{};
+  bool force_measured = false;
+  core::JointArray external_torque_Nm{};
   bool contact = false;
   double contact_force_N = 0.0;
   std::uint16_t contact_object = 0;

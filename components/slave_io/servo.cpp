@@ -8,6 +8,7 @@ namespace phantom::slave_io {
 Servo::Servo(const ArmModel& model, const Config& config, const teleop::ContactWorld& world, Inbox& inbox)
     : inbox_(inbox),
       period_s_(config.period_s),
+      force_sensor_(config.force_sensor),
       controller_(model.arm, config, model.home),
       plant_(model.arm, config.plant,
              contact_points(model, config.contact.point_pitch_m, config.contact.max_points), world,
@@ -32,6 +33,8 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
   report.position = plant_.position();
   report.velocity = plant_.velocity();
   const teleop::ContactReport& touch = plant_.contact();
+  report.force_measured = force_sensor_;
+  if (force_sensor_) report.external_torque_Nm = touch.joint_torque_Nm;
   report.contact = touch.contact;
   report.contact_force_N = touch.force_N;
   report.contact_object = touch.object;

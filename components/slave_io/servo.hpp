@@ -29,6 +29,7 @@ class Servo {
  private:
   Inbox& inbox_;
   double period_s_;
+  bool force_sensor_;
   SlaveInputs inputs_;
   SlaveIo controller_;
   teleop::SlavePlant plant_;

@@ -43,7 +43,7 @@ std::string reaches_problem(const std::string& reaches) {
 
 TEST(MasterConfig, TheShippedFileIsValidAndLeavesStabilityItsMargin) {
   const auto config = shipped_config();
-  EXPECT_EQ(config.law, teleop::BilateralLaw::kSctfb);
+  EXPECT_EQ(config.feedback.law, teleop::BilateralLaw::kSctfb);
   EXPECT_GE(config.script.reaches.size(), 4U);
   EXPECT_EQ(config.script.reaches.size(), config.labels.size());
   // One sample of command delay and two of the velocity filter.
@@ -59,16 +59,21 @@ TEST(MasterConfig, TheShippedFileIsValidAndLeavesStabilityItsMargin) {
 TEST(MasterConfig, TheCommandLineChoosesOperatorAndLaw) {
   const auto config = shipped_config({"constant_velocity", "pf"});
   EXPECT_EQ(config.hand.kind, teleop::OperatorKind::kConstantVelocity);
-  EXPECT_EQ(config.law, teleop::BilateralLaw::kPf);
-  EXPECT_THAT(problem_of(kShipped, {"", "pe"}),
-              AllOf(HasSubstr("'pe'"), HasSubstr("allowed: pf (case a), sctfb (case b)")));
+  EXPECT_EQ(config.feedback.law, teleop::BilateralLaw::kPf);
+  EXPECT_EQ(shipped_config({"", "peff"}).feedback.law, teleop::BilateralLaw::kPeff);
+  EXPECT_THAT(problem_of(kShipped, {"", "pfx"}),
+              AllOf(HasSubstr("'pfx'"), HasSubstr("allowed: pf (case a), sctfb (b)")));
   EXPECT_THAT(problem_of(kShipped, {"robot", ""}), AllOf(HasSubstr("'robot'"), HasSubstr("minimum_jerk")));
 }
 
 TEST(MasterConfig, EachFaultIsNamedWithWhatIsAllowed) {
   EXPECT_THAT(problem("driver: sim", "driver: magic"), AllOf(HasSubstr("driver"), HasSubstr("allowed: sim")));
-  EXPECT_THAT(problem("law: sctfb", "law: peff"),
-              AllOf(HasSubstr("law"), HasSubstr("does not render yet"), HasSubstr("pf (case a)")));
+  EXPECT_THAT(problem("    pe: 1 ", "    pe: 11 "), AllOf(HasSubstr("feedback.inverse_a.pe"), HasSubstr("0 to 10")));
+  EXPECT_THAT(problem("    k_p_N_per_m: 150", "    k_p_N_per_m: -1"), HasSubstr("feedback.exchange.k_p_N_per_m"));
+  EXPECT_THAT(problem("source: either", "source: nobody"),
+              AllOf(HasSubstr("feedback.contact.source"), HasSubstr("slave, phantom, either")));
+  EXPECT_THAT(problem("gain_ratio: 1 ", "gain_ratio: 0.5 "), HasSubstr("feedback.contact.gain_ratio"));
+  EXPECT_THAT(problem("allowance_J: 0.05", "allowance_J: .nan"), HasSubstr("feedback.passivity.allowance_J"));
   EXPECT_THAT(problem("law: sctfb", "law: x"), AllOf(HasSubstr("law"), HasSubstr("allowed: pf, sctfb")));
   EXPECT_THAT(problem("rate_Hz: 1000", "rate_Hz: 0"),
               AllOf(HasSubstr("rate_Hz"), HasSubstr("50 to 5000 Hz")));
@@ -79,7 +84,7 @@ TEST(MasterConfig, EachFaultIsNamedWithWhatIsAllowed) {
   EXPECT_THAT(problem("inertia_kg_m2: 0.05", "inertia_kg_m2: 0"), HasSubstr("device.revolute.inertia_kg_m2"));
   EXPECT_THAT(problem("mass_kg: 2", "mass_g: 2000"),
               AllOf(HasSubstr("device.prismatic.mass_kg"), HasSubstr("missing")));
-  EXPECT_THAT(problem("inverse_a: 0.01", "inverse_a: .inf"), HasSubstr("feedback.inverse_a"));
+  EXPECT_THAT(problem("sctfb: 0.01", "sctfb: .inf"), HasSubstr("feedback.inverse_a.sctfb"));
   EXPECT_THAT(problem("model: minimum_jerk", "model: toddler"),
               AllOf(HasSubstr("operator.model"), HasSubstr("minimum_jerk, constant_velocity")));
   EXPECT_THAT(problem("percept: alternate", "percept: sometimes"),

@@ -45,6 +45,9 @@ TEST(MasterAdapter, AValidSlaveStateComesThroughWhole) {
   auto slave = good_slave();
   slave.position_rad()[1] = 0.5;
   slave.loop_torque_Nm()[2] = -6;
+  slave.velocity_rad_s()[4] = 0.7;
+  slave.external_torque_measured(true);
+  slave.external_torque_Nm()[5] = 1.5;
   slave.contact(true);
   slave.contact_object(4);
   slave.tool_speed_m_s(0.3);
@@ -53,8 +56,11 @@ TEST(MasterAdapter, AValidSlaveStateComesThroughWhole) {
   const auto sample = to_sample(slave, 77);
   EXPECT_EQ(sample.received_ns, 77);
   EXPECT_EQ(sample.state, teleop::LinkState::kAligned);
-  EXPECT_EQ(sample.position[1], 0.5);
-  EXPECT_EQ(sample.loop_torque_Nm[2], -6);
+  EXPECT_EQ(sample.motion.position[1], 0.5);
+  EXPECT_EQ(sample.effort.loop_torque_Nm[2], -6);
+  EXPECT_EQ(sample.motion.velocity[4], 0.7);
+  EXPECT_EQ(sample.effort.external_torque_Nm[5], 1.5);
+  EXPECT_TRUE(sample.force_measured);
   EXPECT_TRUE(sample.contact);
   EXPECT_EQ(sample.contact_object, 4);
   EXPECT_EQ(sample.tool_speed_m_s, 0.3);
@@ -70,6 +76,12 @@ TEST(MasterAdapter, SlaveStatesThatCannotBeTrueAreRefused) {
     slave = good_slave();
     slave.loop_torque_Nm()[0] = bad;
     EXPECT_THAT(refusal(slave, expected()), HasSubstr("loop torque"));
+    slave = good_slave();
+    slave.velocity_rad_s()[3] = bad;
+    EXPECT_THAT(refusal(slave, expected()), HasSubstr("velocity"));
+    slave = good_slave();
+    slave.external_torque_Nm()[2] = bad;
+    EXPECT_THAT(refusal(slave, expected()), HasSubstr("external torque"));
     slave = good_slave();
     slave.tool_speed_m_s(bad);
     EXPECT_NE(refusal(slave, expected()), nullptr);
@@ -156,8 +168,23 @@ TEST(MasterAdapter, CommandsAreTakenWithinTheirRanges) {
   EXPECT_TRUE(give(msg::COMMAND_RESET, 0));
   EXPECT_EQ(wishes.requests.stops, 1U);
   EXPECT_FALSE(wishes.requests.pending());
+  EXPECT_TRUE(give(msg::COMMAND_SET_LAW, 3));
+  EXPECT_EQ(wishes.law, teleop::BilateralLaw::kPe);
+  EXPECT_EQ(wishes.feedback_gain, teleop::kLawsOwnGain) << "one law's gain is not another's";
+  for (const double bad : {kBad[0], kBad[1], -1.0, 5.0, 1.5}) EXPECT_FALSE(give(msg::COMMAND_SET_LAW, bad));
   EXPECT_TRUE(give(msg::COMMAND_VIEW_NODE, 3)) << "valid, but not the master's";
   EXPECT_FALSE(give(static_cast<msg::CommandKind>(50), 0));
+}
+
+TEST(MasterAdapter, ThePhantomsContactIsItsWorstSensorAtASurface) {
+  msg::Percept percept;
+  percept.valid(true);
+  percept.closeness(0.99);
+  EXPECT_FALSE(to_sample(percept, 5).contact);
+  percept.closeness(1.0);
+  EXPECT_TRUE(to_sample(percept, 5).contact);
+  percept.valid(false);
+  EXPECT_FALSE(to_sample(percept, 5).contact);
 }
 
 TEST(MasterAdapter, TheReportBecomesAMessageFieldByField) {
@@ -169,6 +196,8 @@ TEST(MasterAdapter, TheReportBecomesAMessageFieldByField) {
   report.outputs.feedback_gain = 0.05;
   report.outputs.percept_enabled = true;
   report.outputs.damping_limited = true;
+  report.outputs.law = teleop::BilateralLaw::kPfff;
+  report.outputs.feedback_damped = report.outputs.force_missing = true;
   report.position[2] = 0.3;
   report.velocity[3] = 0.4;
   report.operator_Nm[4] = 0.5;
@@ -176,9 +205,11 @@ TEST(MasterAdapter, TheReportBecomesAMessageFieldByField) {
   report.slave = {1, 2, 3};
   report.drag = {4, 5, 6};
   report.round_trip_s = 0.001;
-  const auto master = to_message(report, teleop::BilateralLaw::kSctfb, 7);
+  const auto master = to_message(report, 7);
   EXPECT_EQ(master.state(), msg::LINK_COUPLED);
-  EXPECT_EQ(master.law(), msg::LAW_SCTFB);
+  EXPECT_EQ(master.law(), msg::LAW_PFFF);
+  EXPECT_TRUE(master.feedback_damped());
+  EXPECT_TRUE(master.force_missing());
   EXPECT_EQ(master.joint_count(), 7U);
   EXPECT_EQ(master.percept_torque_Nm()[0], -1);
   EXPECT_EQ(master.feedback_torque_Nm()[1], 2);

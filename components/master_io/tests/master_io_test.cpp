@@ -16,7 +16,7 @@ constexpr std::size_t kJoints = 7;
 
 MasterInputs coupled_inputs() {
   MasterInputs in;
-  in.position = in.slave.position = shipped_arm().home;
+  in.position = in.slave.motion.position = shipped_arm().home;
   in.slave.state = LinkState::kCoupled;
   in.slave_age_s = in.drag_age_s = 0.001;
   in.drag.drag.valid = true;
@@ -37,7 +37,7 @@ TEST(MasterIo, NoTorqueBeforeCoupling) {
   MasterIo master(shipped_config());
   MasterInputs in = coupled_inputs();
   in.slave.state = LinkState::kReady;
-  in.slave.loop_torque_Nm.fill(40);
+  in.slave.effort.loop_torque_Nm.fill(40);
   in.velocity.fill(0.5);
   const auto out = run(master, in, 2.0);
   EXPECT_EQ(out.state, LinkState::kAligned);
@@ -48,7 +48,7 @@ TEST(MasterIo, RendersTheSumOfPerceptAndSlaveTorque) {
   MasterIo master(shipped_config());
   MasterInputs in = coupled_inputs();
   in.velocity[3] = 0.4;
-  in.slave.loop_torque_Nm[3] = 20;
+  in.slave.effort.loop_torque_Nm[3] = 20;
   const auto out = run(master, in, 2.0);
   EXPECT_EQ(out.state, LinkState::kCoupled);
   EXPECT_NEAR(out.percept_Nm[3], -10 * 0.1 * 0.4, 1e-6);
@@ -60,11 +60,63 @@ TEST(MasterIo, RendersTheSumOfPerceptAndSlaveTorque) {
 TEST(MasterIo, PositionForwardRendersThePerceptAlone) {
   MasterIo master(shipped_config({"", "pf"}));
   MasterInputs in = coupled_inputs();
+  in.wishes.law = teleop::BilateralLaw::kPf;
   in.velocity[3] = 0.4;
-  in.slave.loop_torque_Nm[3] = 20;
+  in.slave.effort.loop_torque_Nm[3] = 20;
   const auto out = run(master, in, 2.0);
   EXPECT_EQ(out.feedback_Nm, core::JointArray{});
   EXPECT_LT(out.percept_Nm[3], 0);
+}
+
+TEST(MasterIo, TheLawChangesWhileCoupledWithoutAJump) {
+  MasterIo master(shipped_config());
+  MasterInputs in = coupled_inputs();
+  in.wishes.feedback_gain = teleop::kLawsOwnGain;
+  in.slave.effort.loop_torque_Nm[3] = 20;
+  in.slave.effort.external_torque_Nm[3] = -30;
+  in.slave.force_measured = true;
+  in.slave.motion.position[3] -= 0.01;
+  auto before = run(master, in, 2.0);
+  EXPECT_EQ(before.law, teleop::BilateralLaw::kSctfb);
+  for (const auto law : {teleop::BilateralLaw::kPfff, teleop::BilateralLaw::kPe, teleop::BilateralLaw::kPeff}) {
+    in.wishes.law = law;
+    for (int i = 0; i < 1000; ++i) {
+      const auto now = master.step(in, kDt);
+      ASSERT_LT(std::abs(now.motor_Nm[3] - before.motor_Nm[3]), 0.1);
+      before = now;
+    }
+    EXPECT_EQ(before.law, law);
+    EXPECT_LT(before.feedback_Nm[3], -0.05);
+  }
+}
+
+TEST(MasterIo, ContactRaisesTheGainByWhoeverIsTrusted) {
+  for (const auto source : {ContactSource::kSlave, ContactSource::kPhantom, ContactSource::kEither}) {
+    Config config = shipped_config();
+    config.feedback.contact_gain_ratio = 4.0;
+    config.contact_source = source;
+    for (const bool sensed : {true, false}) {
+      MasterIo master(config);
+      MasterInputs in = coupled_inputs();
+      in.slave.contact = sensed;
+      in.phantom.contact = !sensed;
+      in.phantom_age_s = 0.01;
+      const bool believed = source == ContactSource::kEither || (source == ContactSource::kSlave) == sensed;
+      EXPECT_NEAR(run(master, in, 2.0).feedback_gain, believed ? 0.2 : 0.05, 1e-9);
+      in.phantom_age_s = 0.5;  // an old percept tells nothing
+      EXPECT_NEAR(run(master, in, 1.0).feedback_gain, believed && sensed ? 0.2 : 0.05, 1e-9);
+    }
+  }
+}
+
+TEST(MasterIo, ALawWithoutItsForceSensorIsSaidAndSilent) {
+  MasterIo master(shipped_config({"", "pfff"}));
+  MasterInputs in = coupled_inputs();
+  in.wishes.law = teleop::BilateralLaw::kPfff;
+  in.slave.effort.external_torque_Nm[3] = -30;
+  const auto out = run(master, in, 2.0);
+  EXPECT_TRUE(out.force_missing);
+  EXPECT_EQ(out.feedback_Nm, core::JointArray{});
 }
 
 // Whatever goes stale, torques fade out in bounded time and without a jump.
@@ -74,7 +126,7 @@ TEST(MasterIo, StaleInputsFadeOutInBoundedTime) {
     MasterIo master(config);
     MasterInputs in = coupled_inputs();
     in.velocity.fill(0.5);
-    in.slave.loop_torque_Nm.fill(30);
+    in.slave.effort.loop_torque_Nm.fill(30);
     auto before = run(master, in, 2.0);
     ASSERT_LT(before.percept_Nm[2], -0.1);
     double gone_s = 0.0;
@@ -100,7 +152,7 @@ TEST(MasterIo, EmergencyStopTakesTheTorqueUntilReset) {
   MasterIo master(shipped_config());
   MasterInputs in = coupled_inputs();
   in.velocity.fill(0.5);
-  in.slave.loop_torque_Nm.fill(30);
+  in.slave.effort.loop_torque_Nm.fill(30);
   run(master, in, 1.0);
   in.wishes.requests.stop();
   const auto stopped = run(master, in, 0.3);
@@ -114,14 +166,14 @@ TEST(MasterIo, EmergencyStopTakesTheTorqueUntilReset) {
 TEST(MasterIo, NoCouplingAtADifferentPose) {
   MasterIo master(shipped_config());
   MasterInputs in = coupled_inputs();
-  in.slave.position[5] += 0.1;
+  in.slave.motion.position[5] += 0.1;
   EXPECT_EQ(run(master, in, 2.0).state, LinkState::kReady);
 }
 
 TEST(MasterIo, GainsFollowTheirWishesSmoothly) {
   MasterIo master(shipped_config());
   MasterInputs in = coupled_inputs();
-  in.slave.loop_torque_Nm[1] = 10;
+  in.slave.effort.loop_torque_Nm[1] = 10;
   in.velocity[1] = 0.2;
   auto before = run(master, in, 2.0);
   in.wishes.feedback_gain = 0.3;

@@ -17,7 +17,7 @@ constexpr double kDt = 0.001;
 /// same.
 struct Bench {
   explicit Bench(const Config& config = shipped_config()) : servo(config, shipped_arm().home, inbox) {
-    slave.position = shipped_arm().home;
+    slave.motion.position = shipped_arm().home;
     slave.state = LinkState::kCoupled;
     drag.drag.valid = true;
     drag.drag.plus.fill(0.02);
@@ -30,7 +30,7 @@ struct Bench {
       if (heard) {
         slave.received_ns = drag.received_ns = now_ns;
         ++slave.stamp.sequence_number;
-        slave.position = last.outputs.state == LinkState::kInit ? shipped_arm().home : last.position;
+        slave.motion.position = last.outputs.state == LinkState::kInit ? shipped_arm().home : last.position;
         drag.round_trip_s = 0.0007;
         inbox.slave.write(slave);
         inbox.drag.write(drag);

@@ -103,6 +103,8 @@ TEST(SlaveAdapter, TheReportBecomesAMessageFieldByField) {
   report.followed = {41, 42, 43};
   report.position[0] = 0.25;
   report.velocity[0] = -0.5;
+  report.force_measured = true;
+  report.external_torque_Nm[2] = -4.5;
   report.contact = true;
   report.contact_force_N = 12;
   report.contact_object = 9;
@@ -110,6 +112,8 @@ TEST(SlaveAdapter, TheReportBecomesAMessageFieldByField) {
   report.clearance_m = 0.03;
   report.tool_speed_m_s = 0.2;
   const auto slave = to_message(report, 7);
+  EXPECT_TRUE(slave.external_torque_measured());
+  EXPECT_EQ(slave.external_torque_Nm()[2], -4.5);
   EXPECT_EQ(slave.joint_count(), 7U);
   EXPECT_EQ(slave.state(), msg::LINK_DEGRADED);
   EXPECT_EQ(slave.loop_torque_Nm()[1], 3.5);
