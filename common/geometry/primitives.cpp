@@ -98,6 +98,45 @@ TriangleMesh make_cylinder(double radius_m, double height_m, int sides) {
   return mesh;
 }
 
+TriangleMesh make_cone(double radius_m, double top_radius_m, double height_m, int sides) {
+  TriangleMesh mesh;
+  const auto bottom = add_vertex(mesh, 0, 0, -height_m / 2);
+  const auto top = add_vertex(mesh, 0, 0, height_m / 2);
+  const auto ring = [&](double radius, double z) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices_m.size());
+    for (int i = 0; i < sides; ++i) {
+      const double angle = kTurn * i / sides;
+      add_vertex(mesh, radius * std::cos(angle), radius * std::sin(angle), z);
+    }
+    return first;
+  };
+  const std::uint32_t low = ring(radius_m, -height_m / 2);
+  const std::uint32_t high = top_radius_m > 0 ? ring(top_radius_m, height_m / 2) : top;
+  const auto n = static_cast<std::uint32_t>(sides);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const std::uint32_t next = (i + 1) % n;
+    mesh.triangles.push_back({bottom, low + next, low + i});
+    if (high == top) {
+      mesh.triangles.push_back({low + i, low + next, top});
+      continue;
+    }
+    add_quad(mesh, low + i, low + next, high + next, high + i);
+    mesh.triangles.push_back({top, high + i, high + next});
+  }
+  return mesh;
+}
+
+TriangleMesh make_prism(const std::array<Eigen::Vector2d, 3>& corners_m, double height_m) {
+  TriangleMesh mesh;
+  for (const double z : {-height_m / 2, height_m / 2}) {
+    for (const auto& corner : corners_m) add_vertex(mesh, corner.x(), corner.y(), z);
+  }
+  mesh.triangles.push_back({0, 2, 1});
+  mesh.triangles.push_back({3, 4, 5});
+  for (std::uint32_t i = 0; i < 3; ++i) add_quad(mesh, i, (i + 1) % 3, 3 + (i + 1) % 3, 3 + i);
+  return mesh;
+}
+
 TriangleMesh make_torus(double ring_radius_m, double tube_radius_m, int ring_sides, int tube_sides) {
   TriangleMesh mesh;
   for (int i = 0; i < ring_sides; ++i) {

@@ -1,0 +1,184 @@
+#include "common/geometry/interval.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace phantom::geometry {
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+// Two units in the last place cover the rounding of the operators and of the C library's functions. A sum of squares
+// that is exactly 0 stays so: its root is defined.
+double down(double v) { return std::isfinite(v) && v != 0.0 ? v - (std::abs(v) * 5e-16 + 1e-307) : v; }
+double up(double v) { return std::isfinite(v) && v != 0.0 ? v + (std::abs(v) * 5e-16 + 1e-307) : v; }
+
+/// Range of computed end points, made safe against their rounding. An end that is not a number (∞ − ∞, 0 · ∞) says
+/// nothing.
+Interval outward(double lo, double hi, bool defined) {
+  if (std::isnan(lo) || std::isnan(hi)) return Interval::whole(false);
+  return {down(lo), up(hi), defined};
+}
+
+/// For a function that rises on [from, to] and is undefined elsewhere.
+template <class Function>
+Interval rising(const Interval& a, double from, double to, Function f) {
+  if (a.empty() || a.hi < from || a.lo > to) return Interval::nowhere();
+  const bool defined = a.defined && a.lo >= from && a.hi <= to;
+  return outward(f(std::max(a.lo, from)), f(std::min(a.hi, to)), defined);
+}
+
+/// Whether `phase` + k·`period` lies in [lo, hi] for a whole k; when in doubt, yes.
+bool holds_multiple(double lo, double hi, double phase, double period) {
+  const double margin = 1e-12 * (1.0 + std::max(std::abs(lo), std::abs(hi)));
+  return std::floor((hi - phase + margin) / period) >= std::ceil((lo - phase - margin) / period);
+}
+
+/// x^n for whole n.
+Interval whole_power(const Interval& a, double n) {
+  if (n == 0.0) return {1.0, 1.0, a.defined};
+  const bool even = std::fmod(n, 2.0) == 0.0;
+  const double at_lo = std::pow(a.lo, n), at_hi = std::pow(a.hi, n);
+  const bool holds_zero = a.contains(0.0);
+  if (n < 0 && holds_zero) {
+    return even ? Interval{down(std::min(at_lo, at_hi)), kInf, a.defined} : Interval::whole(a.defined);
+  }
+  if (even && holds_zero) return outward(0.0, std::max(at_lo, at_hi), a.defined);
+  return outward(std::min(at_lo, at_hi), std::max(at_lo, at_hi), a.defined);
+}
+
+}  // namespace
+
+Interval operator-(const Interval& a) { return a.empty() ? a : Interval{-a.hi, -a.lo, a.defined}; }
+
+Interval operator+(const Interval& a, const Interval& b) {
+  if (a.empty() || b.empty()) return Interval::nowhere();
+  return outward(a.lo + b.lo, a.hi + b.hi, a.defined && b.defined);
+}
+
+Interval operator-(const Interval& a, const Interval& b) {
+  if (a.empty() || b.empty()) return Interval::nowhere();
+  return outward(a.lo - b.hi, a.hi - b.lo, a.defined && b.defined);
+}
+
+Interval operator*(const Interval& a, const Interval& b) {
+  if (a.empty() || b.empty()) return Interval::nowhere();
+  const double ends[4] = {a.lo * b.lo, a.lo * b.hi, a.hi * b.lo, a.hi * b.hi};
+  for (const double end : ends) {
+    if (std::isnan(end)) return Interval::whole(false);
+  }
+  return outward(*std::min_element(ends, ends + 4), *std::max_element(ends, ends + 4), a.defined && b.defined);
+}
+
+Interval operator/(const Interval& a, const Interval& b) {
+  if (a.empty() || b.empty()) return Interval::nowhere();
+  if (b.contains(0.0)) return Interval::whole(false);  // 0 / 0 among them
+  const double ends[4] = {a.lo / b.lo, a.lo / b.hi, a.hi / b.lo, a.hi / b.hi};
+  for (const double end : ends) {
+    if (std::isnan(end)) return Interval::whole(false);
+  }
+  return outward(*std::min_element(ends, ends + 4), *std::max_element(ends, ends + 4), a.defined && b.defined);
+}
+
+Interval min(const Interval& a, const Interval& b) {
+  if (a.empty() || b.empty()) return Interval::nowhere();
+  return {std::min(a.lo, b.lo), std::min(a.hi, b.hi), a.defined && b.defined};
+}
+
+Interval max(const Interval& a, const Interval& b) {
+  if (a.empty() || b.empty()) return Interval::nowhere();
+  return {std::max(a.lo, b.lo), std::max(a.hi, b.hi), a.defined && b.defined};
+}
+
+Interval square(const Interval& a) { return a.empty() ? a : whole_power(a, 2.0); }
+
+Interval abs(const Interval& a) {
+  if (a.empty()) return a;
+  const double least = a.contains(0.0) ? 0.0 : std::min(std::abs(a.lo), std::abs(a.hi));
+  return {least, std::max(std::abs(a.lo), std::abs(a.hi)), a.defined};
+}
+
+Interval sqrt(const Interval& a) {
+  return rising(a, 0.0, kInf, [](double v) { return std::sqrt(v); });
+}
+Interval exp(const Interval& a) {
+  return rising(a, -kInf, kInf, [](double v) { return std::exp(v); });
+}
+Interval log(const Interval& a) {
+  return rising(a, 0.0, kInf, [](double v) { return std::log(v); });
+}
+Interval asin(const Interval& a) {
+  return rising(a, -1.0, 1.0, [](double v) { return std::asin(v); });
+}
+Interval acos(const Interval& a) {
+  return -rising(a, -1.0, 1.0, [](double v) { return -std::acos(v); });
+}
+Interval atan(const Interval& a) {
+  return rising(a, -kInf, kInf, [](double v) { return std::atan(v); });
+}
+Interval sinh(const Interval& a) {
+  return rising(a, -kInf, kInf, [](double v) { return std::sinh(v); });
+}
+Interval tanh(const Interval& a) {
+  return rising(a, -kInf, kInf, [](double v) { return std::tanh(v); });
+}
+
+Interval cosh(const Interval& a) {
+  if (a.empty()) return a;
+  const Interval size = abs(a);
+  return outward(std::cosh(size.lo), std::cosh(size.hi), a.defined);
+}
+
+Interval sin(const Interval& a) {
+  if (a.empty()) return a;
+  if (!(std::abs(a.lo) < 1e9 && std::abs(a.hi) < 1e9)) {
+    return {-1.0, 1.0, a.defined && std::isfinite(a.lo) && std::isfinite(a.hi)};
+  }
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  Interval found = outward(std::min(std::sin(a.lo), std::sin(a.hi)), std::max(std::sin(a.lo), std::sin(a.hi)), a.defined);
+  if (holds_multiple(a.lo, a.hi, 0.25 * kTurn, kTurn)) found.hi = 1.0;
+  if (holds_multiple(a.lo, a.hi, 0.75 * kTurn, kTurn)) found.lo = -1.0;
+  return found;
+}
+
+Interval cos(const Interval& a) {
+  if (a.empty()) return a;
+  if (!(std::abs(a.lo) < 1e9 && std::abs(a.hi) < 1e9)) {
+    return {-1.0, 1.0, a.defined && std::isfinite(a.lo) && std::isfinite(a.hi)};
+  }
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  Interval found = outward(std::min(std::cos(a.lo), std::cos(a.hi)), std::max(std::cos(a.lo), std::cos(a.hi)), a.defined);
+  if (holds_multiple(a.lo, a.hi, 0.0, kTurn)) found.hi = 1.0;
+  if (holds_multiple(a.lo, a.hi, 0.5 * kTurn, kTurn)) found.lo = -1.0;
+  return found;
+}
+
+Interval tan(const Interval& a) {
+  if (a.empty()) return a;
+  if (!(std::abs(a.lo) < 1e9 && std::abs(a.hi) < 1e9)) return Interval::whole(false);
+  if (holds_multiple(a.lo, a.hi, 0.5 * std::numbers::pi, std::numbers::pi)) return Interval::whole(a.defined);
+  return outward(std::tan(a.lo), std::tan(a.hi), a.defined);
+}
+
+Interval pow(const Interval& a, const Interval& b) {
+  if (a.empty() || b.empty()) return Interval::nowhere();
+  const bool defined = a.defined && b.defined;
+  if (b.lo == b.hi && std::abs(b.lo) < 1e9 && b.lo == std::floor(b.lo)) {
+    Interval found = whole_power(a, b.lo);
+    found.defined = found.defined && defined;
+    return found;
+  }
+  if (a.hi < 0.0 && b.lo == b.hi) return Interval::nowhere();  // a negative number to a power that is not whole
+  if (a.lo < 0.0 && b.lo != b.hi) return Interval::whole(false);
+  // For a base ≥ 0 the power is monotonic in either argument, so that its extremes are at the corners.
+  const double base = std::max(a.lo, 0.0);
+  const double ends[4] = {std::pow(base, b.lo), std::pow(base, b.hi), std::pow(a.hi, b.lo), std::pow(a.hi, b.hi)};
+  return outward(*std::min_element(ends, ends + 4), *std::max_element(ends, ends + 4), defined && a.lo >= 0.0);
+}
+
+Interval intersection(const Interval& a, const Interval& b) {
+  return {std::max(a.lo, b.lo), std::min(a.hi, b.hi), a.defined && b.defined};
+}
+
+}  // namespace phantom::geometry
