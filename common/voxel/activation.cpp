@@ -57,10 +57,34 @@ VoxelBox tight_box(const SolidVoxels& solid) {
           {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1}};
 }
 
-void count_solid(const SolidVoxels& solid, BodyReport& report) {
-  report.mesh = solid.report;
-  report.boundary_voxels = solid.boundary.count();
-  report.interior_voxels = solid.interior.count();
+/// Times, progress and the wish to stop.
+class Steps {
+ public:
+  explicit Steps(const ActivationOptions& options) : options_(options), start_s_(now_s()) {}
+  double now_s() const { return options_.stopwatch ? options_.stopwatch() : 0.0; }
+  double start_s() const { return start_s_; }
+  /// Tells the share that is done; false if the work shall end here.
+  bool go_on(double share) const {
+    if (options_.on_progress) options_.on_progress(share);
+    return !options_.keep_going || options_.keep_going();
+  }
+
+ private:
+  const ActivationOptions& options_;
+  double start_s_;
+};
+
+const core::Status kStopped{core::ErrorCode::kUnavailable, "activation was stopped"};
+
+ActivatedObject layered(const SolidVoxels& solid, const LayerProfile& profile, const GridSpec& grid) {
+  ActivatedObject object;
+  const ObjectVoxels dense = distance_layers(solid, profile, voxelise_clip(grid, profile));
+  object.bricks = ObjectBricks::of(dense, grid);
+  object.report.mesh = solid.report;
+  object.report.box = dense.box;
+  object.report.boundary_voxels = solid.boundary.count();
+  object.report.interior_voxels = solid.interior.count();
+  return object;
 }
 
 }  // namespace
@@ -75,42 +99,28 @@ GridSpec grid_over(const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m, d
   return grid;
 }
 
-core::Expected<Activation> Activation::begin(const GridSpec& grid, const std::vector<LayerProfile>& profiles,
-                                             Stopwatch stopwatch) {
-  for (const LayerProfile& profile : profiles) {
-    if (core::Status checked = check_profile(profile); !checked) return checked;
-  }
-  auto palette = make_palette(profiles);
-  if (!palette) return palette.status();
-  return Activation(Workspace(grid, *palette), std::move(stopwatch));
-}
-
-core::Expected<BodyReport> Activation::add(const Body& body) {
-  BodyReport report;
-  const GridSpec& grid = workspace_.grid();
+core::Expected<ActivatedObject> activate_object(const Body& body, const GridSpec& grid,
+                                                const ActivationOptions& options) {
+  if (core::Status checked = check_profile(body.profile); !checked) return about(body, checked);
   if (core::Status checked = check_place(body, grid.voxel_size_m); !checked) return about(body, checked);
   const VoxelBox clip = voxelise_clip(grid, body.profile);
-  report.box = voxel_bounds(body.mesh_W, grid).grown(body.profile.reach_vox()).intersection(clip);
-  if (core::Status checked = check_size(report.box); !checked) return about(body, checked);
-  const double start_s = now_s();
+  const VoxelBox reached = voxel_bounds(body.mesh_W, grid).grown(body.profile.reach_vox()).intersection(clip);
+  if (core::Status checked = check_size(reached); !checked) return about(body, checked);
+  const Steps steps(options);
   const auto solid = voxelise(body.mesh_W, grid, clip);
   if (!solid) return about(body, solid.status());
-  count_solid(*solid, report);
-  const double voxelised_s = now_s();
-  const ObjectVoxels layers = distance_layers(*solid, body.profile, clip);
-  const double layered_s = now_s();
-  merge(layers, body.id, code_table(body.profile, workspace_.palette()), workspace_);
-  report.box = layers.box;
-  report.voxelise_s = voxelised_s - start_s;
-  report.layers_s = layered_s - voxelised_s;
-  report.merge_s = now_s() - layered_s;
-  return report;
+  const double voxelised_s = steps.now_s();
+  if (!steps.go_on(0.3)) return about(body, kStopped);
+  ActivatedObject object = layered(*solid, body.profile, grid);
+  object.report.voxelise_s = voxelised_s - steps.start_s();
+  object.report.layers_s = steps.now_s() - voxelised_s;
+  if (!steps.go_on(1.0)) return about(body, kStopped);
+  return object;
 }
 
 core::Expected<std::pair<Workspace, BodyReport>> activate_alone(const Body& body, double voxel_size_m,
-                                                                const Stopwatch& stopwatch) {
-  const auto now_s = [&] { return stopwatch ? stopwatch() : 0.0; };
-  if (core::Status checked = check_profile(body.profile); !checked) return checked;
+                                                                const ActivationOptions& options) {
+  if (core::Status checked = check_profile(body.profile); !checked) return about(body, checked);
   auto palette = make_palette({body.profile});
   if (!palette) return palette.status();
   if (core::Status checked = check_place(body, voxel_size_m); !checked) return about(body, checked);
@@ -118,38 +128,33 @@ core::Expected<std::pair<Workspace, BodyReport>> activate_alone(const Body& body
   const VoxelBox around = voxel_bounds(body.mesh_W, lattice);
   if (core::Status checked = check_size(around.grown(body.profile.reach_vox())); !checked)
     return about(body, checked);
-
-  BodyReport report;
-  const double start_s = now_s();
-  const auto solid = voxelise(body.mesh_W, lattice, around);
+  const Steps steps(options);
+  auto solid = voxelise(body.mesh_W, lattice, around);
   if (!solid) return about(body, solid.status());
-  count_solid(*solid, report);
-  const double voxelised_s = now_s();
-  ObjectVoxels layers =
-      distance_layers(*solid, body.profile, tight_box(*solid).grown(body.profile.reach_vox()));
-  const double layered_s = now_s();
-  const Index3 min = layers.box.min;
-  const GridSpec grid{voxel_size_m * Eigen::Vector3d(min.x, min.y, min.z), voxel_size_m, layers.box.size};
-  layers.box.min = {0, 0, 0};
+  const double voxelised_s = steps.now_s();
+  if (!steps.go_on(0.3)) return about(body, kStopped);
+
+  const VoxelBox whole = tight_box(*solid).grown(body.profile.reach_vox());
+  const Index3 min = whole.min;
+  const GridSpec grid{voxel_size_m * Eigen::Vector3d(min.x, min.y, min.z), voxel_size_m, whole.size};
+  solid->box.min = {solid->box.min.x - min.x, solid->box.min.y - min.y, solid->box.min.z - min.z};
+  ActivatedObject object = layered(*solid, body.profile, grid);
+  object.report.voxelise_s = voxelised_s - steps.start_s();
+  object.report.layers_s = steps.now_s() - voxelised_s;
+  const CodeTable codes = code_table(body.profile, *palette);
+  const MergeEntry entry{&object.bricks, body.id, &codes};
   Workspace workspace(grid, *palette);
-  merge(layers, body.id, code_table(body.profile, *palette), workspace);
-  report.box = layers.box;
-  report.voxelise_s = voxelised_s - start_s;
-  report.layers_s = layered_s - voxelised_s;
-  report.merge_s = now_s() - layered_s;
-  return std::pair{std::move(workspace), report};
+  merge_bricks(MergeLaw::kHighestViscosity, {&entry, 1}, object.bricks.keys(), workspace, options.threads);
+  if (!steps.go_on(1.0)) return about(body, kStopped);
+  return std::pair{std::move(workspace), object.report};
 }
 
 std::array<std::uint64_t, 256> count_orders(const Workspace& workspace) {
   std::array<std::uint64_t, 256> counts{};
-  const auto& size = workspace.grid().size_vox;
   std::uint64_t in_bricks = 0;
   for (const BrickKey key : workspace.bricks()) {
     const auto brick = workspace.brick(key);
-    const VoxelBox part = VoxelBox{
-        {key.x * kBrickEdge, key.y * kBrickEdge, key.z * kBrickEdge},
-        {kBrickEdge, kBrickEdge,
-         kBrickEdge}}.intersection({{0, 0, 0}, size});
+    const VoxelBox part = box_of(key).intersection(VoxelBox::of(workspace.grid()));
     for (std::uint32_t z = 0; z < static_cast<std::uint32_t>(part.size[2]); ++z) {
       for (std::uint32_t y = 0; y < static_cast<std::uint32_t>(part.size[1]); ++y) {
         for (std::uint32_t x = 0; x < static_cast<std::uint32_t>(part.size[0]); ++x) {

@@ -5,19 +5,21 @@
 #include <vector>
 
 #include "common/core/status.hpp"
+#include "common/geometry/implicit.hpp"
 #include "common/geometry/mesh.hpp"
-#include "common/voxel/layers.hpp"
+#include "common/voxel/object_bricks.hpp"
 #include "common/voxel/profile.hpp"
 #include "common/voxel/workspace.hpp"
 
 namespace phantom::voxel {
 
-/// A body to be activated: its mesh where the model has it, and the fluid around it.
+/// A body to be activated: its mesh or its formula where the model has it, and the fluid around it.
 struct Body {
   std::string name;
-  std::uint16_t id = 0;  ///< 1…65534
-  geometry::TriangleMesh mesh_W;
+  std::uint16_t id = 0;           ///< 1…65534
+  geometry::TriangleMesh mesh_W;  ///< not looked at if there is a formula
   LayerProfile profile;
+  geometry::ImplicitPtr implicit_W = nullptr;  ///< a solid by formula; null: the mesh is the body
 };
 
 /// What the activation of one body found and took.
@@ -26,7 +28,7 @@ struct BodyReport {
   VoxelBox box;  ///< of the object voxel array, within the grid grown by the profile's reach
   std::size_t boundary_voxels = 0;
   std::size_t interior_voxels = 0;
-  double voxelise_s = 0.0, layers_s = 0.0, merge_s = 0.0;
+  double voxelise_s = 0.0, layers_s = 0.0;
 };
 
 /// Seconds from any origin; for the reports only. Null: durations stay 0.
@@ -38,31 +40,30 @@ inline constexpr std::size_t kMaxObjectVoxels = std::size_t{1} << 30;
 /// Grid over a box in W with corner `min_m`; a last voxel that is not whole is added.
 GridSpec grid_over(const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m, double voxel_size_m);
 
-/// Turns bodies into graded, viscous space: voxelises, layers and merges one after the other.
-class Activation {
- public:
-  /// `profiles`: of all bodies that will come; they make the palette. Refuses profiles that cannot be used.
-  static core::Expected<Activation> begin(const GridSpec& grid, const std::vector<LayerProfile>& profiles,
-                                          Stopwatch stopwatch = {});
-  /// Adds a body. On failure (the message names the body) the workspace is as before.
-  core::Expected<BodyReport> add(const Body& body);
-
-  const Workspace& workspace() const { return workspace_; }
-  Workspace take() { return std::move(workspace_); }
-
- private:
-  Activation(Workspace workspace, Stopwatch stopwatch)
-      : workspace_(std::move(workspace)), stopwatch_(std::move(stopwatch)) {}
-  double now_s() const { return stopwatch_ ? stopwatch_() : 0.0; }
-
-  Workspace workspace_;
-  Stopwatch stopwatch_;
+/// How an activation runs, and whom it tells.
+struct ActivationOptions {
+  int threads = 1;
+  Stopwatch stopwatch;
+  std::function<void(double share)> on_progress;  ///< 0…1, now and then, rising; from the calling thread
+  std::function<bool()> keep_going;               ///< asked now and then, by any thread; "no" ends it with kUnavailable
 };
+
+/// A body turned into graded, viscous space.
+struct ActivatedObject {
+  ObjectBricks bricks;
+  BodyReport report;
+};
+
+/// Voxelises a body in the workspace's grid and lays its layers; merge_bricks() then puts it into a workspace. Refuses
+/// a profile that cannot be used and a body that is too large or too far away; the message names the body. A body
+/// that does not reach the grid gives no bricks. The same bricks for any number of threads. Not real-time safe.
+core::Expected<ActivatedObject> activate_object(const Body& body, const GridSpec& grid,
+                                                const ActivationOptions& options = {});
 
 /// Activates a single mesh in a grid of its own: the smallest whole-voxel box around the solid, grown by the
 /// profile's reach; voxel borders at whole multiples of the voxel size in W.
 core::Expected<std::pair<Workspace, BodyReport>> activate_alone(const Body& body, double voxel_size_m,
-                                                                const Stopwatch& stopwatch = {});
+                                                                const ActivationOptions& options = {});
 
 /// Voxels of the grid per neighbour order; index: the order's byte.
 std::array<std::uint64_t, 256> count_orders(const Workspace& workspace);

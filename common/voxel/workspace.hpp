@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/voxel/grid.hpp"
+#include "common/voxel/voxel_box.hpp"
 
 namespace phantom::voxel {
 
@@ -30,6 +31,11 @@ struct BrickKey {
   friend bool operator==(const BrickKey&, const BrickKey&) = default;
   friend auto operator<=>(const BrickKey&, const BrickKey&) = default;
 };
+
+/// The brick's voxels; those of the last bricks may reach beyond the grid.
+constexpr VoxelBox box_of(BrickKey key) noexcept {
+  return {{key.x * kBrickEdge, key.y * kBrickEdge, key.z * kBrickEdge}, {kBrickEdge, kBrickEdge, kBrickEdge}};
+}
 
 /// The workspace voxel array (WVA): all objects of a cell merged, in bricks of which only those that hold something
 /// exist. One whole version; treated as immutable once it is shared (std::shared_ptr<const Workspace>).

@@ -5,6 +5,7 @@
 #include "common/core/errors.hpp"
 #include "common/geometry/mesh_io.hpp"
 #include "common/voxel/activation.hpp"
+#include "common/voxel/merge.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {
@@ -36,7 +37,7 @@ voxel::LayerProfile profile_of(const runtime::LayerProfileConfig& config) {
 template <class T>
 T value_or_throw(core::Expected<T> expected, const std::string& place) {
   if (!expected) throw ConfigError(place + expected.status().message());
-  return *std::move(expected);
+  return std::move(expected).value();
 }
 
 }  // namespace
@@ -68,8 +69,9 @@ voxel::Workspace build_workspace(const runtime::CellConfig& cell) {
   std::vector<voxel::LayerProfile> profiles;
   for (const auto& object : cell.objects) profiles.push_back(profile_of(object.profile));
   const voxel::GridSpec grid = voxel::grid_over(cell.min_m, cell.max_m, cell.voxel_size_m);
-  auto activation =
-      value_or_throw(voxel::Activation::begin(grid, profiles), cell.file.string() + ": objects: ");
+  voxel::Workspace workspace(grid, value_or_throw(voxel::make_palette(profiles), cell.file.string() + ": objects: "));
+  std::vector<voxel::ObjectBricks> bricks;
+  std::vector<voxel::CodeTable> codes;
   for (std::size_t i = 0; i < cell.objects.size(); ++i) {
     const runtime::ObjectConfig& object = cell.objects[i];
     const std::string place = cell.file.string() + ": objects[" + std::to_string(i) + "]: ";
@@ -79,9 +81,12 @@ voxel::Workspace build_workspace(const runtime::CellConfig& cell) {
     const auto mesh = value_or_throw(geometry::load_mesh(object.mesh, import), place);
     const voxel::Body body{object.name, static_cast<std::uint16_t>(i + 1), mesh.transformed(object.X_WO),
                            profiles[i]};
-    value_or_throw(activation.add(body), place);
+    bricks.push_back(value_or_throw(voxel::activate_object(body, grid), place).bricks);
+    codes.push_back(voxel::code_table(profiles[i], workspace.palette()));
   }
-  voxel::Workspace workspace = activation.take();
+  std::vector<voxel::MergeEntry> entries;
+  for (std::size_t i = 0; i < bricks.size(); ++i) entries.push_back({&bricks[i], static_cast<std::uint16_t>(i + 1), &codes[i]});
+  voxel::merge_bricks(voxel::MergeLaw::kHighestViscosity, entries, voxel::keys_of(entries), workspace);
   workspace.version = 1;
   return workspace;
 }

@@ -111,7 +111,6 @@ struct Outcome {
                        {"interior_voxels", report.interior_voxels}});
     voxelise_s += report.voxelise_s;
     layers_s += report.layers_s;
-    merge_s += report.merge_s;
   }
 };
 
@@ -138,7 +137,9 @@ Outcome activate_mesh(const ActivateRequest& request, const WvaServerConfig& con
   const std::size_t vertices = mesh->vertices_m.size();
   const voxel::Body body{std::filesystem::path(request.mesh).filename().string(), 1, mesh->transformed(X_WO),
                          profile};
-  auto activated = voxel::activate_alone(body, request.voxel_size_m, stopwatch_s);
+  voxel::ActivationOptions activation;
+  activation.stopwatch = stopwatch_s;
+  auto activated = voxel::activate_alone(body, request.voxel_size_m, activation);
   if (!activated) throw ConfigError("activate: " + activated.status().message());
   outcome.workspace = std::move(activated->first);
   outcome.add(body.name, 1, vertices, activated->second);
@@ -154,6 +155,7 @@ Outcome activate_cell(const ActivateRequest& request, const WvaServerConfig& con
   auto activated = activate(
       grid_of(cell), bodies, 1, stopwatch_s, [](const auto&...) {}, [] { return true; });
   outcome.workspace = *activated.workspace;
+  outcome.merge_s = activated.merge_s;
   for (const ActivatedObject& object : activated.objects) {
     outcome.add(object.name, object.id, object.vertices, object.report);
   }

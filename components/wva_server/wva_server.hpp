@@ -22,7 +22,7 @@ struct ActivatedObject {
 struct ActivatedCell {
   std::shared_ptr<const voxel::Workspace> workspace;
   std::vector<ActivatedObject> objects;
-  double build_s = 0.0;
+  double merge_s = 0.0, build_s = 0.0;
 };
 
 /// Called after each object with how many of how many are done.

@@ -3,12 +3,24 @@
 #include <gtest/gtest.h>
 
 #include "common/geometry/primitives.hpp"
+#include "common/voxel/merge.hpp"
 #include "common/voxel/tests/literal_twins.hpp"
 
 namespace phantom::voxel {
 namespace {
 
 const LayerProfile kProfile{{2, 3}, {30.0F, 20.0F}, 100.0F, 1};
+
+/// The workspace of one body.
+Workspace workspace_of(const Body& body, const GridSpec& grid) {
+  const auto object = activate_object(body, grid);
+  if (!object) throw std::runtime_error(object.status().message());
+  Workspace workspace(grid, *make_palette({body.profile}));
+  const CodeTable codes = code_table(body.profile, workspace.palette());
+  const MergeEntry entry{&object->bricks, body.id, &codes};
+  merge_bricks(MergeLaw::kHighestViscosity, {&entry, 1}, object->bricks.keys(), workspace);
+  return workspace;
+}
 
 TEST(GridOver, HasTheVoxelsThatTheBoxHolds) {
   const GridSpec cell = grid_over({-1.1, -1.1, 0.0}, {1.1, 1.1, 1.6}, 0.005);
@@ -24,10 +36,7 @@ TEST(Activation, OfABodyAloneIsThatOfTheBodyInACell) {
   const auto alone = activate_alone(body, 0.01);
   ASSERT_TRUE(alone) << alone.status().message();
   const Workspace& small = alone->first;
-  auto activation = Activation::begin({{-0.2, -0.5, -0.1}, 0.01, {90, 90, 60}}, {kProfile});
-  ASSERT_TRUE(activation);
-  ASSERT_TRUE(activation->add(body));
-  const Workspace cell = activation->take();
+  const Workspace cell = workspace_of(body, {{-0.2, -0.5, -0.1}, 0.01, {90, 90, 60}});
   const Eigen::Vector3d shift = (small.grid().origin_m - cell.grid().origin_m) / 0.01;
   const Index3 d{static_cast<int>(std::lround(shift.x())), static_cast<int>(std::lround(shift.y())),
                  static_cast<int>(std::lround(shift.z()))};
@@ -59,13 +68,11 @@ TEST(Activation, OfABodyAloneTakesTheSmallestBox) {
 
 TEST(Activation, LayersBeyondTheGridStillReachIn) {
   // The body stands wholly outside of the grid; its layers do not.
-  auto activation = Activation::begin({{0, 0, 0}, 0.01, {20, 20, 20}}, {kProfile});
   const Body body{
       "outside", 1,
       geometry::make_box({0.1, 0.1, 0.1}).transformed({Eigen::Matrix3d::Identity(), {-0.0731, 0.1, 0.1}}),
       kProfile};
-  ASSERT_TRUE(activation->add(body));
-  const Workspace& workspace = activation->workspace();
+  const Workspace workspace = workspace_of(body, {{0, 0, 0}, 0.01, {20, 20, 20}});
   EXPECT_EQ(workspace.order({0, 10, 10}), 1);  // the solid's last voxel is x = −3
   EXPECT_EQ(workspace.order({1, 10, 10}), 2);
   EXPECT_EQ(workspace.order({3, 10, 10}), 2);
@@ -73,11 +80,10 @@ TEST(Activation, LayersBeyondTheGridStillReachIn) {
 }
 
 TEST(Activation, NamesTheBodyThatItCannotTake) {
-  auto activation = Activation::begin({{0, 0, 0}, 0.01, {20, 20, 20}}, {kProfile});
-  const auto refused = activation->add({"drum", 1, geometry::make_sphere(5000, 2), kProfile});
+  const GridSpec grid{{0, 0, 0}, 0.01, {20, 20, 20}};
+  const auto refused = activate_object({"drum", 1, geometry::make_sphere(5000, 2), kProfile}, grid);
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.status().message().find("'drum'"), std::string::npos);
-  EXPECT_EQ(activation->workspace().brick_count(), 0U);
   const auto huge = activate_alone({"drum", 1, geometry::make_sphere(50, 2), kProfile}, 0.01);
   ASSERT_FALSE(huge);
   EXPECT_NE(huge.status().message().find("scale"), std::string::npos);

@@ -156,16 +156,22 @@ class Merge : public ::testing::Test {
       profiles_.push_back(profile);
     }
     palette_ = *make_palette(profiles_);
+    for (const Part& part : parts_) {
+      bricks_.push_back(ObjectBricks::of(part.ova, grid_));
+      codes_.push_back(code_table(part.profile, palette_));
+    }
   }
   Workspace merged(const std::vector<std::size_t>& sequence) const {
+    std::vector<MergeEntry> entries;
+    for (const std::size_t i : sequence) entries.push_back({&bricks_[i], parts_[i].id, &codes_[i]});
     Workspace workspace(grid_, palette_);
-    for (const std::size_t i : sequence) {
-      merge(parts_[i].ova, parts_[i].id, code_table(parts_[i].profile, palette_), workspace);
-    }
+    merge_bricks(MergeLaw::kHighestViscosity, entries, keys_of(entries), workspace);
     return workspace;
   }
   GridSpec grid_{{0, 0, 0}, 0.01, {45, 40, 50}};
   std::vector<Part> parts_;
+  std::vector<ObjectBricks> bricks_;
+  std::vector<CodeTable> codes_;
   std::vector<LayerProfile> profiles_;
   std::vector<float> palette_;
 };

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "common/voxel/layers.hpp"
+#include "common/voxel/workspace.hpp"
+
+namespace phantom::voxel {
+
+/// One object's neighbour orders as sparse bricks of the workspace's grid, one byte a voxel in brick_offset layout:
+/// what an object adds to the workspace, kept so that others can be merged anew beside it. Bricks that are interior
+/// throughout share one block of memory. Movable; treated as immutable once merged.
+class ObjectBricks {
+ public:
+  /// A brick to be made; `orders`: kBrickVoxels long, null for "interior throughout".
+  struct Part {
+    BrickKey key;
+    std::unique_ptr<std::int8_t[]> orders;
+  };
+
+  ObjectBricks() = default;
+  /// Of parts in any order, each key once. Leave out bricks that hold nothing.
+  explicit ObjectBricks(std::vector<Part> parts);
+  /// What a dense array holds inside `grid`.
+  static ObjectBricks of(const ObjectVoxels& dense, const GridSpec& grid);
+
+  /// Bricks that hold something, rising by BrickKey's order.
+  const std::vector<BrickKey>& keys() const noexcept { return keys_; }
+  /// kBrickVoxels orders, or null where the object has nothing. Time: log of the bricks.
+  const std::int8_t* orders(BrickKey key) const noexcept;
+  /// The same to be changed (not while shared); null where the object has nothing.
+  std::int8_t* edit(BrickKey key);
+  /// Order of a voxel of the grid, none of whose indices is negative; free where the object has nothing.
+  std::int8_t at(Index3 v) const noexcept;
+  /// Memory taken.
+  std::size_t bytes() const noexcept;
+
+ private:
+  std::vector<BrickKey> keys_;
+  std::vector<std::unique_ptr<std::int8_t[]>> orders_;  // as keys_; null: interior throughout
+};
+
+}  // namespace phantom::voxel
