@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <string>
 
-#include "common/geometry/mesh.hpp"
 #include "common/geometry/mesh_io.hpp"
 
 namespace phantom::geometry::detail {
@@ -13,6 +12,6 @@ namespace phantom::geometry::detail {
 /// Reads the file with assimp in this very process. On failure returns false and says why in `problem`
 /// (without the file's name). May crash or hang on malformed files.
 bool import_mesh_unguarded(const std::filesystem::path& path, const MeshImportOptions& options,
-                           TriangleMesh& mesh, std::string& problem);
+                           LoadedMesh& mesh, std::string& problem);
 
 }  // namespace phantom::geometry::detail

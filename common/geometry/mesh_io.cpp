@@ -8,11 +8,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <new>
 #include <string>
+#include <string_view>
 
 #include "common/core/clock.hpp"
 #include "common/geometry/mesh_import.hpp"
@@ -23,12 +25,16 @@ namespace {
 using core::ErrorCode;
 using core::Status;
 
-// What the child sends: this header, then either the problem's text or mesh_bytes().
+// What the child sends: this header, then a text (the problem, or the format's name and the notes, a line each),
+// then mesh_bytes().
 struct Header {
   std::uint32_t ok;
   std::uint32_t text_bytes;
   std::uint32_t vertices;
   std::uint32_t triangles;
+  double scale;
+  KnownFrom scale_from, up_from;
+  UpAxis up;
 };
 
 Status about(const std::filesystem::path& path, ErrorCode code, const std::string& problem) {
@@ -78,12 +84,31 @@ void limit_this_process(const MeshImportOptions& options) {
   }
 }
 
+std::string text_lines(const LoadedMesh& mesh) {
+  std::string text = mesh.format + '\n';
+  for (const std::string& note : mesh.notes) text += note + '\n';
+  return text;
+}
+
+void take_text_lines(std::string_view text, LoadedMesh& mesh) {
+  bool first = true;
+  for (std::size_t end = text.find('\n'); end != std::string_view::npos; end = text.find('\n')) {
+    if (first) {
+      mesh.format = text.substr(0, end);
+    } else {
+      mesh.notes.emplace_back(text.substr(0, end));
+    }
+    first = false;
+    text.remove_prefix(end + 1);
+  }
+}
+
 /// The child: imports, sends the outcome, ends without running the parent's destructors.
 [[noreturn]] void import_and_send(const std::filesystem::path& path, const MeshImportOptions& options,
                                   int fd) {
   limit_this_process(options);
   for (const int number : {SIGINT, SIGTERM, SIGXCPU, SIGABRT, SIGSEGV}) signal(number, SIG_DFL);
-  TriangleMesh mesh;
+  LoadedMesh mesh;
   std::string problem;
   bool ok = false;
   try {
@@ -93,15 +118,19 @@ void limit_this_process(const MeshImportOptions& options) {
   } catch (const std::exception& error) {
     problem = std::string("is not a readable mesh: ") + error.what();
   }
-  const Header header{ok ? 1U : 0U, static_cast<std::uint32_t>(problem.size()),
+  const std::string text = ok ? text_lines(mesh) : problem;
+  const Header header{ok ? 1U : 0U,
+                      static_cast<std::uint32_t>(text.size()),
                       static_cast<std::uint32_t>(mesh.vertices_m.size()),
-                      static_cast<std::uint32_t>(mesh.triangles.size())};
-  bool sent = write_all(fd, &header, sizeof header);
+                      static_cast<std::uint32_t>(mesh.triangles.size()),
+                      mesh.scale,
+                      mesh.scale_from,
+                      mesh.up_from,
+                      mesh.up};
+  bool sent = write_all(fd, &header, sizeof header) && write_all(fd, text.data(), text.size());
   if (ok) {
     sent = sent && write_all(fd, mesh.vertices_m.data(), mesh.vertices_m.size() * 12) &&
            write_all(fd, mesh.triangles.data(), mesh.triangles.size() * 12);
-  } else {
-    sent = sent && write_all(fd, problem.data(), problem.size());
   }
   _exit(sent ? 0 : 1);
 }
@@ -121,8 +150,8 @@ bool read_until_closed(int fd, core::Nanoseconds deadline_ns, std::vector<std::u
   }
 }
 
-core::Expected<TriangleMesh> outcome(const std::filesystem::path& path, const MeshImportOptions& options,
-                                     const std::vector<std::uint8_t>& bytes, int wait_status) {
+core::Expected<LoadedMesh> outcome(const std::filesystem::path& path, const MeshImportOptions& options,
+                                   const std::vector<std::uint8_t>& bytes, int wait_status) {
   if (WIFSIGNALED(wait_status)) {
     const int number = WTERMSIG(wait_status);
     if (number == SIGXCPU || number == SIGKILL) {
@@ -136,16 +165,19 @@ core::Expected<TriangleMesh> outcome(const std::filesystem::path& path, const Me
   if (bytes.size() < sizeof header)
     return about(path, ErrorCode::kInternal, "the importer ended without an answer");
   std::memcpy(&header, bytes.data(), sizeof header);
-  const std::uint8_t* rest = bytes.data() + sizeof header;
-  const std::size_t rest_bytes = bytes.size() - sizeof header;
-  if (header.ok == 0) {
-    return about(path, ErrorCode::kInvalidArgument,
-                 std::string(reinterpret_cast<const char*>(rest), rest_bytes));
-  }
-  TriangleMesh mesh;
-  if (!mesh_from_bytes(rest, rest_bytes, header.vertices, header.triangles, mesh)) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()) + sizeof header,
+                              std::min<std::size_t>(bytes.size() - sizeof header, header.text_bytes));
+  if (header.ok == 0) return about(path, ErrorCode::kInvalidArgument, std::string(text));
+  LoadedMesh mesh;
+  const std::size_t before = sizeof header + text.size();
+  if (!mesh_from_bytes(bytes.data() + before, bytes.size() - before, header.vertices, header.triangles, mesh)) {
     return about(path, ErrorCode::kInternal, "the importer's answer was cut short");
   }
+  take_text_lines(text, mesh);
+  mesh.scale = header.scale;
+  mesh.scale_from = header.scale_from;
+  mesh.up = header.up;
+  mesh.up_from = header.up_from;
   return mesh;
 }
 
@@ -172,7 +204,7 @@ Status check_file(const std::filesystem::path& path, const MeshImportOptions& op
 
 }  // namespace
 
-core::Expected<TriangleMesh> load_mesh(const std::filesystem::path& path, const MeshImportOptions& options) {
+core::Expected<LoadedMesh> load_mesh(const std::filesystem::path& path, const MeshImportOptions& options) {
   if (Status checked = check_file(path, options); !checked) return checked;
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) return about(path, ErrorCode::kUnavailable, std::strerror(errno));

@@ -25,6 +25,7 @@ std::vector<LinkMeshData> load_arm_meshes(const robot::SerialArm& arm) {
     for (const robot::LinkMesh& visual : arm.links()[link].meshes) {
       geometry::MeshImportOptions options;
       options.scale = visual.scale;
+      options.y_up = false;  // URDF takes a mesh's axes as they stand
       auto mesh = geometry::load_mesh(visual.file, options);
       if (!mesh) fail(mesh.status());
       meshes.push_back({link, visual.X_link_mesh, visual.colour, std::move(mesh).value()});

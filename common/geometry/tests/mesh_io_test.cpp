@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <Eigen/Geometry>
+
 #include <fstream>
 #include <random>
 #include <string>
@@ -82,10 +84,11 @@ TEST_F(MeshFiles, TriangulatesPolygons) {
   EXPECT_EQ(mesh->vertices_m.size(), 4U);
 }
 
-TEST_F(MeshFiles, AppliesNodeTransforms) {
-  const auto mesh = load_mesh(write("node.dae", R"(<?xml version="1.0" encoding="utf-8"?>
+/// A triangle (0,0,0) (1,0,0) (0,1,0) under a node.
+std::string collada(const std::string& asset, const std::string& node) {
+  return R"(<?xml version="1.0" encoding="utf-8"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
- <asset><unit name="meter" meter="1"/><up_axis>Y_UP</up_axis></asset>
+ <asset>)" + asset + R"(</asset>
  <library_geometries><geometry id="g"><mesh>
   <source id="p"><float_array id="pa" count="9">0 0 0 1 0 0 0 1 0</float_array><technique_common>
    <accessor source="#pa" count="3" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
@@ -93,11 +96,74 @@ TEST_F(MeshFiles, AppliesNodeTransforms) {
   <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
   <triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>
  </mesh></geometry></library_geometries>
- <library_visual_scenes><visual_scene id="s"><node id="n"><translate>5 6 7</translate>
+ <library_visual_scenes><visual_scene id="s"><node id="n">)" + node + R"(
   <instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
- <scene><instance_visual_scene url="#s"/></scene></COLLADA>)"));
+ <scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
+}
+
+/// x to the right, y and z as the corners of the triangle that collada() holds.
+Eigen::Vector3f normal_of(const TriangleMesh& mesh) {
+  const auto& t = mesh.triangles.at(0);
+  return (mesh.vertices_m[t[1]] - mesh.vertices_m[t[0]])
+      .cross(mesh.vertices_m[t[2]] - mesh.vertices_m[t[0]])
+      .normalized();
+}
+
+TEST_F(MeshFiles, AppliesNodeTransforms) {
+  const auto mesh = load_mesh(write("node.dae", collada(R"(<unit name="meter" meter="1"/><up_axis>Z_UP</up_axis>)",
+                                                        "<translate>5 6 7</translate>")));
   ASSERT_TRUE(mesh) << mesh.status().message();
   EXPECT_TRUE(mesh->bounding_box().min_m.isApprox(Eigen::Vector3f(5, 6, 7)));
+  EXPECT_TRUE(normal_of(*mesh).isApprox(Eigen::Vector3f::UnitZ()));
+}
+
+TEST_F(MeshFiles, TurnsTheTrianglesOfMirroredNodesOver) {
+  const auto mesh = load_mesh(
+      write("node.dae", collada(R"(<unit meter="1"/><up_axis>Z_UP</up_axis>)", "<scale>-1 1 1</scale>")));
+  ASSERT_TRUE(mesh) << mesh.status().message();
+  EXPECT_FLOAT_EQ(mesh->bounding_box().min_m.x(), -1.0F);
+  EXPECT_TRUE(normal_of(*mesh).isApprox(Eigen::Vector3f::UnitZ()));
+}
+
+TEST_F(MeshFiles, TakesUnitAndUpAxisFromCollada) {
+  const std::string translate = "<translate>500 600 700</translate>";
+  const std::string asset = R"(<unit name="cm" meter="0.01"/><up_axis>Y_UP</up_axis>)";
+  const auto mesh = load_mesh(write("cm.dae", collada(asset, translate)));
+  ASSERT_TRUE(mesh) << mesh.status().message();
+  EXPECT_EQ(mesh->scale, 0.01);
+  EXPECT_EQ(mesh->scale_from, KnownFrom::kFile);
+  EXPECT_EQ(mesh->up, UpAxis::kY);
+  EXPECT_EQ(mesh->up_from, KnownFrom::kFile);
+  EXPECT_TRUE(mesh->notes.empty());
+  EXPECT_TRUE(mesh->vertices_m[mesh->triangles[0][0]].isApprox(Eigen::Vector3f(5, -7, 6)));
+
+  const auto x_up = load_mesh(write("x.dae", collada(R"(<unit meter="1"/><up_axis>X_UP</up_axis>)",
+                                                     "<translate>3 4 5</translate>")));
+  ASSERT_TRUE(x_up) << x_up.status().message();
+  EXPECT_TRUE(x_up->vertices_m[x_up->triangles[0][0]].isApprox(Eigen::Vector3f(-5, 4, 3)));
+
+  const auto ours = load_mesh(write("cm.dae", collada(asset, translate)), {.scale = 0.001, .y_up = false});
+  ASSERT_TRUE(ours) << ours.status().message();
+  EXPECT_EQ(ours->scale_from, KnownFrom::kCaller);
+  EXPECT_EQ(ours->up_from, KnownFrom::kCaller);
+  EXPECT_TRUE(ours->vertices_m[ours->triangles[0][0]].isApprox(Eigen::Vector3f(0.5F, 0.6F, 0.7F)));
+}
+
+TEST_F(MeshFiles, GuessesTheUnitOfAnStlAndSaysSo) {
+  const auto small = load_mesh(write("box.stl", ascii_stl(make_box({0.2, 0.3, 0.4}))));
+  ASSERT_TRUE(small) << small.status().message();
+  EXPECT_EQ(small->scale, 1.0);
+  EXPECT_EQ(small->scale_from, KnownFrom::kGuess);
+  EXPECT_EQ(small->up_from, KnownFrom::kGuess);
+  ASSERT_EQ(small->notes.size(), 2U);
+  EXPECT_THAT(small->notes[0], HasSubstr("metres are assumed, as its 0.2 × 0.3 × 0.4 units"));
+  EXPECT_THAT(small->notes[1], HasSubstr("+z is assumed"));
+
+  const auto large = load_mesh(write("box.stl", ascii_stl(make_box({200, 300, 400}))));
+  ASSERT_TRUE(large) << large.status().message();
+  EXPECT_EQ(large->scale, 0.001);
+  EXPECT_THAT(large->notes[0], HasSubstr("millimetres are assumed, as its 200 × 300 × 400 units"));
+  EXPECT_NEAR(enclosed_volume_m3(*large), 0.024, 1e-8);
 }
 
 TEST_F(MeshFiles, NamesAMissingFile) {
