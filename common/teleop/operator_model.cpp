@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 
 namespace phantom::teleop {
 
@@ -21,7 +22,12 @@ Progress constant_velocity(double phase, double ramp_share) noexcept {
 }
 
 OperatorModel::OperatorModel(const OperatorParameters& parameters, const core::JointArray& start_q)
-    : parameters_(parameters), from_(start_q), to_(start_q), reference_(start_q) {}
+    : parameters_(parameters), from_(start_q), to_(start_q), reference_(start_q) {
+  std::mt19937 random(parameters.seed);
+  for (auto& joint : tremor_phase_) {
+    for (double& phase : joint) phase = 2.0 * std::numbers::pi * (static_cast<double>(random()) / 4294967296.0);
+  }
+}
 
 void OperatorModel::move_to(const core::JointArray& target_q, double duration_s) noexcept {
   from_ = reference_;
@@ -42,26 +48,56 @@ Progress OperatorModel::progress() const noexcept {
              : constant_velocity(phase_, parameters_.velocity_ramp_share);
 }
 
+// Displacement and speed of the reference's shaking.
+Progress OperatorModel::tremor(std::size_t joint) const noexcept {
+  constexpr double kSpread[kTremorSines] = {0.85, 1.0, 1.17};
+  if (parameters_.tremor_rms[joint] == 0.0) return {};
+  const double amplitude = parameters_.tremor_rms[joint] * std::sqrt(2.0 / kTremorSines);
+  Progress shake;
+  for (int k = 0; k < kTremorSines; ++k) {
+    const double omega_rad_s = 2.0 * std::numbers::pi * parameters_.tremor_Hz * kSpread[k];
+    const double angle = omega_rad_s * time_s_ + tremor_phase_[joint][static_cast<std::size_t>(k)];
+    shake.share += amplitude * std::sin(angle);
+    shake.rate += amplitude * omega_rad_s * std::cos(angle);
+  }
+  return shake;
+}
+
+double OperatorModel::felt_load(double load, double dt_s) noexcept {
+  newest_load_ = (newest_load_ + 1) % loads_.size();
+  loads_[newest_load_] = static_cast<float>(load);
+  const double ticks = std::min(parameters_.reaction_delay_s, kLongestReaction_s) / dt_s;
+  const auto late = static_cast<std::size_t>(std::clamp(ticks, 0.0, static_cast<double>(loads_.size() - 1)));
+  return static_cast<double>(loads_[(newest_load_ + loads_.size() - late) % loads_.size()]);
+}
+
+void OperatorModel::follow_load(double load, double dt_s) noexcept {
+  const double wish = std::clamp((parameters_.stop_share - felt_load(load, dt_s)) /
+                                     (parameters_.stop_share - parameters_.yield_share),
+                                 0.0, 1.0);
+  const double bandwidth_Hz = wish < pace_ ? parameters_.yield_bandwidth_Hz : parameters_.recovery_bandwidth_Hz;
+  pace_ += dt_s / (dt_s + 1.0 / (2.0 * std::numbers::pi * bandwidth_Hz)) * (wish - pace_);
+}
+
 const core::JointArray& OperatorModel::step(const core::JointArray& q, const core::JointArray& v, bool go,
                                             double dt_s) noexcept {
+  const bool person = parameters_.kind == OperatorKind::kMinimumJerk;
   const double phase_rate = go && phase_ < 1.0 ? pace_ / duration_s_ : 0.0;
   phase_ = std::min(1.0, phase_ + phase_rate * dt_s);
+  time_s_ += dt_s;
   const Progress now = progress();
   double load = 0.0;
   for (std::size_t j = 0; j < parameters_.joint_count; ++j) {
     const double way = to_[j] - from_[j];
+    const Progress shake = person ? tremor(j) : Progress{};
     reference_[j] = from_[j] + way * now.share;
     reference_v_[j] = way * now.rate * phase_rate;
-    const double wish =
-        parameters_.stiffness[j] * (reference_[j] - q[j]) + parameters_.damping[j] * (reference_v_[j] - v[j]);
+    const double wish = parameters_.stiffness[j] * (reference_[j] + shake.share - q[j]) +
+                        parameters_.damping[j] * (reference_v_[j] + shake.rate - v[j]);
     torque_Nm_[j] = std::clamp(wish, -parameters_.max_force[j], parameters_.max_force[j]);
     load = std::max(load, std::abs(torque_Nm_[j]) / parameters_.max_force[j]);
   }
-  if (parameters_.kind == OperatorKind::kMinimumJerk) {
-    const double wish = std::clamp((1.0 - load) / (1.0 - parameters_.yield_share), 0.0, 1.0);
-    const double share = dt_s / (dt_s + 1.0 / (2.0 * std::numbers::pi * parameters_.yield_bandwidth_Hz));
-    pace_ += share * (wish - pace_);
-  }
+  if (person) follow_load(load, dt_s);
   return torque_Nm_;
 }
 

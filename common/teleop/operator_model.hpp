@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 
 #include "common/core/joints.hpp"
 
@@ -31,18 +33,28 @@ struct OperatorParameters {
   core::JointArray stiffness{};  ///< of hand or servo, N·m/rad or N/m
   core::JointArray damping{};    ///< N·m·s/rad or N·s/m
   core::JointArray max_force{};  ///< N·m or N that it can or will exert
-  double yield_share = 0.25;  ///< minimum jerk: share of max_force from which the operator slows down, 0…1
-  double yield_bandwidth_Hz =
-      5;  ///< how fast the operator's pace follows the load (voluntary motion: 5–10 Hz)
-  double velocity_ramp_share = 0.1;  ///< constant velocity: share of the reach for start, and again for stop
+  // A person (minimum jerk):
+  double yield_share = 0.25;  ///< share of max_force from which the operator slows down, 0…1
+  double stop_share = 1.0;    ///< share at which the operator waits, above yield_share: a cautious one stops early
+  double yield_bandwidth_Hz = 5;     ///< how fast the pace falls with the load (voluntary motion: 5–10 Hz)
+  double recovery_bandwidth_Hz = 5;  ///< how fast it rises again
+  double reaction_delay_s = 0.0;     ///< from a load to its first effect on the pace, 0…kLongestReaction_s
+  core::JointArray tremor_rms{};     ///< of the reference, rad or m
+  double tremor_Hz = 10.0;           ///< centre of its band (physiological tremor: 8–12 Hz)
+  std::uint32_t seed = 1;            ///< of the tremor's phases
+  // The thesis's servo (constant velocity):
+  double velocity_ramp_share = 0.1;  ///< share of the reach for start, and again for stop
 };
+
+inline constexpr double kLongestReaction_s = 0.5;
 
 /// The hand on the master: a spring and damper that pull the device along a reference, with limited force.
 ///
 /// Minimum jerk: the reference's phase advances at a pace that falls from 1 to 0 as the hand's load u = max_j
-/// |τ|/max rises from yield_share to 1: who feels drag moves more slowly, and a hand at its limit waits, so
-/// that no lag builds up to be released later. Constant velocity: the pace is always 1 (MLT is then what
-/// keeps the speed); only the force is limited.
+/// |τ|/max, felt reaction_delay_s ago, rises from yield_share to stop_share: who feels drag moves more slowly, and
+/// a hand at its limit waits, so that no lag builds up to be released later. Tremor shakes the reference: three
+/// sines around tremor_Hz per joint with seeded phases. Constant velocity: the pace is always 1 (MLT is then what
+/// keeps the speed); only the force is limited. The same inputs and seed give the same motion.
 class OperatorModel {
  public:
   OperatorModel(const OperatorParameters& parameters, const core::JointArray& start_q);
@@ -63,9 +75,17 @@ class OperatorModel {
   const core::JointArray& torque_Nm() const noexcept { return torque_Nm_; }
 
  private:
+  static constexpr int kTremorSines = 3;
   Progress progress() const noexcept;
+  Progress tremor(std::size_t joint) const noexcept;
+  void follow_load(double load, double dt_s) noexcept;
+  double felt_load(double load, double dt_s) noexcept;
 
   OperatorParameters parameters_;
+  std::array<std::array<double, kTremorSines>, core::kMaxJoints> tremor_phase_{};
+  double time_s_ = 0.0;
+  std::array<float, 1024> loads_{};  // the last ones, for the reaction delay
+  std::size_t newest_load_ = 0;
   core::JointArray from_, to_, reference_, reference_v_{}, torque_Nm_{};
   double duration_s_ = 1.0, phase_ = 1.0, pace_ = 1.0;
 };

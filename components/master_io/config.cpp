@@ -133,23 +133,48 @@ void read_arm_of(const ConfigReader& section, const robot::SerialArm& arm, teleo
                                         section.number("max_force_N", {1e-3, 1e5, "N"}));
 }
 
+/// How a person slows down under load.
+void read_caution(const ConfigReader& section, teleop::OperatorParameters& person) {
+  person.yield_share = section.number("yield_share", person.yield_share, {0, 0.95, ""});
+  person.stop_share = section.number("stop_share", person.stop_share, {0.01, 1, ""});
+  if (person.stop_share <= person.yield_share)
+    throw section.error("stop_share", "is not above yield_share; allowed: above it, up to 1");
+  person.yield_bandwidth_Hz = section.number("yield_bandwidth_Hz", person.yield_bandwidth_Hz, {0.1, 50, "Hz"});
+  person.recovery_bandwidth_Hz =
+      section.number("recovery_bandwidth_Hz", person.yield_bandwidth_Hz, {0.01, 50, "Hz"});
+  person.reaction_delay_s =
+      section.number("reaction_delay_s", 0.0, {0, teleop::kLongestReaction_s, "s"});
+}
+
+void read_tremor(const ConfigReader& section, const robot::SerialArm& arm, teleop::OperatorParameters& person) {
+  person.tremor_rms = robot::by_joint_type(arm, section.number("rms_rad", 0.0, {0, 0.1, "rad"}),
+                                           section.number("rms_m", 0.0, {0, 0.1, "m"}));
+  person.tremor_Hz = section.number("centre_Hz", person.tremor_Hz, {1, 30, "Hz"});
+  person.seed = static_cast<std::uint32_t>(section.integer("seed", 1, {0, 2e9, ""}));
+}
+
 teleop::OperatorParameters read_operator(const ConfigReader& section, const robot::SerialArm& arm,
                                          const std::string& chosen) {
   teleop::OperatorParameters person{.joint_count = arm.joint_count()},
       servo{.joint_count = arm.joint_count()};
-  const std::string in_file = section.choice("model", "minimum_jerk", {"minimum_jerk", "constant_velocity"});
+  const std::string in_file =
+      section.choice("model", "minimum_jerk", {"minimum_jerk", "cautious", "constant_velocity"});
   const std::string model = chosen.empty() ? in_file : chosen;
-  if (model != "minimum_jerk" && model != "constant_velocity") {
-    throw section.error("model",
-                        "is '" + model + "' on the command line; allowed: minimum_jerk, constant_velocity");
+  if (model != "minimum_jerk" && model != "cautious" && model != "constant_velocity") {
+    throw section.error(
+        "model", "is '" + model + "' on the command line; allowed: minimum_jerk, cautious, constant_velocity");
   }
-  const ConfigReader p = section.section("minimum_jerk"), s = section.section("constant_velocity");
+  const ConfigReader p = section.section("minimum_jerk"), c = section.optional_section("cautious"),
+                     s = section.section("constant_velocity");
   read_arm_of(p, arm, person);
-  person.yield_share = p.number("yield_share", person.yield_share, {0, 0.95, ""});
-  person.yield_bandwidth_Hz = p.number("yield_bandwidth_Hz", person.yield_bandwidth_Hz, {0.1, 50, "Hz"});
+  read_caution(p, person);
+  read_tremor(p.optional_section("tremor"), arm, person);
+  teleop::OperatorParameters cautious = person;
+  read_caution(c, cautious);
   servo.kind = teleop::OperatorKind::kConstantVelocity;
   read_arm_of(s, arm, servo);
   servo.velocity_ramp_share = s.number("ramp_share", servo.velocity_ramp_share, {0.01, 0.5, ""});
+  if (model == "cautious") return cautious;
   return model == "minimum_jerk" ? person : servo;
 }
 
@@ -197,7 +222,9 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
   read_percept(file.section("percept"), arm, config);
   config.percept.damping_limit_Nms_per_rad = damping_limit(device, config, cap);
   read_feedback(file.section("feedback"), arm, config);
-  config.hand = read_operator(file.section("operator"), arm, choices.operator_model);
+  const ConfigReader hand = file.section("operator");
+  config.hand = read_operator(hand, arm, choices.operator_model);
+  config.operator_model = choices.operator_model.empty() ? hand.text("model", "minimum_jerk") : choices.operator_model;
   const ConfigReader sequence = file.optional_section("sequence");
   config.script = read_sequence(sequence, arm.joint_count());
   sequence.has("only");  // read with the reaches

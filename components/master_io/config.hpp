@@ -38,6 +38,7 @@ struct Config {
   teleop::FeedbackParameters feedback;
   ContactSource contact_source = ContactSource::kEither;
   teleop::OperatorParameters hand;
+  std::string operator_model;  ///< its name
   teleop::ReachScriptParameters script;
   std::vector<ReachLabel> labels;  ///< per reach of the script
 };

@@ -24,7 +24,7 @@ int main(int argc, char** argv) {
       "With --report-dir it leaves master_io.json: how the loop ran, round trips, and how each reach went.";
   description.add_options = [&](CLI::App& app) {
     app.add_option("--operator", choices.operator_model, "operator model, instead of the configured one")
-        ->check(CLI::IsMember({"minimum_jerk", "constant_velocity"}));
+        ->check(CLI::IsMember({"minimum_jerk", "cautious", "constant_velocity"}));
     app.add_option("--law", choices.law,
                    "bilateral law of Table 5.1, instead of the configured one: pf (a), sctfb (b), pfff (c), pe (d), "
                    "peff (e)")

@@ -111,8 +111,8 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   wishes.percept_gain = config.percept_gain;
   wishes.law = config.feedback.law;
   DdsAdapter adapter(network, expectations(model, config), wishes, inbox);
-  spdlog::info("law {}, {} reaches, {} operator", teleop::name_of(config.feedback.law), config.labels.size(),
-               config.hand.kind == teleop::OperatorKind::kMinimumJerk ? "minimum-jerk" : "constant-velocity");
+  spdlog::info("law {}, {} reaches, operator {}", teleop::name_of(config.feedback.law), config.labels.size(),
+               config.operator_model);
 
   std::mutex mutex;
   MasterReport latest;  // under the mutex

@@ -109,6 +109,63 @@ TEST(Operator, VelocityServoKeepsItsSpeedAndPaysWithTorque) {
   EXPECT_NEAR(drag.peak_torque - free.peak_torque, 6.0 * free.peak_speed, 0.5);  // MLT follows the drag
 }
 
+TEST(Operator, ACautiousPersonIsSlowerInTheSameDragAndWaitsWellBelowHerStrength) {
+  const auto run = [](double yield, double stop) {
+    auto plant = device();
+    auto p = hand(OperatorKind::kMinimumJerk);
+    p.yield_share = yield, p.stop_share = stop, p.recovery_bandwidth_Hz = 1;
+    OperatorModel model(p, {});
+    model.move_to(at(1.0), 2.0);
+    Outcome out;
+    while (!model.arrived() && out.time_s < 60) {
+      plant.step(model.step(plant.true_position(), plant.true_velocity(), true, kDt),
+                 at(-4.0 * plant.velocity()[0]), kDt);
+      out.time_s += kDt;
+      out.peak_torque = std::max(out.peak_torque, std::abs(model.torque_Nm()[0]));
+    }
+    return out;
+  };
+  const auto bold = run(0.25, 1.0), cautious = run(0.05, 0.3);
+  EXPECT_GT(cautious.time_s, 1.3 * bold.time_s);
+  EXPECT_LT(cautious.peak_torque, 0.5 * 5.0);
+}
+
+TEST(Operator, ALoadIsFeltOnlyAfterTheReactionTime) {
+  auto p = hand(OperatorKind::kMinimumJerk);
+  p.reaction_delay_s = 0.15;
+  OperatorModel model(p, {});
+  model.move_to(at(1.0), 2.0);
+  double first_slower_s = -1.0;
+  for (int i = 0; i < 1000 && first_slower_s < 0; ++i) {
+    model.step(at(-0.2), at(0.0), true, kDt);  // held back with all the hand's force from the start
+    if (model.pace() < 1.0) first_slower_s = (i + 1) * kDt;
+  }
+  EXPECT_NEAR(first_slower_s, 0.151, 1e-9);
+}
+
+TEST(Operator, TremorHasTheAskedForSizeAndBandAndItsSeedDecidesIt) {
+  const auto shake = [](std::uint32_t seed) {
+    auto p = hand(OperatorKind::kMinimumJerk);
+    p.stiffness[0] = 1, p.damping[0] = 0, p.max_force[0] = 100;  // torque = shaking of the reference, at rest
+    p.tremor_rms[0] = 0.004, p.tremor_Hz = 10, p.seed = seed;
+    OperatorModel model(p, {});
+    std::vector<double> seen;
+    for (int i = 0; i < 20000; ++i) seen.push_back(model.step(at(0), at(0), true, kDt)[0]);
+    return seen;
+  };
+  const auto one = shake(1);
+  double square = 0;
+  int crossings = 0;
+  for (std::size_t i = 1; i < one.size(); ++i) {
+    square += one[i] * one[i];
+    crossings += one[i - 1] < 0 && one[i] >= 0;
+  }
+  EXPECT_NEAR(std::sqrt(square / static_cast<double>(one.size())), 0.004, 0.0003);
+  EXPECT_NEAR(crossings / 20.0, 10.0, 2.0);
+  EXPECT_EQ(one, shake(1));
+  EXPECT_NE(one, shake(2));
+}
+
 TEST(Operator, WaitsWhileNotCoupled) {
   OperatorModel model(hand(OperatorKind::kMinimumJerk), at(0.2));
   model.move_to(at(1.0), 2.0);

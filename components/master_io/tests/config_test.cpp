@@ -60,6 +60,10 @@ TEST(MasterConfig, TheCommandLineChoosesOperatorAndLaw) {
   const auto config = shipped_config({"constant_velocity", "pf"});
   EXPECT_EQ(config.hand.kind, teleop::OperatorKind::kConstantVelocity);
   EXPECT_EQ(config.feedback.law, teleop::BilateralLaw::kPf);
+  const auto person = shipped_config().hand, cautious = shipped_config({"cautious", ""}).hand;
+  EXPECT_EQ(cautious.stiffness, person.stiffness);
+  EXPECT_LT(cautious.stop_share, person.stop_share);
+  EXPECT_GT(cautious.reaction_delay_s, person.reaction_delay_s);
   EXPECT_EQ(shipped_config({"", "peff"}).feedback.law, teleop::BilateralLaw::kPeff);
   EXPECT_THAT(problem_of(kShipped, {"", "pfx"}),
               AllOf(HasSubstr("'pfx'"), HasSubstr("allowed: pf (case a), sctfb (b)")));
@@ -86,7 +90,10 @@ TEST(MasterConfig, EachFaultIsNamedWithWhatIsAllowed) {
               AllOf(HasSubstr("device.prismatic.mass_kg"), HasSubstr("missing")));
   EXPECT_THAT(problem("sctfb: 0.01", "sctfb: .inf"), HasSubstr("feedback.inverse_a.sctfb"));
   EXPECT_THAT(problem("model: minimum_jerk", "model: toddler"),
-              AllOf(HasSubstr("operator.model"), HasSubstr("minimum_jerk, constant_velocity")));
+              AllOf(HasSubstr("operator.model"), HasSubstr("minimum_jerk, cautious, constant_velocity")));
+  EXPECT_THAT(problem("stop_share: 0.5", "stop_share: 0.04"),
+              AllOf(HasSubstr("operator.cautious.stop_share"), HasSubstr("not above yield_share")));
+  EXPECT_THAT(problem("centre_Hz: 10", "centre_Hz: 100"), HasSubstr("operator.minimum_jerk.tremor.centre_Hz"));
   EXPECT_THAT(problem("percept: alternate", "percept: sometimes"),
               AllOf(HasSubstr("sequence.percept"), HasSubstr("alternate, on, off")));
   EXPECT_THAT(problem("  patience: 3.0", "  patients: 3.0"),
