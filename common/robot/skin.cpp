@@ -1,107 +1,52 @@
 #include "common/robot/skin.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "common/robot/skin_parts.hpp"
 
 namespace phantom::robot {
 namespace {
 
 using core::Status;
+using detail::PlacedSensor;
 
-struct Counts {
-  int sides, rings;
-};
+constexpr int kMostReach_vox = 15;
 
-double chord_m(double radius_m, int sides) { return 2.0 * radius_m * std::sin(std::numbers::pi / sides); }
-
-double slant_m(const SkinSegment& segment) {
-  return std::hypot((segment.to_m - segment.from_m).norm(), segment.to_radius_m - segment.from_radius_m);
-}
-
-/// Fewest sides whose chord is below the pitch.
-int fewest_sides(double radius_m, double pitch_m) {
-  if (chord_m(radius_m, 3) < pitch_m) return 3;
-  int sides =
-      std::max(3, static_cast<int>(std::numbers::pi / std::asin(std::min(1.0, pitch_m / (2.0 * radius_m)))));
-  while (chord_m(radius_m, sides) >= pitch_m) ++sides;
-  return sides;
-}
-
-std::string check_shape(const SkinSegment& segment) {
-  const bool finite =
-      segment.from_m.allFinite() && segment.to_m.allFinite() && std::isfinite(segment.spin_rad);
-  if (!finite) return "positions and spin must be finite numbers";
-  if (!((segment.to_m - segment.from_m).norm() > 1e-6))
-    return "both ends are the same point; a length above 0 is needed";
-  if (!(segment.from_radius_m >= 0.0) || !(segment.to_radius_m >= 0.0) ||
-      !(std::max(segment.from_radius_m, segment.to_radius_m) > 0.0) ||
-      !(std::max(segment.from_radius_m, segment.to_radius_m) < 100.0)) {
-    return "radii must be 0 or more, one of them above 0, and below 100 m";
+std::string unknown_link(const SerialArm& arm, const std::string& name) {
+  std::string known;
+  for (const Link& candidate : arm.links()) {
+    for (const auto& [frame, unused] : candidate.frames) known += (known.empty() ? "" : ", ") + frame;
   }
-  if (!(segment.gain >= 0.0) || !std::isfinite(segment.gain)) return "gain must be 0 or more";
-  return {};
+  return "skin: link '" + name + "' is not in the arm; allowed: " + known;
 }
 
-/// Sensors around and along, given or chosen; an error text if the given ones are too coarse.
-core::Expected<Counts> choose_counts(const SkinSegment& segment, double pitch_m) {
-  const double radius = std::max(segment.from_radius_m, segment.to_radius_m);
-  const int least_sides = fewest_sides(radius, pitch_m);
-  const double spans = std::floor(slant_m(segment) / pitch_m) + 1.0;  // fewest spans strictly below the pitch
-  if (spans > 1e6 || least_sides > 1'000'000)
-    return Status::invalid_argument("needs more than a million sensors");
-  const int least_rings = static_cast<int>(spans) + 1;
-  const std::string limit = " mm, which is needed for a pitch below " + std::to_string(pitch_m * 1e3) + " mm";
-  if (segment.sides && *segment.sides < least_sides) {
-    return Status::invalid_argument("sides: " + std::to_string(*segment.sides) + "; allowed: at least " +
-                                    std::to_string(least_sides) + " on a radius of " +
-                                    std::to_string(radius * 1e3) + limit);
+/// The number in `cluster_kind` of a cluster; adds it to the layout's kinds if it is new.
+core::Expected<std::uint8_t> kind_of(const std::optional<ClusterSpec>& cluster, SkinLayout& layout) {
+  if (!cluster) return std::uint8_t{0};
+  const auto found = std::find(layout.clusters.begin(), layout.clusters.end(), *cluster);
+  const auto index = static_cast<std::size_t>(found - layout.clusters.begin());
+  if (found == layout.clusters.end()) {
+    if (index == 255) return Status::invalid_argument("skin: has more than the allowed 255 kinds of cluster sensors");
+    layout.clusters.push_back(*cluster);
   }
-  if (segment.rings && *segment.rings < least_rings) {
-    return Status::invalid_argument("rings: " + std::to_string(*segment.rings) + "; allowed: at least " +
-                                    std::to_string(least_rings) + " on a length of " +
-                                    std::to_string(slant_m(segment) * 1e3) + limit);
-  }
-  return Counts{segment.sides.value_or(least_sides), segment.rings.value_or(least_rings)};
+  return static_cast<std::uint8_t>(index + 1);
 }
 
-/// Two unit vectors that span the plane across `axis`, fixed by the axis alone so that a layout can be
-/// repeated.
-std::pair<Eigen::Vector3d, Eigen::Vector3d> across(const Eigen::Vector3d& axis) {
-  Eigen::Index least = 0;
-  axis.cwiseAbs().minCoeff(&least);
-  const Eigen::Vector3d u = (Eigen::Vector3d::Unit(least) - axis[least] * axis).normalized();
-  return {u, axis.cross(u)};
-}
-
-void add_segment(const SkinSegment& segment, Counts counts, const geometry::Pose& X_link_frame,
-                 SkinLayout& layout) {
-  const Eigen::Vector3d axis = (segment.to_m - segment.from_m).normalized();
-  const auto [u, v] = across(axis);
-  const double slant = slant_m(segment);
-  const auto radius_at = [&](double t) {
-    return segment.from_radius_m + t * (segment.to_radius_m - segment.from_radius_m);
-  };
-  for (int k = 0; k < counts.rings; ++k) {
-    const double spans = counts.rings - 1;
-    const double t = k / spans;
-    const double t_before = std::max(0.0, (k - 0.5) / spans), t_after = std::min(1.0, (k + 0.5) / spans);
-    const double band_m2 =
-        std::numbers::pi * (radius_at(t_before) + radius_at(t_after)) * slant * (t_after - t_before);
-    for (int p = 0; p < counts.sides; ++p) {
-      const double angle = segment.spin_rad + 2.0 * std::numbers::pi * p / counts.sides;
-      const Eigen::Vector3d outward = std::cos(angle) * u + std::sin(angle) * v;
-      const Eigen::Vector3d from = segment.from_m + segment.from_radius_m * outward;
-      const Eigen::Vector3d to = segment.to_m + segment.to_radius_m * outward;
-      const Eigen::Vector3d position = X_link_frame * (from + t * (to - from));
-      layout.x_m.push_back(position.x());
-      layout.y_m.push_back(position.y());
-      layout.z_m.push_back(position.z());
-      layout.area_m2.push_back(band_m2 / counts.sides);
-      layout.weight.push_back(segment.gain);  // completed once the link's number of sensors is known
-    }
+/// Appends sensors (in the link's frame), points or clusters as wanted.
+Status append(const std::vector<PlacedSensor>& sensors, bool clusters, SkinLayout& layout) {
+  for (const PlacedSensor& sensor : sensors) {
+    if (sensor.cluster.has_value() != clusters) continue;
+    const auto kind = kind_of(sensor.cluster, layout);
+    if (!kind) return kind.status();
+    layout.x_m.push_back(sensor.position_m.x());
+    layout.y_m.push_back(sensor.position_m.y());
+    layout.z_m.push_back(sensor.position_m.z());
+    layout.area_m2.push_back(sensor.area_m2);
+    layout.weight.push_back(sensor.gain);  // completed once the link's number of sensors is known
+    layout.cluster_kind.push_back(*kind);
   }
+  return Status::ok();
 }
 
 void complete_weights(std::size_t first, SkinLayout& layout) {
@@ -112,7 +57,61 @@ void complete_weights(std::size_t first, SkinLayout& layout) {
   }
 }
 
+/// Adds the sensors of one kind of part to `sensors`, in the link's frame.
+template <class Part>
+Status add_parts(const std::vector<Part>& parts, const char* kind, const std::string& link, bool on_base,
+                 const geometry::Pose& X_link_frame, const SkinOptions& options, std::size_t size_before,
+                 std::vector<PlacedSensor>& sensors, std::size_t& left_out) {
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const detail::PartRules rules{options.voxel_size_m, options.pitch_vox * options.voxel_size_m,
+                                  options.max_sensors - std::min(options.max_sensors, size_before + sensors.size()),
+                                  options.normalisation};
+    auto more = detail::sensors_of(parts[i], rules);
+    if (!more) {
+      return {more.status().code(),
+              "skin: link '" + link + "': " + kind + "[" + std::to_string(i) + "]: " + more.status().message()};
+    }
+    if (on_base) {
+      ++left_out;
+      continue;
+    }
+    for (PlacedSensor& sensor : *more) {
+      sensor.position_m = X_link_frame * sensor.position_m;
+      sensors.push_back(sensor);
+    }
+  }
+  return Status::ok();
+}
+
 }  // namespace
+
+std::string detail::check_sensor(double gain, const std::optional<ClusterSpec>& cluster) {
+  if (!(gain >= 0.0) || !std::isfinite(gain)) return "gain must be 0 or more";
+  if (cluster && (cluster->reach_vox < 1 || cluster->reach_vox > kMostReach_vox)) {
+    return "cluster: reach_vox: " + std::to_string(cluster->reach_vox) + "; allowed: 1 to " +
+           std::to_string(kMostReach_vox);
+  }
+  return {};
+}
+
+std::optional<Status> detail::check_room(double more, const PartRules& rules) {
+  if (more <= static_cast<double>(rules.room)) return std::nullopt;
+  return Status::invalid_argument("needs more sensors than the " + std::to_string(rules.room) +
+                                  " that are still allowed; widen the pitch or raise the limit");
+}
+
+bool place_along_link_axis(const SerialArm& arm, const std::string& link, double offset_m, double length_m,
+                           SkinSegment& segment) {
+  const auto found = arm.find_frame(link);
+  if (!found) return false;
+  const auto [start, end] = arm.link_axis_m(found->first);
+  const double reach = (end - start).norm();
+  const Eigen::Vector3d along = reach > 1e-9 ? Eigen::Vector3d((end - start) / reach) : Eigen::Vector3d::UnitZ();
+  const geometry::Pose X_frame_link = found->second.inverse();
+  segment.from_m = X_frame_link * (start + offset_m * along);
+  segment.to_m = X_frame_link * (start + (offset_m + length_m) * along);
+  return true;
+}
 
 std::size_t SkinLayout::link_of(std::size_t sensor) const noexcept {
   std::size_t link = 0;
@@ -122,50 +121,38 @@ std::size_t SkinLayout::link_of(std::size_t sensor) const noexcept {
 
 core::Expected<SkinLayout> lay_out_skin(const SerialArm& arm, const std::vector<LinkSkin>& skin,
                                         const SkinOptions& options) {
-  const double pitch_m = options.pitch_vox * options.voxel_size_m;
-  if (!(pitch_m > 0.0)) return Status::invalid_argument("skin: voxel size and pitch must be above 0");
+  if (!(options.pitch_vox * options.voxel_size_m > 0.0))
+    return Status::invalid_argument("skin: voxel size and pitch must be above 0");
   for (const LinkSkin& link : skin) {
-    if (!arm.find_frame(link.link)) {
-      std::string known;
-      for (const Link& candidate : arm.links()) {
-        for (const auto& [name, unused] : candidate.frames) known += (known.empty() ? "" : ", ") + name;
-      }
-      return Status::invalid_argument("skin: link '" + link.link + "' is not in the arm; allowed: " + known);
-    }
+    if (!arm.find_frame(link.link)) return Status::invalid_argument(unknown_link(arm, link.link));
   }
   SkinLayout layout;
   layout.normalisation = options.normalisation;
   for (std::size_t moving = 0; moving < arm.links().size(); ++moving) {
     layout.first[moving] = layout.size();
+    std::vector<PlacedSensor> sensors;
     for (const LinkSkin& link : skin) {
       const auto [carrier, X_link_frame] = *arm.find_frame(link.link);
       if (carrier != moving) continue;
-      for (std::size_t s = 0; s < link.segments.size(); ++s) {
-        const std::string place = "skin: link '" + link.link + "': segments[" + std::to_string(s) + "]: ";
-        if (const std::string fault = check_shape(link.segments[s]); !fault.empty()) {
-          return Status::invalid_argument(place + fault);
-        }
-        const auto counts = choose_counts(link.segments[s], pitch_m);
-        if (!counts) return Status::invalid_argument(place + counts.status().message());
-        if (moving == 0) {
-          ++layout.left_out;
-          continue;
-        }
-        const double more = static_cast<double>(counts->sides) * counts->rings;
-        if (static_cast<double>(layout.size()) + more > static_cast<double>(options.max_sensors)) {
-          return Status::invalid_argument(place + "the skin has more than the allowed " +
-                                          std::to_string(options.max_sensors) +
-                                          " sensors from here on; widen the pitch or raise the limit");
-        }
-        add_segment(link.segments[s], *counts, X_link_frame, layout);
-      }
+      const auto add = [&](const auto& parts, const char* kind) {
+        return add_parts(parts, kind, link.link, moving == 0, X_link_frame, options, layout.size(), sensors,
+                         layout.left_out);
+      };
+      if (Status added = add(link.segments, "segments"); !added) return added;
+      if (Status added = add(link.axes, "axes"); !added) return added;
+      if (Status added = add(link.meshes, "meshes"); !added) return added;
     }
+    if (Status added = append(sensors, false, layout); !added) return added;
+    layout.first_cluster[moving] = layout.size();
+    if (Status added = append(sensors, true, layout); !added) return added;
     complete_weights(layout.first[moving], layout);
   }
-  for (std::size_t rest = arm.links().size(); rest < layout.first.size(); ++rest)
+  for (std::size_t rest = arm.links().size(); rest < layout.first.size(); ++rest) {
     layout.first[rest] = layout.size();
+    if (rest < layout.first_cluster.size()) layout.first_cluster[rest] = layout.size();
+  }
   if (layout.size() == 0)
-    return Status::invalid_argument("skin: no sensors; at least one segment on a moving link is needed");
+    return Status::invalid_argument("skin: no sensors; at least one part on a moving link is needed");
   return layout;
 }
 

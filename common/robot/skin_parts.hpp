@@ -1,0 +1,43 @@
+#pragma once
+// How the parts of a skin become sensors; shared by the files that lay out a skin, not meant for others.
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/robot/skin.hpp"
+
+namespace phantom::robot::detail {
+
+/// A sensor in the frame of its part.
+struct PlacedSensor {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  double area_m2 = 0.0;
+  double gain = 1.0;
+  std::optional<ClusterSpec> cluster;
+};
+
+/// What every part must keep to.
+struct PartRules {
+  double voxel_m = 0.0;
+  double pitch_m = 0.0;  ///< of point sensors: neighbours must be nearer than this
+  std::size_t room = 0;  ///< sensors that may still be added
+  Normalisation normalisation = Normalisation::kArea;
+
+  /// Cluster sensors look m voxels around, so they may stand that much apart.
+  double pitch_of(const std::optional<ClusterSpec>& cluster) const {
+    return pitch_m * (cluster ? std::max(1, cluster->reach_vox) : 1);
+  }
+};
+
+/// What is wrong with gain or cluster of a part; empty if nothing.
+std::string check_sensor(double gain, const std::optional<ClusterSpec>& cluster);
+/// "the skin has more than the allowed …": the error of a part that needs `more` sensors, if they do not fit.
+std::optional<core::Status> check_room(double more, const PartRules& rules);
+
+core::Expected<std::vector<PlacedSensor>> sensors_of(const SkinSegment& segment, const PartRules& rules);
+core::Expected<std::vector<PlacedSensor>> sensors_of(const AxisSensors& axis, const PartRules& rules);
+core::Expected<std::vector<PlacedSensor>> sensors_of(const MeshSensors& mesh, const PartRules& rules);
+
+}  // namespace phantom::robot::detail
