@@ -141,7 +141,7 @@ Change change_some(Workspace& workspace, std::mt19937& random) {
   for (key.z = 0; key.z < 2; ++key.z) {
     for (key.y = 0; key.y < 3; ++key.y) {
       for (key.x = 0; key.x < 4; ++key.x) {
-        const unsigned wish = random() % 8;
+        const auto wish = random() % 8;
         if (wish == 0 && workspace.has_brick(key)) {
           workspace.remove_brick(key);
           change.removed.push_back(key);
