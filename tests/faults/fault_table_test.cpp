@@ -1,0 +1,242 @@
+// Every fault in every state: the state that master and slave come to, how long that takes, and that neither the
+// hand nor the arm is ever jerked. Leaves the table as Markdown and CSV.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <iomanip>
+#include <optional>
+#include <sstream>
+
+#include "tests/faults/pair.hpp"
+
+namespace phantom::faults {
+namespace {
+
+using teleop::LinkState;
+
+struct Fault {
+  const char* name;
+  std::function<void(Pair&)> begin, end;
+  bool master_loses, slave_loses;  ///< whose partner is no longer heard
+  bool stops = false;              ///< brings both to stopped, whatever they did
+};
+
+const std::vector<Fault>& faults() {
+  static const std::vector<Fault> all{
+      {"master_io killed, restarted after 1 s", [](Pair& p) { p.master_life = Life::kGone; },
+       [](Pair& p) { p.start_master(); }, false, true},
+      {"slave_io killed, restarted after 1 s", [](Pair& p) { p.slave_life = Life::kGone; },
+       [](Pair& p) { p.start_slave(); }, true, false},
+      {"master_io frozen for 1 s", [](Pair& p) { p.master_life = Life::kFrozen; },
+       [](Pair& p) { p.master_life = Life::kRuns; }, false, true},
+      {"slave_io frozen for 1 s", [](Pair& p) { p.slave_life = Life::kFrozen; },
+       [](Pair& p) { p.slave_life = Life::kRuns; }, true, false},
+      {"network cut", [](Pair& p) { p.up.cut = p.down.cut = p.drag.cut = true; },
+       [](Pair& p) { p.up.cut = p.down.cut = p.drag.cut = false; }, true, true},
+      {"master to slave cut", [](Pair& p) { p.up.cut = true; }, [](Pair& p) { p.up.cut = false; }, false, true},
+      {"slave to master cut", [](Pair& p) { p.down.cut = true; }, [](Pair& p) { p.down.cut = false; }, true, false},
+      {"phantom_sensing killed", [](Pair& p) { p.phantom_life = Life::kGone; },
+       [](Pair& p) { p.phantom_life = Life::kRuns; }, false, false},
+      {"everything 100 ms late", [](Pair& p) { p.up.delay_ns = p.down.delay_ns = p.drag.delay_ns = 100 * kTick_ns; },
+       [](Pair& p) { p.up.delay_ns = p.down.delay_ns = p.drag.delay_ns = kTick_ns / 5; }, false, false},
+      {"half of all samples lost", [](Pair& p) { p.up.loss = p.down.loss = p.drag.loss = 0.5; },
+       [](Pair& p) { p.up.loss = p.down.loss = p.drag.loss = 0.0; }, false, false},
+      {"every sample twice", [](Pair& p) { p.up.duplicate = p.down.duplicate = p.drag.duplicate = true; },
+       [](Pair& p) { p.up.duplicate = p.down.duplicate = p.drag.duplicate = false; }, false, false},
+      {"samples overtake each other (jitter 8 ms)",
+       [](Pair& p) { p.up.jitter_ns = p.down.jitter_ns = p.drag.jitter_ns = 8 * kTick_ns; },
+       [](Pair& p) { p.up.jitter_ns = p.down.jitter_ns = p.drag.jitter_ns = 0; }, false, false},
+      {"master_state with NaN", [](Pair& p) { p.spoil_master = true; }, [](Pair& p) { p.spoil_master = false; },
+       false, true},
+      {"slave_state with infinity", [](Pair& p) { p.spoil_slave = true; }, [](Pair& p) { p.spoil_slave = false; },
+       true, false},
+      {"drag_field with NaN", [](Pair& p) { p.spoil_drag = true; }, [](Pair& p) { p.spoil_drag = false; }, false,
+       false},
+      {"samples of another arm (6 joints)", [](Pair& p) { p.wrong_joints = true; },
+       [](Pair& p) { p.wrong_joints = false; }, true, true},
+      {"emergency stop, reset after 1 s", [](Pair& p) { p.requests.stop(); },
+       [](Pair& p) { p.requests.reset(); }, false, false, true},
+  };
+  return all;
+}
+
+constexpr LinkState kStates[] = {LinkState::kInit,    LinkState::kReady,    LinkState::kAligned,
+                                 LinkState::kCoupled, LinkState::kDegraded, LinkState::kStopped};
+
+/// Brings the pair to where the master is in `state`; coupled: with the hand under way.
+void bring_to(Pair& pair, LinkState state) {
+  if (state == LinkState::kInit) {
+    pair.down.cut = true;
+    for (int i = 0; i < 50; ++i) pair.step();
+    pair.down.cut = false;
+    return;
+  }
+  const auto run_to = [&](LinkState wanted) {
+    for (int i = 0; i < 5000 && pair.master_state() != wanted; ++i) pair.step();
+    ASSERT_EQ(pair.master_state(), wanted);
+  };
+  if (state == LinkState::kReady || state == LinkState::kAligned) return run_to(state);
+  run_to(LinkState::kCoupled);
+  for (int i = 0; i < 1500; ++i) pair.step();
+  if (state == LinkState::kDegraded) {
+    pair.down.cut = true;
+    run_to(LinkState::kDegraded);
+    pair.down.cut = false;
+  }
+  if (state == LinkState::kStopped) {
+    pair.requests.stop();
+    run_to(LinkState::kStopped);
+  }
+}
+
+/// What one side did from the fault on.
+struct Reaction {
+  LinkState reached{};
+  std::optional<int> after_ms;  ///< none: it stayed as it was
+};
+
+struct Outcome {
+  Reaction master, slave;
+  LinkState master_at_end{}, slave_at_end{};
+};
+
+/// Watches for jerks: torque on the hand and motion of the arm from one tick to the next.
+class JerkWatch {
+ public:
+  explicit JerkWatch(const Pair& pair) : torque_Nm_(pair.master_now.outputs.motor_Nm), q_(pair.slave_now.position) {
+    const auto& master = Pair::master_config();
+    const double ramp_s = std::min(master.percept.ramp_down_s, master.feedback.ramp_down_s);
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      const double most_Nm = master.percept.torque_cap_Nm[j] + master.feedback.torque_cap_Nm[j];
+      step_Nm_[j] = 1.5 * most_Nm * kTick_s / ramp_s;
+      step_q_[j] = 1.2 * slave_io::shipped_arm().arm.joints()[j].max_speed * kTick_s +
+                   2.0 * Pair::slave_config().plant.encoder_resolution[j];
+    }
+  }
+  void look(const Pair& pair) {
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      if (pair.master_life == Life::kRuns && master_ran_) {
+        EXPECT_LE(std::abs(pair.master_now.outputs.motor_Nm[j] - torque_Nm_[j]), step_Nm_[j]) << "joint " << j;
+      }
+      EXPECT_LE(std::abs(pair.slave_now.position[j] - q_[j]), step_q_[j]) << "joint " << j;
+      EXPECT_TRUE(std::isfinite(pair.slave_now.outputs.torque.drive_Nm[j]));
+      EXPECT_TRUE(std::isfinite(pair.master_now.outputs.motor_Nm[j]));
+    }
+    master_ran_ = pair.master_life == Life::kRuns;  // a process that died left the device without torque
+    torque_Nm_ = pair.master_now.outputs.motor_Nm;
+    q_ = pair.slave_now.position;
+  }
+
+ private:
+  bool master_ran_ = true;
+  core::JointArray torque_Nm_, q_, step_Nm_{}, step_q_{};
+};
+
+Outcome run(const Fault& fault, LinkState state) {
+  Pair pair;
+  pair.step();
+  JerkWatch jerks(pair);
+  bring_to(pair, state);
+  JerkWatch watch(pair);
+  const LinkState master_before = pair.master_state(), slave_before = pair.slave_state();
+  Outcome out{{master_before, {}}, {slave_before, {}}};
+  const auto see = [](Reaction& reaction, LinkState now, int ms) {
+    if (reaction.after_ms || now == reaction.reached) return;
+    reaction = {now, ms};
+  };
+  fault.begin(pair);
+  for (int ms = 1; ms <= 1000; ++ms) {
+    pair.step();
+    watch.look(pair);
+    if (pair.master_life == Life::kRuns) see(out.master, pair.master_state(), ms);
+    if (pair.slave_life == Life::kRuns) see(out.slave, pair.slave_state(), ms);
+  }
+  fault.end(pair);
+  for (int ms = 0; ms < 4000; ++ms) {
+    pair.step();
+    watch.look(pair);
+  }
+  if (state == LinkState::kStopped && !fault.stops) {  // a stop outlives every fault
+    EXPECT_EQ(pair.master_state(), LinkState::kStopped);
+    pair.requests.reset();
+    for (int ms = 0; ms < 4000; ++ms) pair.step();
+  }
+  out.master_at_end = pair.master_state();
+  out.slave_at_end = pair.slave_state();
+  return out;
+}
+
+std::string text(const Reaction& reaction) {
+  if (!reaction.after_ms) return "stays " + std::string(name_of(reaction.reached));
+  return std::string(name_of(reaction.reached)) + ", " + std::to_string(*reaction.after_ms) + " ms";
+}
+
+struct Table {
+  std::ostringstream markdown, csv;
+  void write(const std::string& folder) const {
+    std::ofstream(folder + "/fault_table.md") << markdown.str();
+    std::ofstream(folder + "/fault_table.csv") << csv.str();
+  }
+};
+
+TEST(FaultTable, EveryFaultInEveryStateEndsInADefinedStateInBoundedTimeWithoutAJerk) {
+  // Staleness, one tick of the network and two periods.
+  const int master_limit_ms = static_cast<int>(1000 * Pair::master_config().link.staleness_s) + 4;
+  const int slave_limit_ms = static_cast<int>(1000 * Pair::slave_config().link.staleness_s) + 4;
+  Table table;
+  table.csv << "fault,state,master_reaches,master_ms,slave_reaches,slave_ms\n";
+  table.markdown << "| fault | master was | master | slave |\n|---|---|---|---|\n";
+  for (const Fault& fault : faults()) {
+    for (const LinkState state : kStates) {
+      SCOPED_TRACE(std::string(fault.name) + ", master " + name_of(state));
+      const Outcome out = run(fault, state);
+      ASSERT_FALSE(testing::Test::HasFailure());
+      table.markdown << "| " << fault.name << " | " << name_of(state) << " | " << text(out.master) << " | "
+                     << text(out.slave) << " |\n";
+      table.csv << '"' << fault.name << "\"," << name_of(state) << ',' << name_of(out.master.reached) << ','
+                << out.master.after_ms.value_or(-1) << ',' << name_of(out.slave.reached) << ','
+                << out.slave.after_ms.value_or(-1) << '\n';
+      if (state == LinkState::kCoupled && fault.master_loses) {
+        EXPECT_EQ(out.master.reached, LinkState::kDegraded);
+        EXPECT_LE(out.master.after_ms.value_or(1 << 20), master_limit_ms);
+      }
+      if (state == LinkState::kCoupled && fault.slave_loses) {
+        EXPECT_EQ(out.slave.reached, LinkState::kDegraded);
+        EXPECT_LE(out.slave.after_ms.value_or(1 << 20), slave_limit_ms);
+      }
+      if (fault.stops && state != LinkState::kStopped) {
+        EXPECT_EQ(out.master.reached, LinkState::kStopped);
+        EXPECT_EQ(out.slave.reached, LinkState::kStopped);
+        EXPECT_LE(out.master.after_ms.value_or(1 << 20), 2);
+      }
+      EXPECT_EQ(out.master_at_end, LinkState::kCoupled) << "it comes back once the fault is over";
+      EXPECT_EQ(out.slave_at_end, LinkState::kCoupled);
+    }
+  }
+  table.write(PHANTOM_REPORT_DIR);
+}
+
+// The arm holds where it was when its master was lost: it does not run on with the last speed.
+TEST(FaultTable, AnArmThatLosesItsMasterComesToRestWhereItWas) {
+  Pair pair;
+  bring_to(pair, LinkState::kCoupled);
+  double speed = 0.0;
+  for (int i = 0; i < 3000 && speed < 0.2; ++i) {
+    pair.step();
+    for (std::size_t j = 0; j < kJoints; ++j) speed = std::max(speed, std::abs(pair.slave_now.velocity[j]));
+  }
+  ASSERT_GE(speed, 0.2) << "the hand is under way";
+  pair.up.cut = true;
+  while (pair.slave_state() == LinkState::kCoupled) pair.step();
+  const auto held = pair.slave_now.position;
+  for (int i = 0; i < 1000; ++i) pair.step();
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    EXPECT_NEAR(pair.slave_now.position[j], held[j], 0.02) << j;
+    EXPECT_NEAR(pair.slave_now.velocity[j], 0.0, 1e-3) << j;
+  }
+}
+
+}  // namespace
+}  // namespace phantom::faults

@@ -1,0 +1,204 @@
+#pragma once
+
+// Master and slave as they run, servo, controllers, plants and the topics' conversions, on a simulated clock and a
+// network that does what a test wants.
+
+#include <algorithm>
+#include <deque>
+#include <limits>
+#include <memory>
+#include <random>
+
+#include "common/dds/stamp.hpp"
+#include "common/teleop/tests/half_space.hpp"
+#include "components/master_io/dds_adapter_convert.hpp"
+#include "components/master_io/servo.hpp"
+#include "components/master_io/tests/fixture.hpp"
+#include "components/slave_io/dds_adapter_convert.hpp"
+#include "components/slave_io/servo.hpp"
+#include "components/slave_io/tests/fixture.hpp"
+
+namespace phantom::faults {
+
+inline constexpr core::Nanoseconds kTick_ns = 1'000'000;
+inline constexpr double kTick_s = 0.001;
+inline constexpr std::size_t kJoints = 7;
+
+/// One direction of one topic: best effort, newest counts, as in the topics' contract.
+template <class Message>
+class Channel {
+ public:
+  bool cut = false;
+  double loss = 0.0;             ///< probability
+  bool duplicate = false;        ///< every sample comes twice, the second 3 ms later
+  core::Nanoseconds delay_ns = 200'000, jitter_ns = 0;
+
+  void send(const Message& message, core::Nanoseconds now_ns) {
+    if (cut || share() < loss) return;
+    put(message, now_ns);
+    if (duplicate) put(message, now_ns + 3 * kTick_ns);
+  }
+  /// Calls take(message) for everything that has arrived, in order of arrival.
+  template <class Take>
+  void receive(core::Nanoseconds now_ns, Take take) {
+    std::stable_sort(under_way_.begin(), under_way_.end(),
+                     [](const auto& a, const auto& b) { return a.due_ns < b.due_ns; });
+    for (; !under_way_.empty() && under_way_.front().due_ns <= now_ns; under_way_.pop_front())
+      take(under_way_.front().message);
+  }
+
+ private:
+  struct UnderWay {
+    core::Nanoseconds due_ns;
+    Message message;
+  };
+  double share() { return static_cast<double>(random_()) / 4294967296.0; }
+  void put(const Message& message, core::Nanoseconds now_ns) {
+    under_way_.push_back({now_ns + delay_ns + static_cast<core::Nanoseconds>(share() * static_cast<double>(jitter_ns)), message});
+  }
+  std::deque<UnderWay> under_way_;
+  std::mt19937 random_{7};
+};
+
+/// A process: it runs, is frozen (SIGSTOP), or is gone.
+enum class Life { kRuns, kFrozen, kGone };
+
+class Pair {
+ public:
+  Channel<msg::MasterState> up;
+  Channel<msg::SlaveState> down;
+  Channel<msg::DragField> drag;
+  Life master_life = Life::kRuns, slave_life = Life::kRuns, phantom_life = Life::kRuns;
+  bool spoil_master = false, spoil_slave = false, spoil_drag = false;  ///< numbers that are none
+  bool wrong_joints = false;                                          ///< both report another arm
+  teleop::StopRequests requests;
+
+  Pair() {
+    start_master();
+    start_slave();
+  }
+  /// A new process in the place of one that is gone.
+  void start_master() {
+    wishes_.percept_gain = master_config().percept_gain;
+    wishes_.law = master_config().feedback.law;
+    // A master comes up where its device is; the hand holds it there.
+    const auto where = master_ ? master_now.position : master_io::shipped_arm().home;
+    master_inbox_ = std::make_unique<master_io::Inbox>();
+    master_ = std::make_unique<master_io::Servo>(master_config(), where, *master_inbox_);
+    master_numbers_ = {++session_, 0};
+    slave_heard_ = {}, drag_heard_ = {};
+    master_life = Life::kRuns;
+  }
+  void start_slave() {
+    auto model = slave_io::shipped_arm();
+    if (slave_) model.home = slave_now.position;
+    slave_model_ = std::make_unique<slave_io::ArmModel>(model);
+    slave_inbox_ = std::make_unique<slave_io::Inbox>();
+    slave_ = std::make_unique<slave_io::Servo>(*slave_model_, slave_config(), nothing_, *slave_inbox_);
+    slave_numbers_ = {++session_, 0};
+    master_heard_ = {};
+    slave_life = Life::kRuns;
+  }
+  void step() {
+    now_ns += kTick_ns;
+    if (master_life == Life::kRuns) tick_master();
+    if (slave_life == Life::kRuns) tick_slave();
+    if (phantom_life == Life::kRuns) tick_phantom();
+  }
+  teleop::LinkState master_state() const { return master_now.outputs.state; }
+  teleop::LinkState slave_state() const { return slave_now.outputs.state; }
+
+  static const master_io::Config& master_config() {
+    static const auto config = [] {
+      auto made = master_io::shipped_config();
+      made.script.first_wait_s = 0.2;  // soon under way
+      return made;
+    }();
+    return config;
+  }
+  static const slave_io::Config& slave_config() {
+    static const auto config = slave_io::shipped_config();
+    return config;
+  }
+
+  core::Nanoseconds now_ns = core::kNsPerSecond;
+  master_io::MasterReport master_now;
+  slave_io::SlaveReport slave_now;
+
+ private:
+  struct Numbers {
+    std::uint64_t session = 0, last = 0;
+    msg::Stamp next(core::Nanoseconds now_ns) {
+      msg::Stamp stamp;
+      stamp.session(session);
+      stamp.sequence_number(++last);
+      stamp.monotonic_ns(now_ns);
+      return stamp;
+    }
+  };
+
+  void tick_master() {
+    const master_io::Expectations expected = [] {
+      master_io::Expectations e;
+      e.joint_count = kJoints;
+      for (std::size_t j = 0; j < kJoints; ++j) {
+        e.lower[j] = master_io::shipped_arm().arm.joints()[j].lower;
+        e.upper[j] = master_io::shipped_arm().arm.joints()[j].upper;
+      }
+      return e;
+    }();
+    down.receive(now_ns, [&](const msg::SlaveState& state) {
+      if (master_io::refusal(state, expected) == nullptr && slave_heard_.accept(state.stamp()))
+        master_inbox_->slave.write(master_io::to_sample(state, now_ns));
+    });
+    drag.receive(now_ns, [&](const msg::DragField& field) {
+      if (master_io::refusal(field, expected) == nullptr && drag_heard_.accept(field.stamp()))
+        master_inbox_->drag.write(master_io::to_sample(field, now_ns));
+    });
+    wishes_.requests = requests;
+    master_inbox_->wishes.write(wishes_);
+    master_->tick(kTick_s, now_ns);
+    master_->outbox.read(master_now);
+    auto message = master_io::to_message(master_now, wrong_joints ? 6 : kJoints);
+    message.stamp(master_numbers_.next(now_ns));
+    if (spoil_master) message.position_rad()[3] = std::numeric_limits<double>::quiet_NaN();
+    up.send(message, now_ns);
+  }
+  void tick_slave() {
+    up.receive(now_ns, [&](const msg::MasterState& state) {
+      if (slave_io::refusal(state, kJoints) == nullptr && master_heard_.accept(state.stamp()))
+        slave_inbox_->master.write(slave_io::to_sample(state, now_ns));
+    });
+    slave_inbox_->requests.write(requests);
+    slave_->tick(kTick_s, now_ns);
+    slave_->outbox.read(slave_now);
+    auto message = slave_io::to_message(slave_now, wrong_joints ? 6 : kJoints);
+    message.stamp(slave_numbers_.next(now_ns));
+    if (spoil_slave) message.position_rad()[3] = std::numeric_limits<double>::infinity();
+    down.send(message, now_ns);
+  }
+  // Some drag everywhere, so that its loss is felt.
+  void tick_phantom() {
+    msg::DragField field;
+    field.stamp(phantom_numbers_.next(now_ns));
+    field.joint_count(static_cast<std::uint32_t>(wrong_joints ? 6 : kJoints));
+    field.valid(true);
+    field.coefficient_plus().fill(0.05);
+    field.coefficient_minus().fill(0.05);
+    if (spoil_drag) field.coefficient_plus()[3] = std::numeric_limits<double>::quiet_NaN();
+    drag.send(field, now_ns);
+  }
+
+  teleop::HalfSpace nothing_{Eigen::Vector3d::UnitZ(), -50.0};
+  std::uint64_t session_ = 0;
+  Numbers master_numbers_, slave_numbers_, phantom_numbers_{1000, 0};
+  dds::SequenceGuard slave_heard_, drag_heard_, master_heard_;
+  master_io::Wishes wishes_;
+  std::unique_ptr<master_io::Inbox> master_inbox_;
+  std::unique_ptr<master_io::Servo> master_;
+  std::unique_ptr<slave_io::ArmModel> slave_model_;
+  std::unique_ptr<slave_io::Inbox> slave_inbox_;
+  std::unique_ptr<slave_io::Servo> slave_;
+};
+
+}  // namespace phantom::faults
