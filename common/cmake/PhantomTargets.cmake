@@ -3,6 +3,7 @@
 #   phantom_library(NAME SOURCES … PUBLIC … PRIVATE …)     common/NAME      -> phantom::NAME
 #   phantom_component(NAME SOURCES … LIBRARIES …)          components/NAME  -> library NAME_core, executable NAME
 #   phantom_test(NAME SOURCES … LIBRARIES …)               one GoogleTest executable, NAME_test
+#   phantom_bench(NAME SOURCES … LIBRARIES …)              one Google Benchmark executable, NAME_bench
 #
 # Includes are written from the repository root: #include "common/voxel/grid.hpp".
 
@@ -74,4 +75,12 @@ function(phantom_test NAME)
   target_link_libraries(${NAME}_test PRIVATE ${ARG_LIBRARIES} GTest::gtest GTest::gmock GTest::gtest_main phantom_options)
   include(GoogleTest)
   gtest_discover_tests(${NAME}_test TEST_PREFIX "${NAME}." DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+endfunction()
+
+# Benchmark executables stand in <build>/bench, where scripts/bench finds them.
+function(phantom_bench NAME)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
+  add_executable(${NAME}_bench ${ARG_SOURCES})
+  set_target_properties(${NAME}_bench PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bench")
+  target_link_libraries(${NAME}_bench PRIVATE ${ARG_LIBRARIES} benchmark::benchmark phantom_options)
 endfunction()

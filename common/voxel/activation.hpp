@@ -7,6 +7,7 @@
 #include "common/core/status.hpp"
 #include "common/geometry/implicit.hpp"
 #include "common/geometry/mesh.hpp"
+#include "common/voxel/layers.hpp"
 #include "common/voxel/object_bricks.hpp"
 #include "common/voxel/profile.hpp"
 #include "common/voxel/workspace.hpp"
@@ -17,9 +18,9 @@ namespace phantom::voxel {
 struct Body {
   std::string name;
   std::uint16_t id = 0;           ///< 1…65534
-  geometry::TriangleMesh mesh_W;  ///< not looked at if there is a formula
+  geometry::TriangleMesh mesh_W;  ///< the body's surface; of a formula, made from it
   LayerProfile profile;
-  geometry::ImplicitPtr implicit_W = nullptr;  ///< a solid by formula; null: the mesh is the body
+  geometry::ImplicitPtr implicit_W = nullptr;  ///< if there is one, it decides what is solid, exactly
 };
 
 /// What the activation of one body found and took.

@@ -66,4 +66,9 @@ ObjectVoxels distance_layers(const SolidVoxels& solid, const LayerProfile& profi
   return ova;
 }
 
+ObjectBricks distance_bricks(const SolidVoxels& solid, const LayerProfile& profile, const GridSpec& grid,
+                             const LayerOptions& /*options*/) {
+  return ObjectBricks::of(distance_layers(solid, profile, voxelise_clip(grid, profile)), grid);
+}
+
 }  // namespace phantom::voxel

@@ -1,31 +1,12 @@
 #pragma once
 
-#include <vector>
+#include <functional>
 
+#include "common/voxel/object_bricks.hpp"
 #include "common/voxel/profile.hpp"
-#include "common/voxel/voxel_box.hpp"
 #include "common/voxel/voxelise.hpp"
 
 namespace phantom::voxel {
-
-/// Object voxel array (OVA, spec 1.3): one object's neighbour orders in a box of the grid, dense, x fastest,
-/// then y, z.
-struct ObjectVoxels {
-  VoxelBox box;
-  std::vector<std::int8_t> order;
-
-  std::size_t index(std::int32_t x, std::int32_t y, std::int32_t z) const {  // from the box's corner
-    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(box.size[1]) +
-            static_cast<std::size_t>(y)) *
-               static_cast<std::size_t>(box.size[0]) +
-           static_cast<std::size_t>(x);
-  }
-  std::int8_t at(Index3 v) const {  // voxel of the grid; free outside the box
-    const std::int32_t x = v.x - box.min.x, y = v.y - box.min.y, z = v.z - box.min.z;
-    if (x < 0 || y < 0 || z < 0 || x >= box.size[0] || y >= box.size[1] || z >= box.size[2]) return 0;
-    return order[index(x, y, z)];
-  }
-};
 
 /// The part of space in which a body must be voxelised so that its layers are right inside the grid.
 inline VoxelBox voxelise_clip(const GridSpec& grid, const LayerProfile& profile) {
@@ -39,5 +20,15 @@ inline VoxelBox voxelise_clip(const GridSpec& grid, const LayerProfile& profile)
 /// reach the grid). The profile must be checked. One byte a voxel of that box, plus one slice. Not real-time
 /// safe.
 ObjectVoxels distance_layers(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& clip);
+
+/// How layers are laid, and whom that asks.
+struct LayerOptions {
+  int threads = 1;
+  std::function<bool(double share)> go_on;  ///< asked now and then with the share done; "no" ends it: no bricks then
+};
+
+/// The same layers as bricks of the workspace's grid, only those that hold something.
+ObjectBricks distance_bricks(const SolidVoxels& solid, const LayerProfile& profile, const GridSpec& grid,
+                             const LayerOptions& options = {});
 
 }  // namespace phantom::voxel

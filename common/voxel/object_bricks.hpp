@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "common/voxel/layers.hpp"
+#include "common/voxel/object_voxels.hpp"
 #include "common/voxel/workspace.hpp"
 
 namespace phantom::voxel {

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <vector>
+
+#include "common/voxel/activation.hpp"
+#include "common/voxel/merge.hpp"
+
+namespace phantom::bench {
+
+/// Closed sphere of 2·rings² − 2·rings triangles, as a part exported from CAD would be tessellated.
+geometry::TriangleMesh fine_sphere(double radius_m, std::uint32_t rings);
+
+/// Six layers of four voxels.
+voxel::LayerProfile six_layers();
+
+/// A sphere that fills a box of `edge_vox` voxels of 5 mm with its layers; and that box.
+voxel::Body sphere_in_box(int edge_vox, std::uint32_t rings);
+voxel::GridSpec sphere_grid(int edge_vox);
+
+/// A cell of `size_m` with `count` objects of many kinds and angles (tables, tubes, tanks, tori), always the same.
+std::vector<voxel::Body> cell_of(std::size_t count, const Eigen::Vector3d& size_m);
+
+/// A cell activated: what a server keeps of it.
+struct Activated {
+  std::vector<voxel::ObjectBricks> bricks;
+  std::vector<voxel::CodeTable> codes;
+  voxel::Workspace workspace;
+  std::vector<voxel::MergeEntry> entries(const std::vector<voxel::Body>& bodies) const;
+};
+Activated activate_all(const std::vector<voxel::Body>& bodies, const voxel::GridSpec& grid, int threads);
+
+}  // namespace phantom::bench
