@@ -14,11 +14,52 @@ int LayerProfile::reach_vox() const {
   return std::accumulate(thickness_vox.begin(), thickness_vox.end(), guard_vox);
 }
 
+int LayerProfile::inside_depth_vox() const {
+  return std::accumulate(inside_thickness_vox.begin(), inside_thickness_vox.end(), 0);
+}
+
+namespace {
+
+core::Status refuse(const std::string& what) { return core::Status::invalid_argument("layer profile: " + what); }
+
+std::string inner(std::size_t i) { return "layer -" + std::to_string(i + 1); }
+
+core::Status check_inside(const LayerProfile& profile) {
+  const auto& mu = profile.mu_inside_Pa_s_per_m;
+  if (mu.size() != profile.inside_thickness_vox.size()) {
+    return refuse(std::to_string(profile.inside_thickness_vox.size()) + " thicknesses for " +
+                  std::to_string(mu.size()) + " viscosities inside the body; allowed: one per layer");
+  }
+  if (mu.size() > kMaxLayers) {
+    return refuse(std::to_string(mu.size()) + " layers inside the body; allowed: at most " + std::to_string(kMaxLayers));
+  }
+  long long depth = 0;
+  for (const int thickness : profile.inside_thickness_vox) {
+    if (thickness < 1)
+      return refuse("a layer inside the body of " + std::to_string(thickness) + " voxels; allowed: at least 1");
+    depth += thickness;
+  }
+  if (depth > kMaxReach_vox) {
+    return refuse("layers inside the body reach " + std::to_string(depth) + " voxels deep; allowed: at most " +
+                  std::to_string(kMaxReach_vox));
+  }
+  for (std::size_t i = 0; i < mu.size(); ++i) {
+    const float outer = i == 0 ? profile.mu_Pa_s_per_m.front() : mu[i - 1];
+    if (!(std::isfinite(mu[i]) && mu[i] > outer)) {
+      return refuse("viscosity does not rise inwards at " + inner(i) +
+                    "; allowed: each layer more than the one nearer to the outside");
+    }
+  }
+  if (!mu.empty() && mu.back() > profile.mu_skin_Pa_s_per_m) {
+    return refuse("the viscosity of " + inner(mu.size() - 1) + " is above the skin's; allowed: at most that");
+  }
+  return core::Status::ok();
+}
+
+}  // namespace
+
 core::Status check_profile(const LayerProfile& profile) {
   const auto& mu = profile.mu_Pa_s_per_m;
-  const auto refuse = [](const std::string& what) {
-    return core::Status::invalid_argument("layer profile: " + what);
-  };
   if (mu.empty() || mu.size() > kMaxLayers) {
     return refuse(std::to_string(mu.size()) + " layers; allowed: 1 to " + std::to_string(kMaxLayers));
   }
@@ -49,7 +90,7 @@ core::Status check_profile(const LayerProfile& profile) {
   if (!(std::isfinite(profile.mu_skin_Pa_s_per_m) && profile.mu_skin_Pa_s_per_m >= mu.front())) {
     return refuse("the viscosity of the skin is below the first layer's; allowed: at least that");
   }
-  return core::Status::ok();
+  return check_inside(profile);
 }
 
 core::Expected<std::vector<float>> make_palette(const std::vector<LayerProfile>& profiles) {
@@ -57,6 +98,7 @@ core::Expected<std::vector<float>> make_palette(const std::vector<LayerProfile>&
   for (const LayerProfile& profile : profiles) {
     palette.push_back(profile.mu_skin_Pa_s_per_m);
     palette.insert(palette.end(), profile.mu_Pa_s_per_m.begin(), profile.mu_Pa_s_per_m.end());
+    palette.insert(palette.end(), profile.mu_inside_Pa_s_per_m.begin(), profile.mu_inside_Pa_s_per_m.end());
   }
   std::sort(palette.begin(), palette.end());
   palette.erase(std::unique(palette.begin(), palette.end()), palette.end());
@@ -74,6 +116,9 @@ CodeTable code_table(const LayerProfile& profile, const std::vector<float>& pale
     codes[i + 1] = code_of(profile.mu_Pa_s_per_m[i]);
   codes[kOrderGuard] = code_of(profile.mu_Pa_s_per_m.front());
   codes[kOrderBoundary] = codes[kOrderInterior] = code_of(profile.mu_skin_Pa_s_per_m);
+  const auto& inside = profile.mu_inside_Pa_s_per_m;
+  for (std::size_t i = 0; i < inside.size(); ++i) codes[256 - (i + 1)] = code_of(inside[i]);  // the byte of −(i + 1)
+  if (!inside.empty()) codes[kOrderBoundary] = code_of(inside.front());
   return codes;
 }
 

@@ -44,6 +44,8 @@ struct LayerProfile {
 
   /// Distance in voxels up to which the object changes the space around it: guard + Σm_i.
   int reach_vox() const;
+  /// Depth in voxels up to which layers lie inside the body.
+  int inside_depth_vox() const;
 };
 
 /// Whether the profile can be used; the message says what is wrong and what is allowed.
