@@ -17,6 +17,7 @@ struct CellConfig {
   Eigen::Vector3d min_m;  ///< the workspace box in W
   Eigen::Vector3d max_m;
   double voxel_size_m = 0.005;
+  voxel::LayerProfile profile;        ///< of objects that have none of their own
   std::vector<ObjectConfig> objects;  ///< object id on topics and in voxels = index + 1
   std::vector<ArmConfig> arms;
 

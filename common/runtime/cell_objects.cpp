@@ -1,49 +1,68 @@
+#include "common/runtime/cell_objects.hpp"
+
+#include "common/runtime/cell.hpp"
 #include "common/runtime/cell_parts.hpp"
 
 namespace phantom::runtime {
+namespace {
 
-LayerProfileConfig read_profile(const ConfigReader& reader) {
-  LayerProfileConfig profile;
-  profile.thickness_vox = reader.integers("thickness_vox", {1, 1000, "voxels"});
-  profile.mu_Pa_s_per_m = reader.numbers("mu_Pa_s_per_m", {1e-6, 1e6, "Pa·s/m"});
-  profile.mu_skin_Pa_s_per_m = reader.number("mu_skin_Pa_s_per_m", 100.0, {1e-6, 1e6, "Pa·s/m"});
-  profile.guard_vox = reader.integer("guard_vox", 0, {0, 100, "voxels"});
-  const auto& mu = profile.mu_Pa_s_per_m;
-  if (mu.empty() || mu.size() > 100) throw reader.error("mu_Pa_s_per_m", "needs 1 to 100 layers");
-  if (mu.size() != profile.thickness_vox.size()) {
-    throw reader.error("mu_Pa_s_per_m", "has " + std::to_string(mu.size()) + " layers, thickness_vox has " +
-                                            std::to_string(profile.thickness_vox.size()) +
-                                            "; allowed: the same number");
+constexpr const char* kKinds[] = {"mesh", "primitive", "csg", "implicit"};
+
+/// Which of the kinds the object is.
+std::string kind_of(const ConfigReader& reader) {
+  std::string found;
+  for (const char* kind : kKinds) {
+    if (!reader.has(kind)) continue;
+    if (!found.empty()) throw reader.error(kind, "stands beside " + found + "; allowed: one of mesh, primitive, csg, implicit");
+    found = kind;
   }
-  for (std::size_t i = 1; i < mu.size(); ++i) {
-    if (mu[i] >= mu[i - 1]) {
-      throw reader.error("mu_Pa_s_per_m", "does not fall outwards at layer " + std::to_string(i + 1) +
-                                              "; allowed: each layer less than the one nearer to the object");
-    }
-  }
-  if (profile.mu_skin_Pa_s_per_m < mu.front()) {
-    throw reader.error("mu_skin_Pa_s_per_m", "is below the first layer's; allowed: at least that");
-  }
-  return profile;
+  if (found.empty()) throw reader.error("mesh", "is missing; allowed: one of mesh, primitive, csg, implicit");
+  return found;
 }
 
-ObjectConfig read_object(const ConfigReader& reader, const LayerProfileConfig& cell_profile) {
+void read_mesh(const ConfigReader& reader, ObjectConfig& object) {
+  object.mesh = reader.path("mesh");
+  if (reader.has("mesh_scale")) object.mesh_scale = reader.number("mesh_scale", {1e-6, 1e3, "m per mesh unit"});
+  if (reader.has("up_axis")) object.y_up = reader.choice("up_axis", "z", {"z", "y"}) == "y";
+  if (!std::filesystem::is_regular_file(object.mesh)) {
+    throw reader.error("mesh", "is not a file (" + object.mesh.string() + ")");
+  }
+}
+
+geometry::ImplicitPtr read_scaled_solid(const ConfigReader& reader, const std::string& kind) {
+  const ConfigReader shape = reader.section(kind);
+  geometry::ImplicitPtr solid = kind == "implicit" ? read_formula_solid(shape) : read_solid(shape);
+  const double scale = reader.number("scale", 1.0, {1e-6, 1e6, ""});
+  return scale == 1.0 ? solid : geometry::implicit_placed(std::move(solid), {}, scale);
+}
+
+}  // namespace
+
+ObjectConfig read_object(const ConfigReader& reader, const voxel::LayerProfile& cell_profile, double voxel_size_m) {
   ObjectConfig object;
   object.name = reader.text("name");
-  object.mesh = reader.path("mesh");
-  object.mesh_scale = reader.number("mesh_scale", 1.0, {1e-6, 1e3, "m per mesh unit"});
-  object.y_up = reader.choice("up_axis", "z", {"z", "y"}) == "y";
+  object.place = reader.place();
+  const std::string kind = kind_of(reader);
+  if (kind == "mesh") {
+    read_mesh(reader, object);
+  } else {
+    object.solid_O = read_scaled_solid(reader, kind);
+  }
   object.X_WO = reader.pose("pose");
   object.X_deviation = reader.pose("real_deviation");
-  object.profile = reader.has("profile") ? read_profile(reader.section("profile")) : cell_profile;
+  object.profile = reader.has("profile") ? read_profile(reader.section("profile"), voxel_size_m) : cell_profile;
   if (reader.has("colour")) {
     const auto rgb = reader.numbers("colour", {0, 1, ""});
     if (rgb.size() != 3) throw reader.error("colour", "needs three numbers, [red, green, blue], 0 to 1");
     for (std::size_t i = 0; i < 3; ++i) object.colour[i] = static_cast<float>(rgb[i]);
   }
-  if (!std::filesystem::is_regular_file(object.mesh)) {
-    throw reader.error("mesh", "is not a file (" + object.mesh.string() + ")");
-  }
+  return object;
+}
+
+ObjectConfig read_object_text(const std::string& yaml, const CellConfig& cell) {
+  const ConfigReader reader = ConfigReader::from_text(yaml, cell.file.string() + ": object");
+  ObjectConfig object = read_object(reader, cell.profile, cell.voxel_size_m);
+  reader.finish();
   return object;
 }
 

@@ -2,32 +2,35 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "common/geometry/implicit.hpp"
 #include "common/geometry/pose.hpp"
+#include "common/voxel/profile.hpp"
 
 namespace phantom::runtime {
 
-/// Graded fluid around an object (spec 1.4, 1.5). Layer 1 touches the surface.
-struct LayerProfileConfig {
-  std::vector<int> thickness_vox;     ///< per layer, ≥ 1
-  std::vector<double> mu_Pa_s_per_m;  ///< per layer, strictly positive, falling outwards; same length
-  double mu_skin_Pa_s_per_m = 100.0;  ///< at and inside the surface, ≥ mu of layer 1
-  int guard_vox = 0;  ///< protective band of order 0 around the surface, with the μ of layer 1
-};
+struct CellConfig;
 
-/// A body that stands in the cell.
+/// A body that stands in the cell: a mesh file, or a solid by formula (`primitive`, `csg`, `implicit`).
 struct ObjectConfig {
   std::string name;
-  std::filesystem::path mesh;                     ///< any format that assimp reads
-  double mesh_scale = 1.0;                        ///< metres per mesh unit (0.001 for millimetres)
-  bool y_up = false;                              ///< mesh has +y up; default +z
-  geometry::Pose X_WO;                            ///< object frame in the workspace frame
-  LayerProfileConfig profile;                     ///< the cell's, unless the object has its own
+  std::string place;               ///< "cell.yaml:12: objects[3]", for messages about what is found later
+  std::filesystem::path mesh;      ///< any format that assimp reads; empty for a solid by formula
+  std::optional<double> mesh_scale;  ///< metres per mesh unit (0.001 for millimetres); none: declared or guessed
+  std::optional<bool> y_up;          ///< mesh has +y up, or +z; none: declared or guessed
+  geometry::ImplicitPtr solid_O;     ///< the solid by formula, scaled; null for a mesh
+  geometry::Pose X_WO;               ///< object frame in the workspace frame
+  voxel::LayerProfile profile;       ///< the cell's, unless the object has its own
   std::array<float, 3> colour{0.7F, 0.7F, 0.7F};  ///< linear RGB, 0…1
-  geometry::Pose
-      X_deviation;  ///< real pose = X_WO · X_deviation: what the simulated world does not tell the model
+  /// Real pose = X_WO · X_deviation: what the simulated world does not tell the model.
+  geometry::Pose X_deviation;
 };
+
+/// Reads one object from YAML text, with the keys that an entry of `objects` has in the cell file. Paths are relative to
+/// the cell's folder, the profile is the cell's unless the text has its own. Throws ConfigError. Not real-time safe.
+ObjectConfig read_object_text(const std::string& yaml, const CellConfig& cell);
 
 }  // namespace phantom::runtime

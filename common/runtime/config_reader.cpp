@@ -126,6 +126,12 @@ ConfigError ConfigReader::error(const std::string& key, const std::string& probl
   return ConfigError(message + problem);
 }
 
+std::string ConfigReader::place() const {
+  const std::string& dotted = node_->place;
+  const std::string name = dotted.empty() ? "" : ": " + dotted.substr(0, dotted.size() - 1);
+  return node_->file.string() + ":" + std::to_string(node_->line) + name;
+}
+
 std::filesystem::path ConfigReader::file() const { return node_->file; }
 
 bool ConfigReader::has(const std::string& key) const {

@@ -74,6 +74,8 @@ class ConfigReader {
 
   /// A ConfigError for `key`, with file and line: "cell.yaml:12: objects[3].mesh: 'x.stl' <problem>".
   ConfigError error(const std::string& key, const std::string& problem) const;
+  /// Where this mapping stands: "cell.yaml:12: objects[3]".
+  std::string place() const;
   std::filesystem::path file() const;
 
  private:

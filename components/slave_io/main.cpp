@@ -1,7 +1,7 @@
 #include <iostream>
 
 #include "common/dds/participant.hpp"
-#include "common/runtime/cell.hpp"
+#include "common/runtime/cell_bodies.hpp"
 #include "common/runtime/deployment.hpp"
 #include "common/runtime/process.hpp"
 #include "components/slave_io/config.hpp"
@@ -28,7 +28,7 @@ int main(int argc, char** argv) {
     slave_io::contact_points(model, config.contact.point_pitch_m, config.contact.max_points);
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
-      slave_io::load_bodies(cell);
+      runtime::load_real_bodies(cell);
       std::cout << "configuration is valid\n";
       return static_cast<int>(runtime::kExitDone);
     }

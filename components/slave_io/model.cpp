@@ -6,25 +6,34 @@
 #include <numbers>
 
 #include "common/core/errors.hpp"
-#include "common/geometry/mesh_io.hpp"
+#include "common/runtime/arm_model.hpp"
 
 namespace phantom::slave_io {
 namespace {
 
 using core::ConfigError;
 
-void append_segment(const runtime::SkinSegmentConfig& segment, std::size_t link,
+double outer_radius_m(double radius_m, const std::vector<robot::PolygonPoint>& polygon) {
+  for (const robot::PolygonPoint& corner : polygon) radius_m = std::max(radius_m, corner.r_m);
+  return radius_m;
+}
+
+void append_segment(const robot::SkinSegment& segment, std::size_t link,
                     const geometry::Pose& X_link_frame, double pitch_m,
                     std::vector<teleop::ContactPoint>& points) {
   const Eigen::Vector3d axis = (segment.to_m - segment.from_m).normalized();
   const Eigen::Vector3d side = axis.unitOrthogonal();
   const Eigen::Vector3d other = axis.cross(side);
+  const double from_radius_m = outer_radius_m(segment.from_radius_m, segment.from_polygon);
+  const double to_radius_m = segment.to_polygon.empty() && !segment.from_polygon.empty()
+                                 ? from_radius_m
+                                 : outer_radius_m(segment.to_radius_m, segment.to_polygon);
   const double length_m = (segment.to_m - segment.from_m).norm();
   const int rings = std::max(2, static_cast<int>(std::ceil(length_m / pitch_m)) + 1);
   for (int r = 0; r < rings; ++r) {
     const double share = static_cast<double>(r) / (rings - 1);
     const Eigen::Vector3d centre_m = segment.from_m + share * (segment.to_m - segment.from_m);
-    const double radius_m = segment.from_radius_m + share * (segment.to_radius_m - segment.from_radius_m);
+    const double radius_m = from_radius_m + share * (to_radius_m - from_radius_m);
     const int sides = std::max(6, static_cast<int>(std::ceil(2 * std::numbers::pi * radius_m / pitch_m)));
     for (int s = 0; s < sides; ++s) {
       const double angle = segment.spin_rad + 2 * std::numbers::pi * s / sides;
@@ -33,6 +42,17 @@ void append_segment(const runtime::SkinSegmentConfig& segment, std::size_t link,
     }
     if (r == 0 || r == rings - 1) points.push_back({link, X_link_frame * centre_m});
   }
+}
+
+/// Points of what is not made of segments: lines and meshes.
+void append_lines_and_meshes(const ArmModel& model, const robot::LinkSkin& skin, double pitch_m,
+                             std::vector<teleop::ContactPoint>& points) {
+  if (skin.axes.empty() && skin.meshes.empty()) return;
+  const robot::LinkSkin part{skin.link, {}, skin.axes, skin.meshes};
+  const auto layout = robot::lay_out_skin(
+      model.arm, {part}, {.voxel_size_m = pitch_m, .normalisation = robot::Normalisation::kNone});
+  if (!layout) throw ConfigError("skin: " + layout.status().message());
+  for (std::size_t i = 0; i < layout->size(); ++i) points.push_back({layout->link_of(i), layout->position(i)});
 }
 
 constexpr double kFineBand_vox = 3.0;
@@ -57,23 +77,9 @@ voxel::DistanceField build_field(const runtime::CellConfig& cell, const std::vec
 
 ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name) {
   const runtime::ArmConfig& config = cell.arm(arm_name);
-  auto arm = robot::SerialArm::from_urdf(config.urdf, config.tip_link, config.X_WB);
-  if (!arm) throw ConfigError(arm.status().message());
-  const std::string place = cell.file.string() + ": arms[" + config.name + "].home: ";
-  const std::size_t count = arm->joint_count();
-  if (config.home.size() != count) {
-    throw ConfigError(place + "has " + std::to_string(config.home.size()) + " values; allowed: " +
-                      std::to_string(count) + ", one per moving joint of " + config.urdf.string());
-  }
-  ArmModel model{*std::move(arm), {}, Eigen::Vector3d::Zero(), config.skin};
-  for (std::size_t j = 0; j < count; ++j) {
-    const auto& joint = model.arm.joints()[j];
-    model.home[j] = config.home[j];
-    if (config.home[j] >= joint.lower && config.home[j] <= joint.upper) continue;
-    throw ConfigError(place + "'" + std::to_string(config.home[j]) + "' for " + joint.name +
-                      " is outside of its limits; allowed: " + std::to_string(joint.lower) + " to " +
-                      std::to_string(joint.upper));
-  }
+  ArmModel model{runtime::load_arm(config), {}, Eigen::Vector3d::Zero(), {}};
+  model.skin = runtime::load_skin(config, model.arm);
+  std::copy(config.home.begin(), config.home.end(), model.home.begin());
   if (const auto tip = model.arm.find_frame(config.tip_link))
     model.tip_in_last_link_m = tip->second.translation_m;
   return model;
@@ -90,24 +96,11 @@ std::vector<teleop::ContactPoint> contact_points(const ArmModel& model, double p
                           "' in the arm; allowed: the URDF's link names");
       for (const auto& segment : skin.segments)
         append_segment(segment, frame->first, frame->second, pitch_m, points);
+      append_lines_and_meshes(model, skin, pitch_m, points);
     }
     // Beyond a metre no ring gets fewer points: the skin has more segments than points were allowed.
     if (static_cast<int>(points.size()) <= max_points || pitch_m > 1.0) return points;
   }
-}
-
-std::vector<voxel::FieldBody> load_bodies(const runtime::CellConfig& cell) {
-  std::vector<voxel::FieldBody> bodies;
-  for (std::size_t i = 0; i < cell.objects.size(); ++i) {
-    const auto& object = cell.objects[i];
-    const auto mesh = geometry::load_mesh(object.mesh, {.scale = object.mesh_scale, .y_up = object.y_up});
-    if (!mesh)
-      throw ConfigError(cell.file.string() + ": objects[" + std::to_string(i) +
-                        "].mesh: " + mesh.status().message());
-    bodies.push_back(
-        {mesh->transformed(object.X_WO * object.X_deviation), static_cast<std::uint16_t>(i + 1)});
-  }
-  return bodies;
 }
 
 FieldWorld::FieldWorld(const runtime::CellConfig& cell, const std::vector<voxel::FieldBody>& bodies,

@@ -7,6 +7,7 @@
 
 #include "common/geometry/mesh.hpp"
 #include "common/robot/serial_arm.hpp"
+#include "common/robot/skin.hpp"
 #include "common/runtime/cell.hpp"
 #include "common/teleop/contact_world.hpp"
 #include "common/voxel/distance_field.hpp"
@@ -19,19 +20,16 @@ struct ArmModel {
   robot::SerialArm arm;
   core::JointArray home{};
   Eigen::Vector3d tip_in_last_link_m = Eigen::Vector3d::Zero();
-  std::vector<runtime::LinkSkinConfig> skin;
+  std::vector<robot::LinkSkin> skin;
 };
 
 /// Loads the arm and checks that home fits it. Throws ConfigError.
 ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name);
 
-/// Points on the skin's segments, rings and end faces, about `pitch_m` apart; the pitch is widened until
+/// Points on the skin's segments, rings and end faces (polygons as the circles around them), on its lines and its
+/// meshes, about `pitch_m` apart; the pitch is widened until
 /// there are at most `max_points`. Throws ConfigError if the skin names a link that the arm does not have.
 std::vector<teleop::ContactPoint> contact_points(const ArmModel& model, double pitch_m, int max_points);
-
-/// The cell's meshes where they really stand: model pose · real deviation. Throws ConfigError naming the
-/// file.
-std::vector<voxel::FieldBody> load_bodies(const runtime::CellConfig& cell);
 
 /// The real bodies as two distance fields: a fine one close to the surfaces, for touch, and a coarse one for
 /// the clearance farther out. One field for both would take a minute to build.

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "common/runtime/cell_bodies.hpp"
 #include "common/runtime/process.hpp"
 #include "common/runtime/servo_runner.hpp"
 #include "components/slave_io/dds_adapter.hpp"
@@ -69,7 +70,7 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
                 const core::NetworkOptions& network, const std::filesystem::path& report_dir) {
   spdlog::info("placing {} objects where they really stand", cell.objects.size());
   const auto begun_ns = core::monotonic_ns();
-  const FieldWorld world(cell, load_bodies(cell), config.contact);
+  const FieldWorld world(cell, runtime::load_real_bodies(cell), config.contact);
   Inbox inbox;
   Servo servo(model, config, world, inbox);
   spdlog::info("contact field of {:.1f} MB made in {:.1f} s; {} contact points on {} joints",

@@ -150,7 +150,7 @@ Outcome activate_cell(const ActivateRequest& request, const WvaServerConfig& con
   Outcome outcome;
   const auto cell = runtime::load_cell(request.cell);
   const double start_s = stopwatch_s();
-  const auto bodies = load_bodies(cell, config);
+  const auto bodies = runtime::load_bodies(cell, config.mesh_import);
   outcome.load_s = stopwatch_s() - start_s;
   auto activated = activate(
       grid_of(cell), bodies, 1, stopwatch_s, [](const auto&...) {}, [] { return true; });

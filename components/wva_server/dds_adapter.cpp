@@ -71,10 +71,10 @@ struct DdsAdapter::Impl {
 DdsAdapter::DdsAdapter(const core::NetworkOptions& network) : impl_(std::make_unique<Impl>(network)) {}
 DdsAdapter::~DdsAdapter() = default;
 
-void DdsAdapter::publish_objects(const runtime::CellConfig& cell, const std::vector<CellBody>& bodies,
+void DdsAdapter::publish_objects(const runtime::CellConfig& cell, const std::vector<runtime::CellBody>& bodies,
                                  std::size_t chunk_bytes) {
   std::set<std::uint64_t> sent;
-  for (const CellBody& body : bodies) {
+  for (const runtime::CellBody& body : bodies) {
     const runtime::ObjectConfig& object = cell.objects[body.body.id - 1U];
     const std::uint64_t hash = body.mesh_O.content_hash();
     if (sent.insert(hash).second) impl_->publish_mesh(body.mesh_O, hash, chunk_bytes);

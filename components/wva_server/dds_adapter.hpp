@@ -7,7 +7,7 @@
 #include "common/core/network.hpp"
 #include "common/runtime/cell.hpp"
 #include "common/voxel/workspace.hpp"
-#include "components/wva_server/cell_bodies.hpp"
+#include "common/runtime/cell_bodies.hpp"
 
 namespace phantom::wva_server {
 
@@ -21,7 +21,7 @@ class DdsAdapter {
   ~DdsAdapter();
 
   /// Objects, and their meshes once each however many objects share one.
-  void publish_objects(const runtime::CellConfig& cell, const std::vector<CellBody>& bodies,
+  void publish_objects(const runtime::CellConfig& cell, const std::vector<runtime::CellBody>& bodies,
                        std::size_t chunk_bytes);
   /// All bricks, then the version that commits them. Bricks of an earlier version that are gone are disposed.
   void publish_workspace(const std::string& cell_name, const voxel::Workspace& workspace);

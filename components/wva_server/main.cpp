@@ -34,7 +34,7 @@ int main(int argc, char** argv) {
     const auto deployment = runtime::load_deployment(options);
     const auto cell = runtime::load_cell(deployment.cell);
     dds::check_qos_profiles(deployment.network.qos_profiles);
-    const auto bodies = wva_server::load_bodies(cell, config);
+    const auto bodies = runtime::load_bodies(cell, config.mesh_import);
     if (options.check) {
       std::cout << "configuration is valid: " << bodies.size() << " objects in cell " << cell.name << '\n';
       return static_cast<int>(runtime::kExitDone);

@@ -58,7 +58,7 @@ void leave_report(const std::filesystem::path& folder, const std::string& cell_n
 }  // namespace
 
 void run_service(const WvaServerConfig& config, const core::NetworkOptions& network,
-                 const runtime::CellConfig& cell, const std::vector<CellBody>& bodies,
+                 const runtime::CellConfig& cell, const std::vector<runtime::CellBody>& bodies,
                  const std::filesystem::path& report_dir) {
   DdsAdapter adapter(network);
   adapter.report(starting(0, bodies.size(), "activating the workspace"));

@@ -8,10 +8,10 @@
 namespace phantom::wva_server {
 namespace {
 
-void merge_all(const std::vector<CellBody>& bodies, const std::vector<voxel::ObjectBricks>& bricks,
+void merge_all(const std::vector<runtime::CellBody>& bodies, const std::vector<voxel::ObjectBricks>& bricks,
                voxel::Workspace& workspace) {
   std::vector<voxel::CodeTable> codes;
-  for (const CellBody& body : bodies) codes.push_back(voxel::code_table(body.body.profile, workspace.palette()));
+  for (const runtime::CellBody& body : bodies) codes.push_back(voxel::code_table(body.body.profile, workspace.palette()));
   std::vector<voxel::MergeEntry> entries;
   for (std::size_t i = 0; i < bodies.size(); ++i) entries.push_back({&bricks[i], bodies[i].body.id, &codes[i]});
   voxel::merge_bricks(voxel::MergeLaw::kHighestViscosity, entries, voxel::keys_of(entries), workspace);
@@ -19,19 +19,19 @@ void merge_all(const std::vector<CellBody>& bodies, const std::vector<voxel::Obj
 
 }  // namespace
 
-ActivatedCell activate(const voxel::GridSpec& grid, const std::vector<CellBody>& bodies,
+ActivatedCell activate(const voxel::GridSpec& grid, const std::vector<runtime::CellBody>& bodies,
                        std::uint64_t version, const voxel::Stopwatch& stopwatch,
                        const OnProgress& on_progress, const std::function<bool()>& go_on) {
   const double start_s = stopwatch();
   std::vector<voxel::LayerProfile> profiles;
-  for (const CellBody& body : bodies) profiles.push_back(body.body.profile);
+  for (const runtime::CellBody& body : bodies) profiles.push_back(body.body.profile);
   const auto palette = voxel::make_palette(profiles);
   if (!palette) throw core::ConfigError(palette.status().message());
   ActivatedCell cell;
   std::vector<voxel::ObjectBricks> bricks;
   voxel::ActivationOptions options;
   options.stopwatch = stopwatch;
-  for (const CellBody& body : bodies) {
+  for (const runtime::CellBody& body : bodies) {
     if (!go_on()) return cell;
     auto activated = voxel::activate_object(body.body, grid, options);
     if (!activated) throw core::ConfigError("object " + activated.status().message());

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/voxel/activation.hpp"
-#include "components/wva_server/cell_bodies.hpp"
+#include "common/runtime/cell_bodies.hpp"
 
 namespace phantom::wva_server {
 
@@ -31,7 +31,7 @@ using OnProgress = std::function<void(const ActivatedObject& object, std::size_t
 /// Activates the cell: bodies in, workspace of version `version` out. Pure but for the stopwatch that the
 /// reports are made with. `go_on` is asked before each object; when it says no, the result's workspace is
 /// null. Not real-time safe. Throws runtime::ConfigError for a body that cannot be activated.
-ActivatedCell activate(const voxel::GridSpec& grid, const std::vector<CellBody>& bodies,
+ActivatedCell activate(const voxel::GridSpec& grid, const std::vector<runtime::CellBody>& bodies,
                        std::uint64_t version, const voxel::Stopwatch& stopwatch,
                        const OnProgress& on_progress, const std::function<bool()>& go_on);
 

@@ -7,6 +7,7 @@
 
 #include "common/core/errors.hpp"
 #include "common/geometry/primitives.hpp"
+#include "common/runtime/cell_bodies.hpp"
 #include "components/slave_io/tests/fixture.hpp"
 
 namespace phantom::slave_io {
@@ -49,9 +50,9 @@ TEST(SlaveModel, HomeThatDoesNotFitTheArmIsNamed) {
 
 TEST(SlaveModel, BodiesStandWhereTheyReallyAre) {
   auto cell = hot_cell();
-  const auto as_deviating = load_bodies(cell);
+  const auto as_deviating = runtime::load_real_bodies(cell);
   for (auto& object : cell.objects) object.X_deviation = {};
-  const auto as_modelled = load_bodies(cell);
+  const auto as_modelled = runtime::load_real_bodies(cell);
   ASSERT_EQ(as_deviating.size(), cell.objects.size());
   for (std::size_t i = 0; i < cell.objects.size(); ++i) {
     EXPECT_EQ(as_deviating[i].id, i + 1);

@@ -111,7 +111,7 @@ class Consumer {
 
 class DdsAdapterTest : public TestCell {
  protected:
-  static ActivatedCell activated(const runtime::CellConfig& cell, const std::vector<CellBody>& bodies,
+  static ActivatedCell activated(const runtime::CellConfig& cell, const std::vector<runtime::CellBody>& bodies,
                                  std::uint64_t version) {
     return activate(
         grid_of(cell), bodies, version, [] { return 0.0; }, [](const auto&...) {}, [] { return true; });

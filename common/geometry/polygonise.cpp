@@ -1,0 +1,215 @@
+#include "common/geometry/polygonise.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <unordered_map>
+
+namespace phantom::geometry {
+namespace {
+
+constexpr int kBrick = 8;           // cells along a brick, whose corners are sampled at once
+constexpr int kCorners = kBrick + 1;
+constexpr int kBisections = 14;
+constexpr int kThinDepth = 7;       // walls down to 1/128 of a cell are found along an edge
+using Cell = std::array<int, 3>;
+
+/// A point where the surface crosses, and which way is out there.
+struct Crossing {
+  Eigen::Vector3d p_m, normal;
+};
+
+class Polygoniser {
+ public:
+  Polygoniser(const ImplicitSolid& solid, const Box& box, int cells) : solid_(solid) {
+    edge_m_ = box.size_m().maxCoeff() / cells;
+    // An odd margin, so that faces of the box do not fall on samples.
+    origin_m_ = box.min_m - Eigen::Vector3d::Constant(1.37 * edge_m_);
+    int longest = 0;
+    for (int axis = 0; axis < 3; ++axis) longest = std::max(longest, static_cast<int>(std::ceil(box.size_m()[axis] / edge_m_)) + 3);
+    root_ = kBrick;
+    while (root_ < longest) root_ *= 2;
+    for (int axis = 0; axis < 3; ++axis) size_[static_cast<std::size_t>(axis)] = static_cast<int>(std::ceil(box.size_m()[axis] / edge_m_)) + 3;
+  }
+
+  Polygonised run() {
+    visit({0, 0, 0}, root_);
+    for (const auto& [cell, axis, outwards] : crossed_edges_) emit(cell, axis, outwards);
+    return {std::move(mesh_), 0, thin_edges_};
+  }
+
+ private:
+  struct CrossedEdge {
+    Cell corner;
+    int axis;
+    bool outwards;  // inside at the corner, outside at the other end
+  };
+
+  Eigen::Vector3d corner_m(const Cell& c) const { return origin_m_ + edge_m_ * Eigen::Vector3d(c[0], c[1], c[2]); }
+  bool inside(const Eigen::Vector3d& p) const { return solid_.value(p) < 0.0; }
+  static std::uint64_t key(const Cell& c) {
+    return static_cast<std::uint64_t>(c[0]) | static_cast<std::uint64_t>(c[1]) << 21 | static_cast<std::uint64_t>(c[2]) << 42;
+  }
+
+  void visit(const Cell& first, int size) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (first[axis] >= size_[axis]) return;
+    }
+    const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * size * edge_m_);
+    const Interval bounds = solid_.bounds(Region::box(corner_m(first) + half, half));
+    if (bounds.lo >= 0.0 || bounds.hi < 0.0) return;
+    if (size == kBrick) return sample(first);
+    for (int i = 0; i < 8; ++i)
+      visit({first[0] + (i & 1) * size / 2, first[1] + (i >> 1 & 1) * size / 2, first[2] + (i >> 2) * size / 2}, size / 2);
+  }
+
+  void sample(const Cell& first) {
+    std::array<bool, kCorners * kCorners * kCorners> in;
+    const auto at = [](int x, int y, int z) { return static_cast<std::size_t>((z * kCorners + y) * kCorners + x); };
+    for (int z = 0; z < kCorners; ++z) {
+      for (int y = 0; y < kCorners; ++y) {
+        for (int x = 0; x < kCorners; ++x) in[at(x, y, z)] = inside(corner_m({first[0] + x, first[1] + y, first[2] + z}));
+      }
+    }
+    for (int z = 0; z < kBrick; ++z) {
+      for (int y = 0; y < kBrick; ++y) {
+        for (int x = 0; x < kBrick; ++x) {
+          const Cell cell{first[0] + x, first[1] + y, first[2] + z};
+          std::array<bool, 8> corners;
+          for (int i = 0; i < 8; ++i) corners[static_cast<std::size_t>(i)] = in[at(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2))];
+          for (int axis = 0; axis < 3; ++axis) look_along_edge(cell, axis, corners[0], corners[std::size_t{1} << axis]);
+          if (std::any_of(corners.begin(), corners.end(), [&](bool c) { return c != corners[0]; })) add_vertex(cell, corners);
+        }
+      }
+    }
+  }
+
+  void look_along_edge(const Cell& corner, int axis, bool from_inside, bool to_inside) {
+    if (from_inside != to_inside) return crossed_edges_.push_back({corner, axis, from_inside});
+    Eigen::Vector3d step = Eigen::Vector3d::Zero();
+    step[axis] = edge_m_;
+    const Eigen::Vector3d from = corner_m(corner);
+    const auto other = find_other_side(from, from + step, from_inside, kThinDepth);
+    if (!other) return;
+    // Two crossings on one edge: an edge or a corner of the solid that pokes in is no matter, a wall or a gap is.
+    const Crossing one = cross(from, *other), two = cross(from + step, *other);
+    thin_edges_ += one.normal.dot(two.normal) < -0.5;
+  }
+
+  /// A point between two that are on the same side which is on the other.
+  std::optional<Eigen::Vector3d> find_other_side(const Eigen::Vector3d& a, const Eigen::Vector3d& b, bool in, int depth) const {
+    const Eigen::Vector3d middle = 0.5 * (a + b);
+    const Interval bounds = solid_.bounds(Region::box(middle, 0.5 * (b - a).cwiseAbs()));
+    if (bounds.lo >= 0.0 || bounds.hi < 0.0) return std::nullopt;
+    if (inside(middle) != in) return middle;
+    if (depth == 0) return std::nullopt;
+    if (auto found = find_other_side(a, middle, in, depth - 1)) return found;
+    return find_other_side(middle, b, in, depth - 1);
+  }
+
+  /// Where the surface crosses between two points on different sides.
+  Crossing cross(Eigen::Vector3d a, Eigen::Vector3d b) const {
+    const bool a_inside = inside(a);
+    for (int i = 0; i < kBisections; ++i) {
+      const Eigen::Vector3d middle = 0.5 * (a + b);
+      (inside(middle) == a_inside ? a : b) = middle;
+    }
+    Crossing crossing{0.5 * (a + b), Eigen::Vector3d::Zero()};
+    const double h = 1e-3 * edge_m_;
+    for (int axis = 0; axis < 3; ++axis) {
+      Eigen::Vector3d step = Eigen::Vector3d::Zero();
+      step[axis] = h;
+      crossing.normal[axis] = solid_.value(crossing.p_m + step) - solid_.value(crossing.p_m - step);
+    }
+    const double norm = crossing.normal.norm();
+    crossing.normal = norm > 0.0 && std::isfinite(norm) ? Eigen::Vector3d(crossing.normal / norm) : Eigen::Vector3d::Zero();
+    return crossing;
+  }
+
+  /// The point nearest to all tangent planes at the cell's crossings: on an edge or a corner if the planes have one.
+  void add_vertex(const Cell& cell, const std::array<bool, 8>& corners) {
+    std::array<Crossing, 12> crossings;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < 8; ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::size_t j = i | std::size_t{1} << axis;
+        if (j == i || corners[i] == corners[j]) continue;
+        const auto corner = [&](std::size_t c) {
+          return corner_m({cell[0] + static_cast<int>(c & 1), cell[1] + static_cast<int>(c >> 1 & 1), cell[2] + static_cast<int>(c >> 2)});
+        };
+        crossings[count++] = cross(corner(i), corner(j));
+      }
+    }
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < count; ++i) middle += crossings[i].p_m / static_cast<double>(count);
+    Eigen::Matrix3d planes = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d wanted = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto& [p_m, normal] = crossings[i];
+      planes += normal * normal.transpose();
+      wanted += normal * normal.dot(p_m - middle);
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(planes);
+    Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+    for (int i = 0; i < 3; ++i) {
+      const double weight = solver.eigenvalues()[i];
+      // Directions that no plane says much about keep the middle.
+      if (weight > 0.05 * solver.eigenvalues()[2] && weight > 0.0) {
+        const Eigen::Vector3d direction = solver.eigenvectors().col(i);
+        offset += direction * (direction.dot(wanted) / weight);
+      }
+    }
+    const Eigen::Vector3d low = corner_m(cell);
+    const Eigen::Vector3d p = (middle + offset).cwiseMax(low).cwiseMin(low + Eigen::Vector3d::Constant(edge_m_));
+    vertex_of_[key(cell)] = static_cast<std::uint32_t>(mesh_.vertices_m.size());
+    mesh_.vertices_m.push_back(p.cast<float>());
+  }
+
+  /// A quadrilateral through the four cells around a crossed edge.
+  void emit(const Cell& corner, int axis, bool outwards) {
+    const auto u = static_cast<std::size_t>((axis + 1) % 3), v = static_cast<std::size_t>((axis + 2) % 3);
+    std::array<std::uint32_t, 4> q;
+    constexpr int kAround[4][2] = {{-1, -1}, {0, -1}, {0, 0}, {-1, 0}};
+    for (std::size_t i = 0; i < 4; ++i) {
+      Cell cell = corner;
+      cell[u] += kAround[i][0];
+      cell[v] += kAround[i][1];
+      q[i] = vertex_of_.at(key(cell));
+    }
+    if (!outwards) std::swap(q[1], q[3]);
+    const auto far = [&](std::size_t i, std::size_t j) { return (mesh_.vertices_m[q[i]] - mesh_.vertices_m[q[j]]).squaredNorm(); };
+    if (far(0, 2) <= far(1, 3)) {
+      mesh_.triangles.push_back({q[0], q[1], q[2]});
+      mesh_.triangles.push_back({q[0], q[2], q[3]});
+    } else {
+      mesh_.triangles.push_back({q[0], q[1], q[3]});
+      mesh_.triangles.push_back({q[1], q[2], q[3]});
+    }
+  }
+
+  const ImplicitSolid& solid_;
+  double edge_m_ = 0.0;
+  Eigen::Vector3d origin_m_;
+  Cell size_{};
+  int root_ = 0;
+  TriangleMesh mesh_;
+  std::unordered_map<std::uint64_t, std::uint32_t> vertex_of_;
+  std::vector<CrossedEdge> crossed_edges_;
+  std::size_t thin_edges_ = 0;
+};
+
+}  // namespace
+
+Polygonised polygonise(const ImplicitSolid& solid, const PolygoniseOptions& options) {
+  if (auto mesh = solid.tessellation()) return {std::move(*mesh), 0, 0};
+  const Box box = solid.bounding_box();
+  if (box.empty() || !(box.size_m().maxCoeff() > 0.0)) return {};
+  for (int cells = options.cells;; cells *= 2) {
+    Polygonised made = Polygoniser(solid, box, cells).run();
+    made.cells = cells;
+    if (made.thin_edges == 0 || 2 * cells > options.max_cells) return made;
+  }
+}
+
+}  // namespace phantom::geometry

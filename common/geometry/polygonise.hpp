@@ -1,0 +1,27 @@
+#pragma once
+
+#include "common/geometry/implicit.hpp"
+#include "common/geometry/mesh.hpp"
+
+namespace phantom::geometry {
+
+/// How finely a solid by formula becomes a mesh.
+struct PolygoniseOptions {
+  int cells = 64;       ///< along the longest side of the solid's box, at first
+  int max_cells = 256;  ///< at most, when walls or gaps thinner than a cell make finer cells necessary
+};
+
+/// What polygonise() made.
+struct Polygonised {
+  TriangleMesh mesh;
+  int cells = 0;                 ///< along the longest side, in the end; 0: the shape made its own mesh
+  std::size_t thin_edges = 0;    ///< edges of cells that cross a wall or a gap without having seen it: it may be left out
+};
+
+/// The solid's surface as a mesh: closed (every edge belongs to an even number of triangles), triangles counter-clockwise
+/// seen from outside, sharp edges and corners kept: one vertex per cell, nearest to the tangent planes at the cell's
+/// crossings (dual contouring; Ju et al. 2002). Cells are halved until no wall or gap is thinner than a cell, or
+/// `max_cells` is reached. A solid without inside gives an empty mesh. Cost rises with the surface. Not real-time safe.
+Polygonised polygonise(const ImplicitSolid& solid, const PolygoniseOptions& options = {});
+
+}  // namespace phantom::geometry

@@ -1,0 +1,105 @@
+#include "common/runtime/cell_bodies.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <sstream>
+
+#include "common/core/errors.hpp"
+#include "common/geometry/polygonise.hpp"
+
+namespace phantom::runtime {
+namespace {
+
+using core::ConfigError;
+
+std::string about(const ObjectConfig& object) { return object.place + " '" + object.name + "': "; }
+
+std::string span_text(const geometry::BoundingBox& box) {
+  std::ostringstream text;
+  text.precision(3);
+  const char* names = "xyz";
+  for (int axis = 0; axis < 3; ++axis) {
+    text << (axis == 0 ? "" : ", ") << names[axis] << ' ' << box.min_m[axis] << " to " << box.max_m[axis];
+  }
+  return text.str() + " m";
+}
+
+void check_place(const ObjectConfig& object, const geometry::TriangleMesh& mesh_W, const CellConfig& cell) {
+  const auto reach_m = static_cast<float>(object.profile.reach_vox() * cell.voxel_size_m);
+  geometry::BoundingBox workspace;
+  workspace.extend(cell.min_m.cast<float>() - Eigen::Vector3f::Constant(reach_m));
+  workspace.extend(cell.max_m.cast<float>() + Eigen::Vector3f::Constant(reach_m));
+  const geometry::BoundingBox box = mesh_W.bounding_box();
+  if (box.intersects(workspace)) return;
+  throw ConfigError(about(object) + "lies outside of the workspace with all its layers: it spans " + span_text(box) +
+                    "; is its pose or its " + (object.solid_O ? "scale" : "mesh_scale") + " right?");
+}
+
+geometry::TriangleMesh surface_of(const ObjectConfig& object, std::vector<std::string>& notes) {
+  auto made = geometry::polygonise(*object.solid_O);
+  if (made.mesh.triangles.empty()) {
+    throw ConfigError(about(object) + "holds nothing: no point of its box is inside, or it is thinner than " +
+                      std::to_string(geometry::PolygoniseOptions{}.max_cells) + "th of its length");
+  }
+  if (made.thin_edges > 0) {
+    notes.push_back("parts of the formula are thinner than a " + std::to_string(made.cells) +
+                    "th of its length: they are activated, but viewers and the simulated world do not have them");
+  }
+  return std::move(made.mesh);
+}
+
+geometry::TriangleMesh load_surface(const ObjectConfig& object, const geometry::MeshImportOptions& limits,
+                                    std::vector<std::string>& notes) {
+  if (object.solid_O) return surface_of(object, notes);
+  geometry::MeshImportOptions options = limits;
+  options.scale = object.mesh_scale;
+  options.y_up = object.y_up;
+  auto mesh = geometry::load_mesh(object.mesh, options);
+  if (!mesh) throw ConfigError(about(object) + mesh.status().message());
+  notes.insert(notes.end(), mesh->notes.begin(), mesh->notes.end());
+  return std::move(*mesh);
+}
+
+}  // namespace
+
+voxel::GridSpec grid_of(const CellConfig& cell) {
+  return voxel::grid_over(cell.min_m, cell.max_m, cell.voxel_size_m);
+}
+
+CellBody load_body(const ObjectConfig& object, std::uint16_t id, const CellConfig& cell,
+                   const geometry::MeshImportOptions& limits) {
+  CellBody loaded;
+  loaded.mesh_O = load_surface(object, limits, loaded.notes);
+  spdlog::debug("object {}: {} triangles from {}", object.name, loaded.mesh_O.triangles.size(),
+                object.solid_O ? "its formula" : object.mesh.string());
+  loaded.body = {object.name, id, loaded.mesh_O.transformed(object.X_WO), object.profile};
+  if (object.solid_O) loaded.body.implicit_W = geometry::implicit_placed(object.solid_O, object.X_WO);
+  check_place(object, loaded.body.mesh_W, cell);
+  return loaded;
+}
+
+std::vector<CellBody> load_bodies(const CellConfig& cell, const geometry::MeshImportOptions& limits) {
+  std::vector<CellBody> bodies;
+  std::vector<voxel::LayerProfile> profiles;
+  for (std::size_t i = 0; i < cell.objects.size(); ++i) {
+    bodies.push_back(load_body(cell.objects[i], static_cast<std::uint16_t>(i + 1), cell, limits));
+    profiles.push_back(bodies.back().body.profile);
+  }
+  if (const auto palette = voxel::make_palette(profiles); !palette) {
+    throw ConfigError(cell.file.string() + ": objects: " + palette.status().message());
+  }
+  return bodies;
+}
+
+std::vector<voxel::FieldBody> load_real_bodies(const CellConfig& cell, const geometry::MeshImportOptions& limits) {
+  std::vector<voxel::FieldBody> bodies;
+  std::vector<std::string> notes;  // wva_server tells them
+  for (std::size_t i = 0; i < cell.objects.size(); ++i) {
+    const ObjectConfig& object = cell.objects[i];
+    const auto mesh = load_surface(object, limits, notes);
+    bodies.push_back({mesh.transformed(object.X_WO * object.X_deviation), static_cast<std::uint16_t>(i + 1)});
+  }
+  return bodies;
+}
+
+}  // namespace phantom::runtime
