@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "common/voxel/merge.hpp"
+#include "common/voxel/voxelise_implicit.hpp"
 
 namespace phantom::voxel {
 namespace {
@@ -24,9 +25,21 @@ core::Status check_size(const VoxelBox& box) {
               " in all. Is the mesh's scale right, or the voxel size too small?"};
 }
 
+VoxelBox bounds_of(const Body& body, const GridSpec& grid) {
+  return body.implicit_W ? voxel_bounds(*body.implicit_W, grid) : voxel_bounds(body.mesh_W, grid);
+}
+
+core::Expected<SolidVoxels> solid_of(const Body& body, const GridSpec& grid, const VoxelBox& clip) {
+  return body.implicit_W ? voxelise(*body.implicit_W, grid, clip) : voxelise(body.mesh_W, grid, clip);
+}
+
 /// Voxel addresses are 32 bit integers.
 core::Status check_place(const Body& body, double voxel_size_m) {
-  const geometry::BoundingBox bounds = body.mesh_W.bounding_box();
+  geometry::BoundingBox bounds = body.mesh_W.bounding_box();
+  if (body.implicit_W) {
+    const geometry::Box exact = body.implicit_W->bounding_box();
+    bounds = {exact.min_m.cast<float>(), exact.max_m.cast<float>()};
+  }
   const double farthest_m =
       bounds.empty() ? 0.0 : std::max(-bounds.min_m.minCoeff(), bounds.max_m.maxCoeff());
   if (farthest_m < std::min(1e6, 1e9 * voxel_size_m)) return core::Status::ok();
@@ -104,10 +117,10 @@ core::Expected<ActivatedObject> activate_object(const Body& body, const GridSpec
   if (core::Status checked = check_profile(body.profile); !checked) return about(body, checked);
   if (core::Status checked = check_place(body, grid.voxel_size_m); !checked) return about(body, checked);
   const VoxelBox clip = voxelise_clip(grid, body.profile);
-  const VoxelBox reached = voxel_bounds(body.mesh_W, grid).grown(body.profile.reach_vox()).intersection(clip);
+  const VoxelBox reached = bounds_of(body, grid).grown(body.profile.reach_vox()).intersection(clip);
   if (core::Status checked = check_size(reached); !checked) return about(body, checked);
   const Steps steps(options);
-  const auto solid = voxelise(body.mesh_W, grid, clip);
+  const auto solid = solid_of(body, grid, clip);
   if (!solid) return about(body, solid.status());
   const double voxelised_s = steps.now_s();
   if (!steps.go_on(0.3)) return about(body, kStopped);
@@ -125,11 +138,11 @@ core::Expected<std::pair<Workspace, BodyReport>> activate_alone(const Body& body
   if (!palette) return palette.status();
   if (core::Status checked = check_place(body, voxel_size_m); !checked) return about(body, checked);
   const GridSpec lattice{Eigen::Vector3d::Zero(), voxel_size_m, {0, 0, 0}};
-  const VoxelBox around = voxel_bounds(body.mesh_W, lattice);
+  const VoxelBox around = bounds_of(body, lattice);
   if (core::Status checked = check_size(around.grown(body.profile.reach_vox())); !checked)
     return about(body, checked);
   const Steps steps(options);
-  auto solid = voxelise(body.mesh_W, lattice, around);
+  auto solid = solid_of(body, lattice, around);
   if (!solid) return about(body, solid.status());
   const double voxelised_s = steps.now_s();
   if (!steps.go_on(0.3)) return about(body, kStopped);

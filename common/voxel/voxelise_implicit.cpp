@@ -1,0 +1,134 @@
+#include "common/voxel/voxelise_implicit.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace phantom::voxel {
+namespace {
+
+using geometry::ImplicitSolid;
+using geometry::Interval;
+using geometry::Region;
+
+constexpr int kPartDepth = 4;
+static_assert(kImplicitPart_vox * (1 << kPartDepth) == 1.0);
+/// Voxels are looked at this much lower, so that a surface on a border belongs to the upper voxel whatever the rounding.
+constexpr double kShift_vox = 1.0 / 32768.0;
+
+class Voxeliser {
+ public:
+  Voxeliser(const ImplicitSolid& solid, const GridSpec& grid, SolidVoxels& voxels)
+      : solid_(solid), grid_(grid), voxels_(voxels) {
+    const VoxelBox& box = voxels.box;
+    corner_m_ = grid.origin_m + grid.voxel_size_m * Eigen::Vector3d(box.min.x, box.min.y, box.min.z);
+    shift_m_ = Eigen::Vector3d::Constant(kShift_vox * grid.voxel_size_m);
+  }
+
+  void run() {
+    std::int32_t size = 1;
+    while (size < *std::max_element(voxels_.box.size.begin(), voxels_.box.size.end())) size *= 2;
+    visit({0, 0, 0}, size);
+  }
+
+ private:
+  Region region(Index3 v, std::int32_t size) const {
+    const double half_m = 0.5 * size * grid_.voxel_size_m;
+    const Eigen::Vector3d centre =
+        corner_m_ + grid_.voxel_size_m * Eigen::Vector3d(v.x, v.y, v.z) + Eigen::Vector3d::Constant(half_m) - shift_m_;
+    return Region::box(centre, Eigen::Vector3d::Constant(half_m));
+  }
+
+  void visit(Index3 v, std::int32_t size) {
+    const auto& limit = voxels_.box.size;
+    if (v.x >= limit[0] || v.y >= limit[1] || v.z >= limit[2]) return;
+    const Region cube = region(v, size);
+    const Interval bounds = solid_.bounds(cube);
+    if (bounds.lo > 0.0) return;
+    if (bounds.hi < 0.0) return fill(v, size);
+    if (size > 1) {
+      const std::int32_t half = size / 2;
+      for (int i = 0; i < 8; ++i) visit({v.x + (i & 1) * half, v.y + (i >> 1 & 1) * half, v.z + (i >> 2) * half}, half);
+      return;
+    }
+    if (solid_.value(cube.centre_m + shift_m_) < 0.0) voxels_.inside.set(v.x, v.y, v.z);
+    if (corners_differ(cube) || may_hold_surface(cube, kPartDepth)) voxels_.boundary.set(v.x, v.y, v.z);
+  }
+
+  /// The cheap proof that the surface passes: points of the voxel on either side.
+  bool corners_differ(const Region& cube) const {
+    const bool inside = solid_.value(cube.centre_m) < 0.0;
+    for (int i = 0; i < 8; ++i) {
+      const Eigen::Vector3d sign((i & 1) * 2 - 1, (i >> 1 & 1) * 2 - 1, (i >> 2) * 2 - 1);
+      if ((solid_.value(cube.centre_m + cube.half_m.cwiseProduct(sign)) < 0.0) != inside) return true;
+    }
+    return false;
+  }
+
+  bool may_hold_surface(const Region& part, int depth) const {
+    const Interval bounds = solid_.bounds(part);
+    if (bounds.lo > 0.0 || bounds.hi < 0.0) return false;
+    if (depth == 0) return true;
+    const Eigen::Vector3d half = 0.5 * part.half_m;
+    for (int i = 0; i < 8; ++i) {
+      const Eigen::Vector3d sign((i & 1) * 2 - 1, (i >> 1 & 1) * 2 - 1, (i >> 2) * 2 - 1);
+      if (may_hold_surface(Region::box(part.centre_m + half.cwiseProduct(sign), half), depth - 1)) return true;
+    }
+    return false;
+  }
+
+  void fill(Index3 v, std::int32_t size) {
+    const auto& limit = voxels_.box.size;
+    const std::int32_t end_x = std::min(v.x + size, limit[0]);
+    const std::int32_t end_y = std::min(v.y + size, limit[1]), end_z = std::min(v.z + size, limit[2]);
+    for (std::int32_t z = v.z; z < end_z; ++z) {
+      for (std::int32_t y = v.y; y < end_y; ++y) fill_row(voxels_.inside.row(y, z), v.x, end_x);
+    }
+  }
+
+  /// Sets the bits [from, end) of a row, a word at a time.
+  static void fill_row(std::uint64_t* row, std::int32_t from, std::int32_t end) {
+    for (std::int32_t x = from; x < end; x = (x | 63) + 1) {
+      const std::int32_t last = std::min(end, (x | 63) + 1) - x;  // bits in this word
+      const std::uint64_t ones = last == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << last) - 1;
+      row[x >> 6] |= ones << (x & 63);
+    }
+  }
+
+  const ImplicitSolid& solid_;
+  const GridSpec& grid_;
+  SolidVoxels& voxels_;
+  Eigen::Vector3d corner_m_, shift_m_;
+};
+
+}  // namespace
+
+VoxelBox voxel_bounds(const ImplicitSolid& solid_W, const GridSpec& grid) {
+  const geometry::Box box = solid_W.bounding_box();
+  if (box.empty()) return {};
+  const Index3 first = grid.index_of(box.min_m), last = grid.index_of(box.max_m);
+  // One voxel more on each side, for a surface on a border.
+  return {{first.x - 1, first.y - 1, first.z - 1},
+          {last.x - first.x + 3, last.y - first.y + 3, last.z - first.z + 3}};
+}
+
+core::Expected<SolidVoxels> voxelise(const ImplicitSolid& solid_W, const GridSpec& grid, const VoxelBox& clip) {
+  SolidVoxels solid;
+  const geometry::Box box = solid_W.bounding_box();
+  if (box.empty()) return solid;
+  const double farthest_m = std::max(box.min_m.cwiseAbs().maxCoeff(), box.max_m.cwiseAbs().maxCoeff());
+  if (!(farthest_m < std::min(1e6, 1e9 * grid.voxel_size_m))) {
+    return core::Status(core::ErrorCode::kResourceExhausted,
+                        "reaches " + std::to_string(farthest_m) + " m from the origin; is its scale right?");
+  }
+  solid.box = voxel_bounds(solid_W, grid).intersection(clip);
+  if (solid.box.empty()) return solid;
+  solid.boundary = BitVolume(solid.box.size);
+  solid.inside = BitVolume(solid.box.size);
+  Voxeliser(solid_W, grid, solid).run();
+  solid.interior = solid.inside;
+  for (std::size_t i = 0; i < solid.interior.words().size(); ++i) solid.interior.words()[i] &= ~solid.boundary.words()[i];
+  return solid;
+}
+
+}  // namespace phantom::voxel
