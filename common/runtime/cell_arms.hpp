@@ -4,29 +4,44 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/geometry/pose.hpp"
+#include "common/robot/serial_arm.hpp"
+#include "common/robot/skin.hpp"
 
 namespace phantom::runtime {
 
-/// One skin segment of a link (spec 2.2): rings at both ends of its axis, in the link's frame.
-struct SkinSegmentConfig {
-  Eigen::Vector3d from_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d to_m = Eigen::Vector3d::Zero();
-  double from_radius_m = 0.0;
-  double to_radius_m = 0.0;
-  std::optional<int>
-      sides;  ///< sensors around a ring; absent: chosen so that their pitch is below the voxel size
-  std::optional<int> rings;  ///< rings along the axis (K ≥ 2); absent: likewise
-  double spin_rad = 0.0;     ///< rotation of the first vertex about the axis
-  double gain = 1.0;         ///< SG
+/// One skin segment of a link (spec 2.2), in the link's frame. Its ends may be given along the link's own axis
+/// instead: then `from_m` and `to_m` are not set before load_skin().
+struct SkinSegmentConfig : robot::SkinSegment {
+  std::optional<std::pair<double, double>> along_axis_m;  ///< SOJ and SL (thesis 5.7.2): offset and length
+};
+
+/// Sensors in a line; without ends they lie along the link's own axis (LASP to LAEP).
+struct AxisSensorsConfig : robot::AxisSensors {
+  bool along_link_axis = false;
+};
+
+/// Sensors all over a mesh, named and not yet read.
+struct MeshSensorsConfig {
+  std::filesystem::path mesh;  ///< empty: the link's own visual meshes
+  double mesh_scale = 1.0;     ///< metres per mesh unit
+  geometry::Pose X_LM;         ///< mesh in the link's frame
+  double gain = 1.0;
+  std::optional<robot::ClusterSpec> cluster;
 };
 
 struct LinkSkinConfig {
-  std::string link;  ///< URDF link name
+  std::string link;  ///< URDF or DH link name
   std::vector<SkinSegmentConfig> segments;
+  std::vector<AxisSensorsConfig> axes;
+  std::vector<MeshSensorsConfig> meshes;
 };
+
+/// Interest points that an arm may have.
+inline constexpr std::size_t kMostInterestPoints = 32;
 
 /// A point of the arm that is watched by name (spec 2.5, interest points): an elbow, a motor body.
 struct InterestPointConfig {
@@ -35,14 +50,26 @@ struct InterestPointConfig {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< in the link's frame
 };
 
+/// An object that this arm, or one of its links, is meant to touch: not felt and not warned of there.
+struct AllowedContactConfig {
+  std::string object;
+  std::string link;  ///< empty: the whole arm
+};
+
 struct ArmConfig {
   std::string name;
-  std::filesystem::path urdf;
-  std::string tip_link;      ///< last link of the serial chain
+  std::filesystem::path file;  ///< where the arm is described: the cell's file, or one of its own
+  std::filesystem::path urdf;  ///< empty: by DH table
+  std::string tip_link;        ///< last link of the serial chain
+  std::vector<robot::DhRow> dh;
+  robot::DhConvention dh_convention = robot::DhConvention::kClassic;
   geometry::Pose X_WB;       ///< base link in the workspace frame
   std::vector<double> home;  ///< joint positions in rad or m, one per moving joint
+  /// Torque of a joint's motor by its current, one per moving joint; 0: not known. Empty: none is known.
+  std::vector<double> torque_constant_Nm_A;
   std::vector<LinkSkinConfig> skin;
   std::vector<InterestPointConfig> interest_points;
+  std::vector<AllowedContactConfig> allowed_contact;
 };
 
 }  // namespace phantom::runtime

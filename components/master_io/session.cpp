@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "common/core/errors.hpp"
+#include "common/runtime/arm_model.hpp"
 #include "common/runtime/process.hpp"
 #include "common/runtime/servo_runner.hpp"
 #include "common/teleop/percept_set.hpp"
@@ -90,15 +91,7 @@ Expectations expectations(const ArmModel& model, const Config& config) {
 
 ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name) {
   const runtime::ArmConfig& config = cell.arm(arm_name);
-  auto arm = robot::SerialArm::from_urdf(config.urdf, config.tip_link, config.X_WB);
-  if (!arm) throw core::ConfigError(arm.status().message());
-  if (config.home.size() != arm->joint_count()) {
-    throw core::ConfigError(cell.file.string() + ": arms[" + config.name + "].home: has " +
-                            std::to_string(config.home.size()) +
-                            " values; allowed: " + std::to_string(arm->joint_count()) +
-                            ", one per moving joint of " + config.urdf.string());
-  }
-  ArmModel model{*std::move(arm), {}};
+  ArmModel model{runtime::load_arm(config), {}};
   std::copy(config.home.begin(), config.home.end(), model.home.begin());
   return model;
 }

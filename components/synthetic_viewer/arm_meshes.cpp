@@ -13,12 +13,6 @@ namespace {
 
 }  // namespace
 
-robot::SerialArm load_arm(const runtime::ArmConfig& config) {
-  auto arm = robot::SerialArm::from_urdf(config.urdf, config.tip_link, config.X_WB);
-  if (!arm) fail(arm.status());
-  return std::move(arm).value();
-}
-
 std::vector<LinkMeshData> load_arm_meshes(const robot::SerialArm& arm) {
   std::vector<LinkMeshData> meshes;
   for (std::size_t link = 0; link < arm.links().size(); ++link) {

@@ -4,7 +4,6 @@
 
 #include "common/geometry/mesh.hpp"
 #include "common/robot/serial_arm.hpp"
-#include "common/runtime/cell.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -15,9 +14,6 @@ struct LinkMeshData {
   std::array<float, 3> colour{};
   geometry::TriangleMesh mesh;
 };
-
-/// The arm's kinematics. Throws core::ConfigError naming file and fault.
-robot::SerialArm load_arm(const runtime::ArmConfig& config);
 
 /// All visual meshes of the arm. Throws core::MissingError for a file that is not there, core::ConfigError
 /// for one that is no usable mesh. Forks: call it before threads start.

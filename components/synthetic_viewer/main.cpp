@@ -1,6 +1,7 @@
 #include <iostream>
 
 #include "common/dds/participant.hpp"
+#include "common/runtime/arm_model.hpp"
 #include "common/runtime/deployment.hpp"
 #include "common/runtime/process.hpp"
 #include "components/synthetic_viewer/config.hpp"
@@ -17,7 +18,7 @@ int run(const runtime::ProcessOptions& options) {
   dds::check_qos_profiles(deployment.network.qos_profiles);
   const ViewerConfig config = load_config(options.config);
   const runtime::CellConfig cell = runtime::load_cell(deployment.cell);
-  robot::SerialArm arm = load_arm(cell.arm(config.arm));
+  robot::SerialArm arm = runtime::load_arm(cell.arm(config.arm));
   const ArmShape shape{arm.joint_count(), arm.links().size()};
   std::vector<LinkMeshData> arm_meshes = load_arm_meshes(arm);
   if (options.check) {

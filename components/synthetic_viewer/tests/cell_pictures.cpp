@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/geometry/mesh_io.hpp"
+#include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell.hpp"
 #include "components/synthetic_viewer/arm_meshes.hpp"
 #include "components/synthetic_viewer/compositor.hpp"
@@ -61,7 +62,7 @@ int main(int argc, char** argv) {
   const std::string source = PHANTOM_SOURCE_DIR;
   const ViewerConfig config = load_config(source + "/components/synthetic_viewer/synthetic_viewer.yaml");
   const runtime::CellConfig cell = runtime::load_cell(source + "/deploy/cells/hot_cell/cell.yaml");
-  robot::SerialArm arm = load_arm(cell.arm());
+  robot::SerialArm arm = runtime::load_arm(cell.arm());
   auto arm_meshes = load_arm_meshes(arm);
   Renderer renderer;
   CellScene scene(std::move(arm), cell.min_m, cell.max_m);

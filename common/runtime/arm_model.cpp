@@ -1,0 +1,105 @@
+#include "common/runtime/arm_model.hpp"
+
+#include <string>
+
+#include "common/core/errors.hpp"
+#include "common/geometry/mesh_io.hpp"
+
+namespace phantom::runtime {
+namespace {
+
+std::string place_of(const ArmConfig& config) { return config.file.string() + ": arm '" + config.name + "': "; }
+
+[[noreturn]] void fail(const ArmConfig& config, const core::Status& status) {
+  if (status.code() == core::ErrorCode::kNotFound) throw core::MissingError(place_of(config) + status.message());
+  throw core::ConfigError(place_of(config) + status.message());
+}
+
+void check_per_joint(const ArmConfig& config, const char* key, std::size_t count, std::size_t joints) {
+  if (count == joints) return;
+  throw core::ConfigError(place_of(config) + key + ": has " + std::to_string(count) + " values; allowed: " +
+                          std::to_string(joints) + ", one for each moving joint");
+}
+
+geometry::TriangleMesh read_mesh(const ArmConfig& config, const std::filesystem::path& file, double scale,
+                                 const geometry::Pose& X_LM) {
+  geometry::MeshImportOptions options;
+  options.scale = scale;
+  const auto mesh = geometry::load_mesh(file, options);
+  if (!mesh) fail(config, mesh.status());
+  return mesh->transformed(X_LM);
+}
+
+/// The visual meshes of the moving link that holds the frame called `link`, in that frame.
+std::vector<robot::MeshSensors> visual_skin(const ArmConfig& config, const robot::SerialArm& arm,
+                                            const std::string& link, const MeshSensorsConfig& wish) {
+  std::vector<robot::MeshSensors> skin;
+  const auto found = arm.find_frame(link);
+  if (!found) return skin;  // lay_out_skin() names the link
+  const auto& [index, X_link_frame] = *found;
+  for (const robot::LinkMesh& visual : arm.links()[index].meshes) {
+    skin.push_back({read_mesh(config, visual.file, visual.scale, X_link_frame.inverse() * visual.X_link_mesh),
+                    wish.gain, wish.cluster});
+  }
+  if (skin.empty()) {
+    throw core::ConfigError(place_of(config) + "skin: link '" + link +
+                            "' has no visual meshes; allowed: meshes with `mesh: FILE`, segments or axes");
+  }
+  return skin;
+}
+
+}  // namespace
+
+robot::SerialArm load_arm(const ArmConfig& config) {
+  auto arm = config.urdf.empty() ? robot::SerialArm::from_dh(config.dh, config.dh_convention, config.X_WB)
+                                 : robot::SerialArm::from_urdf(config.urdf, config.tip_link, config.X_WB);
+  if (!arm) fail(config, arm.status());
+  check_per_joint(config, "home", config.home.size(), arm->joint_count());
+  if (!config.torque_constant_Nm_A.empty())
+    check_per_joint(config, "torque_constants_Nm_A", config.torque_constant_Nm_A.size(), arm->joint_count());
+  for (std::size_t j = 0; j < arm->joint_count(); ++j) {
+    const robot::Joint& joint = arm->joints()[j];
+    if (config.home[j] >= joint.lower && config.home[j] <= joint.upper) continue;
+    throw core::ConfigError(place_of(config) + "home: '" + std::to_string(config.home[j]) + "' for " + joint.name +
+                            " is outside of its limits; allowed: " + std::to_string(joint.lower) + " to " +
+                            std::to_string(joint.upper));
+  }
+  return *std::move(arm);
+}
+
+std::vector<robot::LinkSkin> load_skin(const ArmConfig& config, const robot::SerialArm& arm) {
+  std::vector<robot::LinkSkin> skin;
+  for (const LinkSkinConfig& link : config.skin) {
+    robot::LinkSkin& made = skin.emplace_back();
+    made.link = link.link;
+    for (SkinSegmentConfig segment : link.segments) {
+      if (segment.along_axis_m) {
+        const auto [offset_m, length_m] = *segment.along_axis_m;
+        // An unknown link is named by lay_out_skin().
+        robot::place_along_link_axis(arm, link.link, offset_m, length_m, segment);
+      }
+      made.segments.push_back(segment);
+    }
+    for (AxisSensorsConfig axis : link.axes) {
+      if (axis.along_link_axis) {
+        if (const auto found = arm.find_frame(link.link)) {
+          const auto [from_m, to_m] = arm.link_axis_m(found->first);
+          axis.from_m = found->second.inverse() * from_m;
+          axis.to_m = found->second.inverse() * to_m;
+        }
+      }
+      made.axes.push_back(axis);
+    }
+    for (const MeshSensorsConfig& wish : link.meshes) {
+      if (wish.mesh.empty()) {
+        for (auto& sensors : visual_skin(config, arm, link.link, wish)) made.meshes.push_back(std::move(sensors));
+      } else {
+        made.meshes.push_back(
+            {read_mesh(config, wish.mesh, wish.mesh_scale, wish.X_LM), wish.gain, wish.cluster});
+      }
+    }
+  }
+  return skin;
+}
+
+}  // namespace phantom::runtime
