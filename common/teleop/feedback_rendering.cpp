@@ -35,13 +35,16 @@ RenderedFeedback FeedbackRenderer::step(const FeedbackInputs& in, double dt_s) n
   if (authority == 0.0) law_ = in.law;
   out.law = law_;
   out.inverse_a = follow_gain(in, dt_s);
-  auto torque_Nm = feedback_torque(law_, in.master, in.slave, in.effort, parameters_.exchange, out.inverse_a,
-                                   parameters_.joint_count);
+  if (in.coupled) {
+    coupled_Nm_ = feedback_torque(law_, in.master, in.slave, in.effort, parameters_.exchange, out.inverse_a,
+                                  parameters_.joint_count);
+  }
+  core::JointArray torque_Nm{};
   for (std::size_t j = 0; j < parameters_.joint_count; ++j) {
     const double cap_Nm = parameters_.torque_cap_Nm[j];
-    torque_Nm[j] = std::isfinite(torque_Nm[j]) ? authority * std::clamp(torque_Nm[j], -cap_Nm, cap_Nm) : 0.0;
+    if (std::isfinite(coupled_Nm_[j])) torque_Nm[j] = authority * std::clamp(coupled_Nm_[j], -cap_Nm, cap_Nm);
   }
-  out.torque_Nm = passivity_.step(torque_Nm, in.master.position, in.master.velocity, dt_s);
+  out.torque_Nm = passivity_.step(torque_Nm, in.master.position, in.master.velocity, authority, dt_s);
   out.passivity_limited = passivity_.active();
   return out;
 }

@@ -45,7 +45,8 @@ struct RenderedFeedback {
 
 /// Renders the slave's feedback on the master. Laws, gains and contact change while it runs and nothing jumps: a
 /// change of law fades the old one out before the new one fades in, gains move at a bounded rate, and whatever
-/// comes the torque stays within its cap. Sources: thesis Table 5.1, eq. 5.20, 5.4.7.
+/// comes the torque stays within its cap. What fades out after uncoupling is the last torque felt while coupled: a
+/// slave that stops or holds may step its own. Sources: thesis Table 5.1, eq. 5.20, 5.4.7.
 class FeedbackRenderer {
  public:
   explicit FeedbackRenderer(const FeedbackParameters& parameters);
@@ -61,6 +62,7 @@ class FeedbackRenderer {
   PassivityGuard passivity_;
   BilateralLaw law_;
   double inverse_a_;
+  core::JointArray coupled_Nm_{};  // before authority, of the last coupled step
 };
 
 }  // namespace phantom::teleop

@@ -43,6 +43,7 @@ core::ComponentState component_state(LinkState link) noexcept;
 
 struct LinkTiming {
   double staleness_s = 0.02;   ///< the partner counts as stale beyond this age
+  double round_trip_limit_s = 0.15;  ///< and when what it says answers something of ours older than this
   double align_hold_s = 0.05;  ///< the poses must agree this long
   double recovery_s = 0.2;     ///< after a loss the partner must be fresh this long
 };
@@ -61,14 +62,16 @@ struct StopRequests {
 /// What the loop knows in one tick.
 struct LinkObservation {
   double partner_age_s =
-      std::numeric_limits<double>::infinity();  ///< of its newest valid sample; ∞: none yet
+      std::numeric_limits<double>::infinity();  ///< of its newest valid sample, since it came; ∞: none yet
+  double round_trip_s = 0.0;  ///< since our own newest stamp that it echoes was made; 0: it echoes none of ours yet
   LinkState partner = LinkState::kInit;
   bool poses_agree = false;
   StopRequests requests;
 };
 
 /// The table with its watchdog and timers. Ages come in from a monotonic clock: it never relies on DDS
-/// events.
+/// events. A sample that comes regularly but late is found by the echo of our own stamps: no clock of two hosts is
+/// compared.
 class LinkMonitor {
  public:
   explicit LinkMonitor(const LinkTiming& timing) : timing_(timing) {}

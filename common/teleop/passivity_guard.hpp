@@ -22,17 +22,19 @@ struct PassivityParameters {
 /// sampling and a stiff environment can make the loop through the network give the hand energy that nobody put in.
 ///
 /// The observer adds up what the feedback took from the hand over each period, exactly for a torque that is held
-/// between samples: −τ(k−1)·(q(k) − q(k−1)). When the sum falls below −allowance, the controller adds −α·v with the
-/// least α that would win the deficit back within the next period, at most the damping limit. The sum is kept at
-/// store_J at most.
+/// between samples: −τ(k−1)·(q(k) − q(k−1)). When the sum falls below −allowance, the controller adds −α·v; α goes
+/// towards what would win the deficit back within the next period, at most the damping limit, over kEngage_s, and
+/// away over kRelease_s, so that the guard itself is no kick. The sum is kept at store_J at most.
 class PassivityGuard {
  public:
   explicit PassivityGuard(const PassivityParameters& parameters) : parameters_(parameters) {}
 
+  static constexpr double kEngage_s = 0.01, kRelease_s = 0.1;
+
   /// The torque to render instead of `torque_Nm` at the device's position and velocity. Values that are not finite
-  /// are taken as no torque. Real-time safe: yes.
+  /// are taken as no torque. `authority` 0…1 scales the damping; at 0 the balance begins anew. Real-time safe: yes.
   core::JointArray step(const core::JointArray& torque_Nm, const core::JointArray& position,
-                        const core::JointArray& velocity, double dt_s) noexcept;
+                        const core::JointArray& velocity, double authority, double dt_s) noexcept;
 
   /// Whether damping was added in the last step.
   bool active() const noexcept { return active_; }
@@ -40,8 +42,10 @@ class PassivityGuard {
   double energy_J(std::size_t joint) const noexcept { return energy_J_[joint]; }
 
  private:
+  double damping_for(std::size_t joint, double velocity, double dt_s) noexcept;
+
   PassivityParameters parameters_;
-  core::JointArray energy_J_{}, last_torque_Nm_{}, last_position_{};
+  core::JointArray energy_J_{}, damping_{}, last_torque_Nm_{}, last_position_{};
   bool started_ = false, active_ = false;
 };
 

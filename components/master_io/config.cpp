@@ -14,6 +14,8 @@ using runtime::ConfigReader;
 
 void read_link(const ConfigReader& section, const robot::SerialArm& arm, Config& config) {
   config.link.staleness_s = section.number("staleness_s", config.link.staleness_s, {0.002, 2, "s"});
+  config.link.round_trip_limit_s =
+      section.number("round_trip_limit_s", config.link.round_trip_limit_s, {0.002, 10, "s"});
   config.link.align_hold_s = section.number("align_hold_s", config.link.align_hold_s, {0, 5, "s"});
   config.link.recovery_s = section.number("recovery_s", config.link.recovery_s, {0, 60, "s"});
   config.align_tolerance = robot::by_joint_type(arm, section.number("tolerance_rad", 0.02, {1e-6, 1, "rad"}),

@@ -28,6 +28,11 @@ msg::Echo echo_of(const EchoStamp& stamp) {
   return echo;
 }
 
+/// When the sample was made that an echo names; 0 if it is not this process's.
+core::Nanoseconds answered(const msg::Echo& echo, std::uint64_t own_session) {
+  return echo.session() == own_session && echo.sequence_number() != 0 ? echo.monotonic_ns() : 0;
+}
+
 bool non_negative(const core::JointArray& values, std::size_t count) noexcept {
   return core::all_finite(values, count) &&
          std::all_of(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count),
@@ -91,10 +96,12 @@ const char* refusal(const msg::DragField& field, const Expectations& expected) n
   return nullptr;
 }
 
-SlaveSample to_sample(const msg::SlaveState& slave, core::Nanoseconds received_ns) noexcept {
+SlaveSample to_sample(const msg::SlaveState& slave, core::Nanoseconds received_ns,
+                      std::uint64_t own_session) noexcept {
   SlaveSample sample;
   sample.received_ns = received_ns;
   sample.stamp = stamp_of(slave.stamp());
+  sample.answers_ns = answered(slave.master_echo(), own_session);
   sample.state = static_cast<teleop::LinkState>(slave.state());
   sample.motion = {slave.position_rad(), slave.velocity_rad_s()};
   sample.effort = {slave.loop_torque_Nm(), slave.external_torque_Nm()};
@@ -106,10 +113,12 @@ SlaveSample to_sample(const msg::SlaveState& slave, core::Nanoseconds received_n
   return sample;
 }
 
-DragSample to_sample(const msg::DragField& field, core::Nanoseconds received_ns) noexcept {
+DragSample to_sample(const msg::DragField& field, core::Nanoseconds received_ns,
+                     std::uint64_t own_session) noexcept {
   DragSample sample;
   sample.received_ns = received_ns;
   sample.stamp = stamp_of(field.stamp());
+  sample.answers_ns = answered(field.master_echo(), own_session);
   sample.drag.valid = field.valid();
   sample.drag.plus = field.coefficient_plus();
   sample.drag.minus = field.coefficient_minus();
@@ -219,7 +228,7 @@ struct DdsAdapter::Impl {
     const char* reason = refusal(sample, expected);
     if (reason == nullptr && !slave_order.accept(sample.stamp()))
       reason = "it is older than one that came before";
-    if (reason == nullptr) return inbox.slave.write(to_sample(sample, now_ns));
+    if (reason == nullptr) return inbox.slave.write(to_sample(sample, now_ns, participant.session()));
     slave.count_refused();
     slave_refusals.tell(reason, sample.joint_count(), expected.joint_count, now_ns);
   }
@@ -232,7 +241,7 @@ struct DdsAdapter::Impl {
       field.count_refused();
       return field_refusals.tell(reason, sample.joint_count(), expected.joint_count, now_ns);
     }
-    DragSample drag = to_sample(sample, now_ns);
+    DragSample drag = to_sample(sample, now_ns, participant.session());
     drag.round_trip_s = round_trip.measure(sample, now_ns);
     if (drag.round_trip_s >= 0.0) {
       const std::lock_guard lock(mutex);

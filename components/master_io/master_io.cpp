@@ -13,6 +13,7 @@ MasterIo::MasterIo(const Config& config)
       align_tolerance_(config.align_tolerance),
       torque_limit_Nm_(config.device.torque_limit_Nm),
       percept_staleness_s_(config.percept_staleness_s),
+      round_trip_limit_s_(config.link.round_trip_limit_s),
       link_(config.link),
       percept_(config.percept),
       feedback_(config.feedback) {}
@@ -22,13 +23,14 @@ MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
   const bool agree =
       teleop::pose_difference(in.slave.motion.position, in.position, align_tolerance_, count_) <= 1.0;
   out.state = link_.step({.partner_age_s = in.slave_age_s,
+                          .round_trip_s = in.slave_round_trip_s,
                           .partner = in.slave.state,
                           .poses_agree = agree,
                           .requests = in.wishes.requests},
                          dt_s);
   const bool coupled = out.state == LinkState::kCoupled;
   out.percept_enabled = in.percept_wanted && in.wishes.percept_enabled;
-  const bool fresh = in.drag_age_s <= percept_staleness_s_;
+  const bool fresh = in.drag_age_s <= percept_staleness_s_ && in.drag_round_trip_s <= round_trip_limit_s_;
   const auto percept = percept_.step(in.drag.drag, fresh, coupled && out.percept_enabled,
                                      in.wishes.percept_gain, in.velocity, dt_s);
   out.percept_Nm = percept.torque_Nm;

@@ -23,6 +23,7 @@ struct EchoStamp {
 struct SlaveSample {
   core::Nanoseconds received_ns = 0;  ///< this host's monotonic clock; 0: none yet
   EchoStamp stamp;
+  core::Nanoseconds answers_ns = 0;  ///< when the master_state was made that it follows; 0: none of ours
   teleop::LinkState state = teleop::LinkState::kInit;
   teleop::JointMotion motion;
   teleop::SlaveEffort effort;
@@ -38,6 +39,7 @@ struct DragSample {
   core::Nanoseconds received_ns = 0;  ///< 0: none yet
   EchoStamp stamp;
   teleop::DragCoefficients drag;
+  core::Nanoseconds answers_ns = 0;  ///< when the master_state was made that it goes back to; 0: none of ours
   double round_trip_s = -1.0;  ///< from our master_state that it goes back to; −1: not a new one
 };
 
@@ -60,7 +62,9 @@ struct MasterInputs {
   SlaveSample slave;
   DragSample drag;
   double slave_age_s = std::numeric_limits<double>::infinity();  ///< since received; ∞: none yet
+  double slave_round_trip_s = 0.0;  ///< since the master_state was made that it answers; 0: none of ours yet
   double drag_age_s = std::numeric_limits<double>::infinity();
+  double drag_round_trip_s = 0.0;
   PhantomContact phantom;
   double phantom_age_s = std::numeric_limits<double>::infinity();
   Wishes wishes;
@@ -100,7 +104,7 @@ class MasterIo {
   std::size_t count_;
   ContactSource contact_source_;
   core::JointArray align_tolerance_, torque_limit_Nm_;
-  double percept_staleness_s_;
+  double percept_staleness_s_, round_trip_limit_s_;
   teleop::LinkMonitor link_;
   teleop::PerceptRenderer percept_;
   teleop::FeedbackRenderer feedback_;

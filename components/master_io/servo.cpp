@@ -22,10 +22,13 @@ void Servo::read_inbox(core::Nanoseconds now_ns) noexcept {
   drag_is_new_ = inbox_.drag.read(inputs_.drag);
   inbox_.phantom.read(inputs_.phantom);
   inbox_.wishes.read(inputs_.wishes);
-  if (inputs_.slave.received_ns != 0) inputs_.slave_age_s = core::seconds(now_ns - inputs_.slave.received_ns);
-  if (inputs_.drag.received_ns != 0) inputs_.drag_age_s = core::seconds(now_ns - inputs_.drag.received_ns);
+  const auto since_s = [now_ns](core::Nanoseconds then_ns) { return core::seconds(now_ns - then_ns); };
+  if (inputs_.slave.received_ns != 0) inputs_.slave_age_s = since_s(inputs_.slave.received_ns);
+  if (inputs_.drag.received_ns != 0) inputs_.drag_age_s = since_s(inputs_.drag.received_ns);
+  inputs_.slave_round_trip_s = inputs_.slave.answers_ns != 0 ? since_s(inputs_.slave.answers_ns) : 0.0;
+  inputs_.drag_round_trip_s = inputs_.drag.answers_ns != 0 ? since_s(inputs_.drag.answers_ns) : 0.0;
   if (inputs_.phantom.received_ns != 0)
-    inputs_.phantom_age_s = core::seconds(now_ns - inputs_.phantom.received_ns);
+    inputs_.phantom_age_s = since_s(inputs_.phantom.received_ns);
 }
 
 void Servo::step(MasterReport& report) noexcept {

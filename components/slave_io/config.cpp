@@ -94,6 +94,8 @@ Config load_config(const std::filesystem::path& path, const robot::SerialArm& ar
   config.force_sensor = file.flag("force_sensor", false);
   const ConfigReader link = file.optional_section("link");
   config.link.staleness_s = link.number("staleness_s", config.link.staleness_s, {0.002, 2, "s"});
+  config.link.round_trip_limit_s =
+      link.number("round_trip_limit_s", config.link.round_trip_limit_s, {0.002, 10, "s"});
   config.link.align_hold_s = link.number("align_hold_s", config.link.align_hold_s, {0, 5, "s"});
   config.link.recovery_s = link.number("recovery_s", config.link.recovery_s, {0, 60, "s"});
   read_plant(file.section("plant"), arm, home, config.plant);

@@ -26,10 +26,14 @@ const char* refusal(const msg::MasterState& master, std::size_t joint_count) noe
   return nullptr;
 }
 
-MasterSample to_sample(const msg::MasterState& master, core::Nanoseconds received_ns) noexcept {
+MasterSample to_sample(const msg::MasterState& master, core::Nanoseconds received_ns,
+                       std::uint64_t own_session) noexcept {
   const auto& stamp = master.stamp();
+  const auto& echo = master.slave_echo();
+  const bool ours = echo.session() == own_session && echo.sequence_number() != 0;
   return {received_ns,
           {stamp.sequence_number(), stamp.monotonic_ns(), stamp.session()},
+          ours ? echo.monotonic_ns() : 0,
           static_cast<teleop::LinkState>(master.state()),
           master.position_rad(),
           master.velocity_rad_s()};
@@ -83,7 +87,7 @@ struct DdsAdapter::Impl {
   void on_master(const msg::MasterState& sample, const dds::SampleInfo& info) {
     const char* reason = refusal(sample, joint_count);
     if (reason == nullptr && !order.accept(sample.stamp())) reason = "it is older than one that came before";
-    if (reason == nullptr) return inbox.master.write(to_sample(sample, info.received_ns));
+    if (reason == nullptr) return inbox.master.write(to_sample(sample, info.received_ns, participant.session()));
     master.count_refused();
     if (info.received_ns < quiet_until_ns) return;
     quiet_until_ns = info.received_ns + kWarnEvery_ns;

@@ -19,6 +19,8 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
   inbox_.requests.read(inputs_.requests);
   if (inputs_.master.received_ns != 0)
     inputs_.master_age_s = core::seconds(now_ns - inputs_.master.received_ns);
+  inputs_.master_round_trip_s =
+      inputs_.master.answers_ns != 0 ? core::seconds(now_ns - inputs_.master.answers_ns) : 0.0;
   SlaveReport report;
   const int periods = std::clamp(static_cast<int>(std::lround(dt_s / period_s_)), 1, kMostMadeUp);
   for (int k = 0; k < periods; ++k) {

@@ -45,6 +45,7 @@ SlaveOutputs SlaveIo::step(const SlaveInputs& in, double dt_s) noexcept {
       teleop::pose_difference(in.master.position, in.position, align_tolerance_, count_) <= 1.0;
   SlaveOutputs out;
   out.state = link_.step({.partner_age_s = in.master_age_s,
+                          .round_trip_s = in.master_round_trip_s,
                           .partner = in.master.state,
                           .poses_agree = agree,
                           .requests = in.requests},

@@ -24,6 +24,7 @@ struct EchoStamp {
 struct MasterSample {
   core::Nanoseconds received_ns = 0;  ///< this host's monotonic clock; 0: none yet
   EchoStamp stamp;
+  core::Nanoseconds answers_ns = 0;  ///< when the slave_state was made that it answers; 0: none of ours
   teleop::LinkState state = teleop::LinkState::kInit;
   core::JointArray position{};  ///< rad or m, in this arm's coordinates
   core::JointArray velocity{};
@@ -32,6 +33,7 @@ struct MasterSample {
 struct SlaveInputs {
   MasterSample master;
   double master_age_s = std::numeric_limits<double>::infinity();  ///< since it was received; ∞: none yet
+  double master_round_trip_s = 0.0;  ///< since the slave_state was made that it answers; 0: none of ours yet
   teleop::StopRequests requests;
   core::JointArray position{};  ///< as the encoders say
   core::JointArray velocity{};

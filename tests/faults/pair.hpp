@@ -149,11 +149,11 @@ class Pair {
     }();
     down.receive(now_ns, [&](const msg::SlaveState& state) {
       if (master_io::refusal(state, expected) == nullptr && slave_heard_.accept(state.stamp()))
-        master_inbox_->slave.write(master_io::to_sample(state, now_ns));
+        master_inbox_->slave.write(master_io::to_sample(state, now_ns, master_numbers_.session));
     });
     drag.receive(now_ns, [&](const msg::DragField& field) {
       if (master_io::refusal(field, expected) == nullptr && drag_heard_.accept(field.stamp()))
-        master_inbox_->drag.write(master_io::to_sample(field, now_ns));
+        master_inbox_->drag.write(master_io::to_sample(field, now_ns, master_numbers_.session));
     });
     wishes_.requests = requests;
     master_inbox_->wishes.write(wishes_);
@@ -167,7 +167,7 @@ class Pair {
   void tick_slave() {
     up.receive(now_ns, [&](const msg::MasterState& state) {
       if (slave_io::refusal(state, kJoints) == nullptr && master_heard_.accept(state.stamp()))
-        slave_inbox_->master.write(slave_io::to_sample(state, now_ns));
+        slave_inbox_->master.write(slave_io::to_sample(state, now_ns, slave_numbers_.session));
     });
     slave_inbox_->requests.write(requests);
     slave_->tick(kTick_s, now_ns);
@@ -182,6 +182,7 @@ class Pair {
     msg::DragField field;
     field.stamp(phantom_numbers_.next(now_ns));
     field.joint_count(static_cast<std::uint32_t>(wrong_joints ? 6 : kJoints));
+    field.master_echo(slave_io::to_message(slave_now, kJoints).master_echo());
     field.valid(true);
     field.coefficient_plus().fill(0.05);
     field.coefficient_minus().fill(0.05);

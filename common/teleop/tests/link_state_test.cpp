@@ -96,8 +96,8 @@ struct Pair {
     for (double t = 0; t < duration_s; t += 0.001) {
       const LinkState m = master.state(), s = slave.state();
       age_s = connected ? 0.001 : age_s + 0.001;
-      master.step({age_s, s, agree, master_requests}, 0.001);
-      slave.step({age_s, m, agree, {}}, 0.001);
+      master.step({.partner_age_s = age_s, .partner = s, .poses_agree = agree, .requests = master_requests}, 0.001);
+      slave.step({.partner_age_s = age_s, .partner = m, .poses_agree = agree, .requests = {}}, 0.001);
     }
   }
   double age_s = std::numeric_limits<double>::infinity();
@@ -138,7 +138,23 @@ TEST(LinkMonitor, StalenessIsNoticedWithinTheLimitAndTwoPeriods) {
 
 TEST(LinkMonitor, AgesThatAreNotNumbersAreStale) {
   LinkMonitor monitor(LinkTiming{});
-  EXPECT_EQ(monitor.step({std::numeric_limits<double>::quiet_NaN(), kCoupled, true, {}}, 0.001), kInit);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(monitor.step({.partner_age_s = nan, .partner = kCoupled, .poses_agree = true}, 0.001), kInit);
+  EXPECT_EQ(monitor.step({.partner_age_s = 0.0, .round_trip_s = nan, .partner = kCoupled, .poses_agree = true}, 0.001),
+            kInit);
+}
+
+TEST(LinkMonitor, SamplesThatComeRegularlyButLateAreStale) {
+  const LinkTiming timing{.staleness_s = 0.02, .round_trip_limit_s = 0.1};
+  for (const bool late : {false, true}) {
+    LinkMonitor monitor(timing);
+    const LinkObservation in_time{.partner_age_s = 0.001, .round_trip_s = 0.004, .partner = kCoupled, .poses_agree = true};
+    for (int i = 0; i < 500; ++i) monitor.step(in_time, 0.001);
+    ASSERT_EQ(monitor.state(), kCoupled);
+    LinkObservation now = in_time;
+    now.round_trip_s = late ? 0.101 : 0.099;
+    EXPECT_EQ(monitor.step(now, 0.001), late ? LinkState::kDegraded : kCoupled);
+  }
 }
 
 TEST(LinkMonitor, EmergencyStopStaysUntilReset) {

@@ -63,7 +63,7 @@ TEST(Teleop, StepsDoNotAllocate) {
   bool touched = false;
   for (int i = 0; i < 20000; ++i) {
     const test::HeapGuard guard;
-    link.step({0.001, LinkState::kCoupled, true, false, false}, 0.001);
+    link.step({.partner_age_s = 0.001, .partner = LinkState::kCoupled, .poses_agree = true}, 0.001);
     script.step(master.true_position(), true, slave.contact().contact, 0.001);
     const auto out = percept.step(drag, true, script.percept_on(), 5, master.velocity(), 0.001);
     const auto torque = servo.step(master.position(), master.velocity(), slave.position(), slave.velocity(),

@@ -34,7 +34,7 @@ double deflection_after(bool guarded, int delay_ticks, double stiffness) {
   for (int i = 0; i < 10000; ++i) {
     const double spring_Nm = -stiffness * late.front();
     late.pop_front();
-    const double torque_Nm = guard.step(first(std::clamp(spring_Nm, -4.0, 4.0)), first(q), first(v), kDt)[0];
+    const double torque_Nm = guard.step(first(std::clamp(spring_Nm, -4.0, 4.0)), first(q), first(v), 1.0, kDt)[0];
     v += kDt / 0.05 * torque_Nm;
     q += kDt * v;
     late.push_back(q);
@@ -56,7 +56,7 @@ TEST(PassivityGuard, LetsADissipativeFeedbackThroughUntouched) {
   double q = 0.0;
   for (int i = 0; i < 5000; ++i) {
     const double v = std::sin(0.002 * i);
-    const auto torque = guard.step(first(-0.7 * v), first(q), first(v), kDt);
+    const auto torque = guard.step(first(-0.7 * v), first(q), first(v), 1.0, kDt);
     ASSERT_EQ(torque[0], -0.7 * v) << i;
     ASSERT_FALSE(guard.active());
     q += kDt * v;
@@ -68,33 +68,50 @@ TEST(PassivityGuard, AnEnergyThatTheAllowanceCoversPasses) {
   PassivityGuard guard(one_joint(0.5, 1.0, 10.0));  // a weight of 1 N·m lowered by 0.4 rad gives 0.4 J
   for (int i = 0; i <= 400; ++i) {
     const double q = 0.001 * i;
-    EXPECT_EQ(guard.step(first(1.0), first(q), first(1.0), kDt)[0], 1.0);
+    EXPECT_EQ(guard.step(first(1.0), first(q), first(1.0), 1.0, kDt)[0], 1.0);
   }
   EXPECT_NEAR(guard.energy_J(0), -0.4, 1e-9);
 }
 
-// Property: with damping to spare the balance comes back above −allowance within a period, whatever the torque.
-TEST(PassivityGuard, TheBalanceNeverStaysBelowTheAllowance) {
+// Property: whatever the torque, what is given beyond the allowance is bounded, and the guard itself never jerks.
+TEST(PassivityGuard, TheBalanceNeverFallsFarBelowTheAllowance) {
+  constexpr double kLimit = 8.0, kTorque_Nm = 3.0;
   std::mt19937 random(4);
   std::uniform_real_distribution<double> any(-1, 1);
-  PassivityGuard guard(one_joint(0.01, 0.05, 1e6));
-  double q = 0.0, v = 1.0, lowest_J = 0.0;
+  PassivityGuard guard(one_joint(0.01, 0.05, kLimit));
+  double q = 0.0, v = 1.0, lowest_J = 0.0, damping_before_Nm = 0.0, v_before = v;
   for (int i = 0; i < 50000; ++i) {
-    v += 0.02 * any(random);
-    const double torque_Nm = guard.step(first(3.0 * (v > 0 ? 1 : -1) * std::abs(any(random))), first(q), first(v), kDt)[0];
-    ASSERT_TRUE(std::isfinite(torque_Nm));
+    v = std::clamp(v + 0.02 * any(random), -1.0, 1.0);
+    const double active_Nm = kTorque_Nm * (v > 0 ? 1 : -1) * std::abs(any(random)) * std::abs(v);
+    const double torque_Nm = guard.step(first(active_Nm), first(q), first(v), 1.0, kDt)[0];
+    const double damping_Nm = torque_Nm - active_Nm;
+    ASSERT_LE(damping_Nm * v, 1e-12);
+    ASSERT_LE(std::abs(damping_Nm), kLimit * std::abs(v) + 1e-12);
+    const double most_Nm = kLimit * (kDt / PassivityGuard::kEngage_s * std::abs(v) + std::abs(v - v_before)) + 1e-9;
+    ASSERT_LE(std::abs(damping_Nm - damping_before_Nm), most_Nm);
+    damping_before_Nm = damping_Nm, v_before = v;
     q += kDt * v;
     lowest_J = std::min(lowest_J, guard.energy_J(0));
   }
-  EXPECT_GT(lowest_J, -0.01 - 2 * 3.0 * kDt * 3.0);
+  // Until the guard has engaged, the feedback can give at most torque × speed × time.
+  EXPECT_GT(lowest_J, -0.01 - 2 * kTorque_Nm * 1.0 * PassivityGuard::kEngage_s);
   EXPECT_LT(lowest_J, -0.01);  // it was put to the test
+}
+
+TEST(PassivityGuard, WithoutAuthorityItDoesNothingAndForgets) {
+  PassivityGuard guard(one_joint(0.0, 0.05, 8.0));
+  for (int i = 0; i < 100; ++i) guard.step(first(2.0), first(0.001 * i), first(1.0), 1.0, kDt);
+  EXPECT_TRUE(guard.active());
+  EXPECT_EQ(guard.step(first(0.0), first(0.1), first(1.0), 0.0, kDt)[0], 0.0);
+  EXPECT_FALSE(guard.active());
+  EXPECT_EQ(guard.energy_J(0), 0.0);
 }
 
 TEST(PassivityGuard, NumbersThatAreNoneGiveNoTorqueAndSpoilNothing) {
   PassivityGuard guard(one_joint(0.0, 1.0, 10.0));
-  EXPECT_EQ(guard.step(first(std::nan("")), first(0), first(1), kDt)[0], 0.0);
-  EXPECT_EQ(guard.step(first(1.0), first(std::nan("")), first(std::nan("")), kDt)[0], 1.0);
-  EXPECT_EQ(guard.step(first(-1.0), first(0.01), first(1), kDt)[0], -1.0);
+  EXPECT_EQ(guard.step(first(std::nan("")), first(0), first(1), 1.0, kDt)[0], 0.0);
+  EXPECT_EQ(guard.step(first(1.0), first(std::nan("")), first(std::nan("")), 1.0, kDt)[0], 1.0);
+  EXPECT_EQ(guard.step(first(-1.0), first(0.01), first(1), 1.0, kDt)[0], -1.0);
   EXPECT_TRUE(std::isfinite(guard.energy_J(0)));
 }
 

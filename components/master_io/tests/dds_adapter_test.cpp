@@ -53,7 +53,7 @@ TEST(MasterAdapter, AValidSlaveStateComesThroughWhole) {
   slave.tool_speed_m_s(0.3);
   slave.clearance_m(0.02);
   ASSERT_EQ(refusal(slave, expected()), nullptr);
-  const auto sample = to_sample(slave, 77);
+  const auto sample = to_sample(slave, 77, 8);
   EXPECT_EQ(sample.received_ns, 77);
   EXPECT_EQ(sample.state, teleop::LinkState::kAligned);
   EXPECT_EQ(sample.motion.position[1], 0.5);

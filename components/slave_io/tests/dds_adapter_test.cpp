@@ -26,7 +26,7 @@ TEST(SlaveAdapter, AValidMasterStateComesThroughWhole) {
   auto master = good();
   master.velocity_rad_s()[2] = -0.4;
   EXPECT_EQ(refusal(master, 7), nullptr);
-  const auto sample = to_sample(master, 5000);
+  const auto sample = to_sample(master, 5000, 8);
   EXPECT_EQ(sample.received_ns, 5000);
   EXPECT_EQ(sample.stamp.sequence_number, 7U);
   EXPECT_EQ(sample.stamp.monotonic_ns, 123);
