@@ -28,6 +28,12 @@ BoundingBox TriangleMesh::bounding_box() const {
   return box;
 }
 
+bool TriangleMesh::all_finite() const {
+  float sum = 0.0F;  // stays 0 unless a term is not finite: 0 · ∞ and 0 · NaN are NaN
+  for (const auto& vertex : vertices_m) sum += 0.0F * vertex.x() + 0.0F * vertex.y() + 0.0F * vertex.z();
+  return sum == 0.0F;
+}
+
 TriangleMesh TriangleMesh::transformed(const Pose& X_AB) const {
   TriangleMesh moved{{}, triangles};
   moved.vertices_m.reserve(vertices_m.size());

@@ -35,6 +35,8 @@ struct TriangleMesh {
 
   /// Box around the vertices that triangles use or not; empty for a mesh without vertices.
   BoundingBox bounding_box() const;
+  /// Whether no coordinate is NaN or infinite.
+  bool all_finite() const;
   /// The mesh with every vertex moved by `X_AB`: from frame B into frame A.
   TriangleMesh transformed(const Pose& X_AB) const;
   /// FNV-1a 64 over the vertices (float32 xyz, little endian) and then the triangles (uint32 abc, little

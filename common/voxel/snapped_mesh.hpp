@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/voxel/voxel_box.hpp"
@@ -15,17 +16,35 @@ inline constexpr std::int64_t kSub = 1 << kSubBits;  // one voxel
 inline constexpr std::int64_t kReach =
     1LL << (14 + kSubBits);  // farthest coordinate: products of differences fit 63 bits
 
-using SnappedPoint = std::array<std::int64_t, 3>;  // in 1/kSub voxel from the box's corner
-using SnappedTriangle = std::array<SnappedPoint, 3>;
+using SnappedPoint = std::array<std::int32_t, 3>;  // in 1/kSub voxel from the box's corner
+using Corners = std::array<std::uint32_t, 3>;      // indices of points
 
-/// XORs into `toggles`, for every line along `axis` (0, 1, 2) through voxel centres and every triangle that
-/// it crosses, the first voxel whose centre is not before the crossing; crossings before the box toggle its
-/// first voxel, those behind it nothing. `parity` gets, per line, whether the number of crossings is odd: one
-/// bit per (u, v), u = axis+1, v = axis+2.
-void toggle_crossings(const std::vector<SnappedTriangle>& triangles, int axis, BitVolume& toggles,
-                      BitVolume& parity);
+struct SnappedMesh {
+  std::vector<SnappedPoint> points;
+  std::span<const Corners> triangles;
+};
 
-/// Sets the bits of all voxels that the triangle passes through.
-void mark_triangle(const SnappedTriangle& triangle, BitVolume& boundary);
+/// Layers [first, last) of a volume.
+struct Slab {
+  std::int32_t first, last;
+};
+
+/// Sets the bits of all voxels of the slab (along z) that a triangle passes through: triangle and voxel are
+/// closed sets, but the voxels that only touch the upper end of the triangle's box from above are those that
+/// floor() names.
+void mark_triangles(const SnappedMesh& mesh, Slab z, BitVolume& boundary);
+
+/// How a mesh crosses the lines along one axis through the voxel centres.
+struct LineSigns {
+  bool positive = false, negative = false;  ///< winding numbers of either sign occur
+};
+
+/// Winding number along x at every voxel centre of the slab (along z); sets `inside` where it is not 0. The mesh
+/// must be a closed, oriented surface: what enters leaves.
+LineSigns fill_inside(const SnappedMesh& mesh, Slab z, BitVolume& inside);
+
+/// The same along x, y or z for any mesh. A line whose crossings do not add up to 0 says nothing: it is set in
+/// `silent`, which has one bit per line: (y, z) for x, (x, z) for y, (x, y) for z, and its voxels stay 0.
+void fill_inside_along(int axis, const SnappedMesh& mesh, BitVolume& inside, BitVolume& silent);
 
 }  // namespace phantom::voxel::detail

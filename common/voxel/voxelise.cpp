@@ -1,146 +1,146 @@
 #include "common/voxel/voxelise.hpp"
 
 #include <algorithm>
+#include <atomic>
+#include <bit>
 #include <cmath>
+#include <numeric>
 #include <string>
+#include <thread>
 
+#include "common/geometry/mesh_topology.hpp"
+#include "common/geometry/winding_number.hpp"
+#include "common/voxel/mended_mesh.hpp"
 #include "common/voxel/snapped_mesh.hpp"
 
 namespace phantom::voxel {
 namespace {
 
+using detail::Corners;
 using detail::kReach;
 using detail::kSub;
+using detail::LineSigns;
+using detail::Slab;
+using detail::SnappedMesh;
 using detail::SnappedPoint;
-using detail::SnappedTriangle;
-using Corners = std::array<std::uint32_t, 3>;
 
-std::uint64_t scramble(std::uint64_t h) {
-  h = (h ^ (h >> 31)) * 0x9e3779b97f4a7c15ULL;
-  h = (h ^ (h >> 29)) * 0xd6e8feb86659fd93ULL;
-  return h ^ (h >> 32);
-}
-
-/// The same triangle, the same way round, always named alike.
-Corners canonical(Corners t) {
-  std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
-  return t;
-}
-
-/// Triangles without those named before.
-std::vector<Corners> without_duplicates(const std::vector<Corners>& triangles, std::size_t& duplicates) {
-  std::size_t slots = 16;
-  while (slots < 2 * triangles.size()) slots *= 2;
-  std::vector<std::uint32_t> table(slots, 0);  // index + 1 into `unique`
-  std::vector<Corners> unique;
-  unique.reserve(triangles.size());
-  for (const Corners& triangle : triangles) {
-    const Corners t = canonical(triangle);
-    std::size_t slot =
-        scramble(t[0] + (static_cast<std::uint64_t>(t[1]) << 32) + scramble(t[2])) & (slots - 1);
-    while (table[slot] != 0 && unique[table[slot] - 1] != t) slot = (slot + 1) & (slots - 1);
-    if (table[slot] != 0) {
-      ++duplicates;
-      continue;
-    }
-    unique.push_back(t);
-    table[slot] = static_cast<std::uint32_t>(unique.size());
-  }
-  return unique;
-}
-
-/// Whether every edge belongs to an even number of triangles: the XOR of a scrambled name per edge cancels
-/// out.
-bool is_closed(const std::vector<Corners>& triangles) {
-  std::uint64_t sum = 0;
-  for (const Corners& t : triangles) {
-    for (int i = 0; i < 3; ++i) {
-      const std::uint64_t a = t[i], b = t[(i + 1) % 3];
-      sum ^= scramble((std::min(a, b) << 32 | std::max(a, b)) + 1);
-    }
-  }
-  return sum == 0;
+/// Runs work(slab) on slabs of the layers [0, layers), one a thread.
+template <class Work>
+void in_slabs(std::int32_t layers, int threads, const Work& work) {
+  const std::int32_t count = std::clamp<std::int32_t>(threads, 1, std::max(1, layers));
+  const auto slab = [&](std::int32_t i) {
+    return Slab{static_cast<std::int32_t>(std::int64_t{layers} * i / count),
+                static_cast<std::int32_t>(std::int64_t{layers} * (i + 1) / count)};
+  };
+  std::vector<std::jthread> others;
+  for (std::int32_t i = 1; i < count; ++i) others.emplace_back([&, i] { work(slab(i)); });
+  work(slab(0));
 }
 
 /// Vertices in 1/kSub voxel from the box's corner; false if one is out of reach.
 bool snap(const geometry::TriangleMesh& mesh_W, const GridSpec& grid, const VoxelBox& box,
           std::vector<SnappedPoint>& points) {
-  points.reserve(mesh_W.vertices_m.size());
-  const Eigen::Vector3d corner(box.min.x, box.min.y, box.min.z);
-  for (const auto& vertex : mesh_W.vertices_m) {
-    const Eigen::Vector3d p =
-        ((vertex.cast<double>() - grid.origin_m) / grid.voxel_size_m - corner) * static_cast<double>(kSub);
-    if (!(p.cwiseAbs().maxCoeff() < static_cast<double>(kReach))) return false;
-    points.push_back({std::llround(p.x()), std::llround(p.y()), std::llround(p.z())});
+  constexpr double kRounder = 0x1.8p52;  // adding it rounds to a whole number, ties to even
+  points.resize(mesh_W.vertices_m.size());
+  const double corner[3] = {static_cast<double>(box.min.x), static_cast<double>(box.min.y),
+                            static_cast<double>(box.min.z)};
+  double farthest = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto a = static_cast<Eigen::Index>(axis);
+      const double p = ((static_cast<double>(mesh_W.vertices_m[i][a]) - grid.origin_m[a]) / grid.voxel_size_m -
+                        corner[axis]) *
+                       static_cast<double>(kSub);
+      const double held = std::clamp(p, -2.0 * kReach, 2.0 * kReach);
+      farthest = std::max(farthest, std::abs(held));
+      points[i][axis] = static_cast<std::int32_t>((held + kRounder) - kRounder);
+    }
   }
-  return true;
+  return farthest < static_cast<double>(kReach);
 }
 
-void fill_along_x(BitVolume& volume) {
-  const std::size_t words = volume.words_per_row();
-  for (std::int32_t z = 0; z < volume.size()[2]; ++z) {
-    for (std::int32_t y = 0; y < volume.size()[1]; ++y) {
-      std::uint64_t* row = volume.row(y, z);
-      std::uint64_t carry = 0;  // all ones while inside
-      for (std::size_t i = 0; i < words; ++i) {
-        std::uint64_t w = row[i];
-        for (int shift = 1; shift < 64; shift *= 2) w ^= w << shift;
-        row[i] = w ^ carry;
-        carry = row[i] >> 63 != 0 ? ~std::uint64_t{0} : 0;
+LineSigns fill_closed(const SnappedMesh& mesh, int threads, BitVolume& inside) {
+  std::atomic<bool> positive = false, negative = false;
+  in_slabs(inside.size()[2], threads, [&](Slab z) {
+    const LineSigns signs = detail::fill_inside(mesh, z, inside);
+    if (signs.positive) positive = true;
+    if (signs.negative) negative = true;
+  });
+  return {positive, negative};
+}
+
+/// What the lines along the axes say about each voxel.
+struct Votes {
+  BitVolume inside[3], silent[3];
+};
+
+Votes ask_all_axes(const SnappedMesh& mesh, const VoxelBox& box) {
+  const auto& n = box.size;
+  Votes votes;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    votes.inside[axis] = BitVolume(n);
+    votes.silent[axis] = BitVolume({n[axis == 0 ? 1 : 0], n[axis == 2 ? 1 : 2], 1});
+    detail::fill_inside_along(static_cast<int>(axis), mesh, votes.inside[axis], votes.silent[axis]);
+  }
+  return votes;
+}
+
+/// Settles rows of the slab: agreed voxels as agreed, the others by the winding number; returns how many those are.
+std::size_t settle(const Votes& votes, Slab slab, const geometry::WindingTree& tree, const GridSpec& grid,
+                   const VoxelBox& box, BitVolume& inside) {
+  std::size_t disputed_voxels = 0;
+  for (std::int32_t z = slab.first; z < slab.last; ++z) {
+    for (std::int32_t y = 0; y < box.size[1]; ++y) {
+      for (std::size_t i = 0; i < inside.words_per_row(); ++i) {
+        const std::uint64_t silent_x = votes.silent[0].get(y, z, 0) ? ~std::uint64_t{0} : 0;
+        const std::uint64_t silent[3] = {silent_x, votes.silent[1].row(z, 0)[i], votes.silent[2].row(y, 0)[i]};
+        std::uint64_t in[3], out[3];
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          in[axis] = votes.inside[axis].row(y, z)[i] & ~silent[axis];
+          out[axis] = ~votes.inside[axis].row(y, z)[i] & ~silent[axis];
+        }
+        const auto any = [](const std::uint64_t* bits) { return bits[0] | bits[1] | bits[2]; };
+        const auto two = [](const std::uint64_t* b) { return (b[0] & b[1]) | (b[1] & b[2]) | (b[2] & b[0]); };
+        std::uint64_t word = two(in) & ~any(out);
+        const std::int32_t first_x = static_cast<std::int32_t>(i * 64), left = box.size[0] - first_x;
+        const std::uint64_t valid = left >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << left) - 1;
+        std::uint64_t disputed = ~(word | (two(out) & ~any(in))) & valid;
+        disputed_voxels += static_cast<std::size_t>(std::popcount(disputed));
+        for (; disputed != 0; disputed &= disputed - 1) {
+          const std::int32_t x = first_x + std::countr_zero(disputed);
+          const double w = tree.at(grid.centre_of({box.min.x + x, box.min.y + y, box.min.z + z}));
+          if (std::abs(w) > 0.5) word |= std::uint64_t{1} << (x & 63);
+        }
+        inside.row(y, z)[i] = word & valid;
       }
-      if (const int rest = volume.size()[0] & 63; rest != 0) row[words - 1] &= (std::uint64_t{1} << rest) - 1;
     }
   }
+  return disputed_voxels;
 }
 
-/// The same along y or z, where 64 lines stand side by side in a word.
-void fill_along(int axis, BitVolume& volume) {
-  if (axis == 0) return fill_along_x(volume);
-  for (std::int32_t z = axis == 2 ? 1 : 0; z < volume.size()[2]; ++z) {
-    for (std::int32_t y = axis == 1 ? 1 : 0; y < volume.size()[1]; ++y) {
-      std::uint64_t* row = volume.row(y, z);
-      const std::uint64_t* before = axis == 1 ? volume.row(y - 1, z) : volume.row(y, z - 1);
-      for (std::size_t i = 0; i < volume.words_per_row(); ++i) row[i] ^= before[i];
+/// The inside of a mesh that is no closed surface facing one way as it stands.
+void fill_mended(const geometry::TriangleMesh& mesh_W, const SnappedMesh& snapped, const GridSpec& grid, int threads,
+                 SolidVoxels& solid) {
+  detail::MendedMesh mended = detail::mend(snapped);
+  const SnappedMesh mesh{snapped.points, mended.triangles};
+  solid.report.closed = mended.closed;
+  if (mended.closed) {
+    const LineSigns signs = fill_closed(mesh, threads, solid.inside);
+    if (signs.positive && signs.negative && detail::turn_stray_shells(mesh_W, mended)) {
+      solid.inside = BitVolume(solid.box.size);
+      fill_closed({snapped.points, mended.triangles}, threads, solid.inside);
     }
+  } else {
+    const Votes votes = ask_all_axes(mesh, solid.box);
+    const geometry::WindingTree tree({mesh_W.vertices_m, mended.triangles});
+    std::atomic<std::size_t> disputed = 0;
+    in_slabs(solid.box.size[2], threads,
+             [&](Slab z) { disputed += settle(votes, z, tree, grid, solid.box, solid.inside); });
+    solid.report.disputed_voxels = disputed;
   }
-}
-
-/// Empties the lines that cross the surface an odd number of times: they say nothing about inside.
-void silence_odd_lines(int axis, const BitVolume& parity, BitVolume& volume) {
-  const auto& size = volume.size();
-  for (std::int32_t z = 0; z < size[2]; ++z) {
-    for (std::int32_t y = 0; y < size[1]; ++y) {
-      std::uint64_t* row = volume.row(y, z);
-      for (std::int32_t x = 0; x < size[0]; ++x) {
-        const std::int32_t index[3] = {x, y, z};
-        if (parity.get(index[(axis + 1) % 3], index[(axis + 2) % 3], 0))
-          row[x >> 6] &= ~(std::uint64_t{1} << (x & 63));
-      }
-    }
-  }
-}
-
-BitVolume inside_along(int axis, const std::vector<SnappedTriangle>& triangles, const VoxelBox& box,
-                       bool closed) {
-  BitVolume inside(box.size);
-  BitVolume parity({box.size[static_cast<std::size_t>((axis + 1) % 3)],
-                    box.size[static_cast<std::size_t>((axis + 2) % 3)], 1});
-  detail::toggle_crossings(triangles, axis, inside, parity);
-  fill_along(axis, inside);
-  if (!closed) silence_odd_lines(axis, parity, inside);
-  return inside;
-}
-
-BitVolume vote(const std::vector<SnappedTriangle>& triangles, const VoxelBox& box, std::size_t& disputed) {
-  BitVolume a = inside_along(0, triangles, box, false);
-  const BitVolume b = inside_along(1, triangles, box, false);
-  const BitVolume c = inside_along(2, triangles, box, false);
-  for (std::size_t i = 0; i < a.words().size(); ++i) {
-    const std::uint64_t x = a.words()[i], y = b.words()[i], z = c.words()[i];
-    a.words()[i] = (x & y) | (y & z) | (z & x);
-    disputed += static_cast<std::size_t>(std::popcount((x ^ y) | (y ^ z)));
-  }
-  return a;
+  solid.report.degenerate_triangles = mended.degenerate;
+  solid.report.duplicate_triangles = mended.duplicates;
+  solid.report.turned_triangles = mended.turned;
 }
 
 }  // namespace
@@ -156,29 +156,33 @@ VoxelBox voxel_bounds(const geometry::TriangleMesh& mesh_W, const GridSpec& grid
 }
 
 core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const GridSpec& grid,
-                                     const VoxelBox& clip) {
+                                     const VoxelBox& clip, int threads) {
   SolidVoxels solid;
   solid.report.triangles = mesh_W.triangles.size();
   const core::Status too_far(core::ErrorCode::kResourceExhausted,
                              "mesh reaches farther than " + std::to_string(kReach / kSub) +
                                  " voxels from the workspace; is its scale right?");
+  if (!mesh_W.all_finite())
+    return core::Status(core::ErrorCode::kInvalidArgument, "mesh has a coordinate that is not a finite number");
   const geometry::BoundingBox bounds = mesh_W.bounding_box();
   if (bounds.empty()) return solid;
-  if (!(std::max(-bounds.min_m.minCoeff(), bounds.max_m.maxCoeff()) < 1e6F)) return too_far;
+  const double farthest_m = std::max(-bounds.min_m.minCoeff(), bounds.max_m.maxCoeff());
+  if (!(farthest_m < std::min(1e6, 1e9 * grid.voxel_size_m))) return too_far;  // voxel addresses are 32 bit integers
   solid.box = voxel_bounds(mesh_W, grid).intersection(clip);
   if (solid.box.empty()) return solid;
-  std::vector<SnappedPoint> points;
-  if (!snap(mesh_W, grid, solid.box, points)) return too_far;
-  const std::vector<Corners> unique = without_duplicates(mesh_W.triangles, solid.report.duplicate_triangles);
-  solid.report.closed = is_closed(unique);
-  std::vector<SnappedTriangle> triangles;
-  triangles.reserve(unique.size());
-  for (const Corners& t : unique) triangles.push_back({points[t[0]], points[t[1]], points[t[2]]});
+  SnappedMesh mesh{{}, mesh_W.triangles};
+  if (!snap(mesh_W, grid, solid.box, mesh.points)) return too_far;
 
-  solid.inside = solid.report.closed ? inside_along(0, triangles, solid.box, true)
-                                     : vote(triangles, solid.box, solid.report.disputed_voxels);
   solid.boundary = BitVolume(solid.box.size);
-  for (const SnappedTriangle& triangle : triangles) detail::mark_triangle(triangle, solid.boundary);
+  in_slabs(solid.box.size[2], threads, [&](Slab z) { detail::mark_triangles(mesh, z, solid.boundary); });
+  solid.inside = BitVolume(solid.box.size);
+  bool mended = true;
+  if (geometry::is_oriented_surface(mesh_W.triangles)) {
+    const LineSigns signs = fill_closed(mesh, threads, solid.inside);
+    mended = signs.positive && signs.negative;  // some shell may face the wrong way
+    if (mended) solid.inside = BitVolume(solid.box.size);
+  }
+  if (mended) fill_mended(mesh_W, mesh, grid, threads, solid);
   solid.interior = solid.inside;
   for (std::size_t i = 0; i < solid.interior.words().size(); ++i) {
     solid.interior.words()[i] &= ~solid.boundary.words()[i];

@@ -1,0 +1,193 @@
+#include "common/geometry/mesh_topology.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace phantom::geometry {
+namespace {
+
+std::uint64_t scramble(std::uint64_t h) {
+  h = (h ^ (h >> 31)) * 0x9e3779b97f4a7c15ULL;
+  h = (h ^ (h >> 29)) * 0xd6e8feb86659fd93ULL;
+  return h ^ (h >> 32);
+}
+
+std::uint64_t edge_name(std::uint32_t a, std::uint32_t b) {
+  return (std::uint64_t{std::min(a, b)} << 32) | std::max(a, b);
+}
+
+/// One triangle's use of an edge.
+struct EdgeUse {
+  std::uint64_t edge;
+  std::uint32_t triangle;
+  bool upwards;  ///< from the lower to the higher vertex
+};
+
+std::vector<EdgeUse> sorted_edges(std::span<const Triangle> triangles) {
+  std::vector<EdgeUse> uses;
+  uses.reserve(3 * triangles.size());
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = triangles[i][k], b = triangles[i][(k + 1) % 3];
+      uses.push_back({edge_name(a, b), i, a < b});
+    }
+  }
+  std::sort(uses.begin(), uses.end(), [](const EdgeUse& a, const EdgeUse& b) {
+    return a.edge != b.edge ? a.edge < b.edge : a.triangle < b.triangle;
+  });
+  return uses;
+}
+
+struct Neighbour {
+  std::uint32_t triangle = UINT32_MAX;
+  bool same_way = false;  ///< both face the same way as they stand
+};
+
+/// Neighbours across manifold edges, three slots a triangle; counts the other edges.
+std::vector<std::array<Neighbour, 3>> neighbours(std::span<const Triangle> triangles, MeshTopology& topology,
+                                                 std::vector<std::uint8_t>& at_rim) {
+  std::vector<std::array<Neighbour, 3>> all(triangles.size());
+  std::vector<std::uint8_t> used(triangles.size(), 0);
+  const std::vector<EdgeUse> uses = sorted_edges(triangles);
+  for (std::size_t from = 0, to = 0; from < uses.size(); from = to) {
+    while (to < uses.size() && uses[to].edge == uses[from].edge) ++to;
+    if (to - from == 2) {
+      const EdgeUse &a = uses[from], &b = uses[from + 1];
+      const bool same_way = a.upwards != b.upwards;
+      all[a.triangle][used[a.triangle]++] = {b.triangle, same_way};
+      all[b.triangle][used[b.triangle]++] = {a.triangle, same_way};
+      continue;
+    }
+    ++(to - from == 1 ? topology.open_edges : topology.non_manifold_edges);
+    for (std::size_t i = from; i < to; ++i) at_rim[uses[i].triangle] = 1;
+  }
+  return all;
+}
+
+std::size_t odd_edges(std::span<const Triangle> triangles) {
+  const std::vector<EdgeUse> uses = sorted_edges(triangles);
+  std::size_t odd = 0;
+  for (std::size_t from = 0, to = 0; from < uses.size(); from = to) {
+    while (to < uses.size() && uses[to].edge == uses[from].edge) ++to;
+    odd += (to - from) % 2;
+  }
+  return odd;
+}
+
+/// Corners in rising order, and whether that is an odd permutation.
+std::pair<Triangle, bool> sorted_corners(Triangle t) {
+  bool odd = false;
+  const auto order = [&](std::size_t i, std::size_t j) {
+    if (t[i] > t[j]) {
+      std::swap(t[i], t[j]);
+      odd = !odd;
+    }
+  };
+  order(0, 1);
+  order(1, 2);
+  order(0, 1);
+  return {t, odd};
+}
+
+}  // namespace
+
+bool is_oriented_surface(std::span<const Triangle> triangles) {
+  std::uint64_t sum = 0;
+  for (const Triangle& t : triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = t[k], b = t[k == 2 ? 0 : k + 1];
+      const std::uint64_t weight = scramble(edge_name(a, b) + 1);
+      sum += a < b ? weight : 0 - weight;
+    }
+  }
+  return sum == 0;
+}
+
+MeshTopology topology_of(std::span<const Triangle> triangles) {
+  MeshTopology topology;
+  std::vector<std::uint8_t> at_rim(triangles.size(), 0);
+  const auto beside = neighbours(triangles, topology, at_rim);
+  topology.shell_of.assign(triangles.size(), UINT32_MAX);
+  topology.turned.assign(triangles.size(), 0);
+  std::vector<std::uint32_t> members;
+  for (std::uint32_t seed = 0; seed < triangles.size(); ++seed) {
+    if (topology.shell_of[seed] != UINT32_MAX) continue;
+    const auto name = static_cast<std::uint32_t>(topology.shells.size());
+    MeshTopology::Shell shell;
+    members.assign(1, seed);
+    topology.shell_of[seed] = name;
+    for (std::size_t i = 0; i < members.size(); ++i) {
+      const std::uint32_t here = members[i];
+      shell.closed = shell.closed && at_rim[here] == 0;
+      shell.turned += topology.turned[here];
+      for (const Neighbour& next : beside[here]) {
+        if (next.triangle == UINT32_MAX) continue;
+        const auto turned = static_cast<std::uint8_t>(topology.turned[here] ^ (next.same_way ? 0 : 1));
+        if (topology.shell_of[next.triangle] == UINT32_MAX) {
+          topology.shell_of[next.triangle] = name;
+          topology.turned[next.triangle] = turned;
+          members.push_back(next.triangle);
+        } else {
+          shell.orientable = shell.orientable && topology.turned[next.triangle] == turned;
+        }
+      }
+    }
+    shell.triangles = members.size();
+    if (2 * shell.turned > shell.triangles) {  // the others are the exception
+      shell.turned = shell.triangles - shell.turned;
+      for (const std::uint32_t i : members) topology.turned[i] ^= 1;
+    }
+    topology.shells.push_back(shell);
+  }
+  return topology;
+}
+
+UniqueTriangles unique_triangles(std::span<const Triangle> triangles) {
+  struct Named {
+    Triangle corners;
+    bool odd;
+    std::uint32_t source;
+  };
+  UniqueTriangles unique;
+  std::vector<Named> named;
+  named.reserve(triangles.size());
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+    const auto [corners, odd] = sorted_corners(triangles[i]);
+    if (corners[0] == corners[1] || corners[1] == corners[2]) {
+      ++unique.degenerate;
+    } else {
+      named.push_back({corners, odd, i});
+    }
+  }
+  std::sort(named.begin(), named.end(), [](const Named& a, const Named& b) {
+    if (a.corners != b.corners) return a.corners < b.corners;
+    return a.odd != b.odd ? b.odd : a.source < b.source;
+  });
+  std::vector<std::uint32_t> kept, facing_back;  // facing_back: the other side of one that is kept
+  for (std::size_t i = 0; i < named.size(); ++i) {
+    const bool same_place = i > 0 && named[i].corners == named[i - 1].corners;
+    if (same_place && named[i].odd == named[i - 1].odd) continue;
+    (same_place ? facing_back : kept).push_back(named[i].source);
+  }
+  unique.duplicates = named.size() - kept.size();
+  const auto gather = [&](std::vector<std::uint32_t> sources) {
+    std::sort(sources.begin(), sources.end());
+    unique.source = std::move(sources);
+    unique.triangles.clear();
+    for (const std::uint32_t i : unique.source) unique.triangles.push_back(triangles[i]);
+  };
+  gather(kept);
+  if (facing_back.empty()) return unique;
+  const std::size_t odd_without = odd_edges(unique.triangles);
+  std::vector<std::uint32_t> both = kept;
+  both.insert(both.end(), facing_back.begin(), facing_back.end());
+  gather(both);
+  if (odd_edges(unique.triangles) < odd_without) {
+    unique.duplicates -= facing_back.size();
+  } else {
+    gather(kept);
+  }
+  return unique;
+}
+
+}  // namespace phantom::geometry

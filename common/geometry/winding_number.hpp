@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "common/geometry/mesh.hpp"
+
+namespace phantom::geometry {
+
+/// Generalised winding number of a mesh at a point: its signed solid angle ÷ 4π (Jacobson, Kavan, Sorkine-Hornung
+/// 2013). Inside a closed mesh that faces outwards 1, outside 0; with holes something between, changing smoothly
+/// everywhere off the surface. Every triangle is summed: slow. 0 for a point in a triangle's plane contributes 0.
+double winding_number(const TriangleMesh& mesh, const Eigen::Vector3d& p_m);
+
+/// The same, fast: far groups of triangles act as a dipole and its first moment (Barill et al. 2018), near
+/// triangles are summed exactly. Off by less than 0.01 for meshes whose triangles agree on outside.
+class WindingTree {
+ public:
+  /// Copies what it needs. O(n log n).
+  explicit WindingTree(const TriangleMesh& mesh);
+
+  /// Thread-safe. Allocates nothing.
+  double at(const Eigen::Vector3d& p_m) const;
+
+ private:
+  struct Node {
+    Eigen::Vector3d centre;   ///< of area
+    Eigen::Vector3d normal;   ///< sum of area normals, m²
+    Eigen::Matrix3d moment;   ///< Σ (centre of triangle − centre) · area normalᵀ
+    double radius = 0;        ///< of the ball around `centre` that holds the triangles
+    std::uint32_t first = 0, count = 0;  ///< of the triangles below
+    std::uint32_t right = 0;  ///< the left child is the next node; 0: leaf
+  };
+  struct Corners {
+    Eigen::Vector3d a, b, c;
+  };
+  std::uint32_t build(std::uint32_t first, std::uint32_t count);
+
+  std::vector<Corners> triangles_;
+  std::vector<Node> nodes_;
+};
+
+}  // namespace phantom::geometry

@@ -1,0 +1,313 @@
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdlib>
+
+#include "common/voxel/snapped_mesh.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "common/voxel/mark_triangles.cpp"
+#include <hwy/foreach_target.h>  // once per instruction set
+// (keep this order)
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace phantom::voxel::detail::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Voxels are tested in tiles of 4 × 4 × 4, one bit each: bit 16 z + 4 y + x. A closed triangle and a closed cube
+// meet unless one of thirteen directions separates them: the cube's axes (the ranges below), the cross products
+// of the axes with the triangle's edges (three shadows with three edges each) and the triangle's normal.
+constexpr int kTile = 4;
+
+struct Range {
+  std::int32_t first, last;
+};
+
+/// The triangle's shadow on the plane (u, v), as seen by whole squares of the grid.
+struct Shadow {
+  std::int64_t step_u[3], step_v[3], at_origin[3];
+  int u, v;
+
+  Shadow(const std::array<SnappedPoint, 3>& t, int u_axis, int v_axis) : u(u_axis), v(v_axis) {
+    const std::int64_t area = (std::int64_t{t[1][u]} - t[0][u]) * (std::int64_t{t[2][v]} - t[0][v]) -
+                              (std::int64_t{t[2][u]} - t[0][u]) * (std::int64_t{t[1][v]} - t[0][v]);
+    // A shadow without area is a segment: its edges run both ways, so both its sides are tested.
+    for (int i = 0; i < 3; ++i) {
+      const SnappedPoint& from = t[area < 0 ? (i + 1) % 3 : i];
+      const SnappedPoint& to = t[area < 0 ? i : (i + 1) % 3];
+      const std::int64_t du = std::int64_t{to[u]} - from[u], dv = std::int64_t{to[v]} - from[v];
+      step_u[i] = -dv * kSub;
+      step_v[i] = du * kSub;
+      // Value at the square's corner that lies farthest to the left of the edge.
+      at_origin[i] = dv * from[u] - du * from[v] + std::max<std::int64_t>(0, step_u[i]) +
+                     std::max<std::int64_t>(0, step_v[i]);
+    }
+  }
+  /// Squares of the tile at (cell_u, cell_v) that meet the shadow: bit 4 v + u.
+  std::uint32_t tile(std::int64_t cell_u, std::int64_t cell_v) const {
+    const hn::CappedTag<std::int64_t, kTile> d;
+    const std::size_t lanes = hn::Lanes(d);
+    std::int64_t corner[3];
+    for (int i = 0; i < 3; ++i) corner[i] = at_origin[i] + cell_u * step_u[i] + cell_v * step_v[i];
+    std::uint32_t outside = 0;
+    alignas(64) std::int64_t ramp[3][kTile];
+    for (int i = 0; i < 3; ++i) {
+      for (int k = 0; k < kTile; ++k) ramp[i][k] = corner[i] + k * step_u[i];
+    }
+    for (std::size_t part = 0; part < kTile; part += lanes) {
+      auto a = hn::Load(d, ramp[0] + part), b = hn::Load(d, ramp[1] + part), c = hn::Load(d, ramp[2] + part);
+      const auto up_a = hn::Set(d, step_v[0]), up_b = hn::Set(d, step_v[1]), up_c = hn::Set(d, step_v[2]);
+      for (int k = 0; k < kTile; ++k) {
+        std::uint8_t bits[8];
+        hn::StoreMaskBits(d, hn::Lt(hn::Or(hn::Or(a, b), c), hn::Zero(d)), bits);
+        outside |= static_cast<std::uint32_t>(bits[0]) << (static_cast<std::size_t>(kTile * k) + part);
+        a = hn::Add(a, up_a);
+        b = hn::Add(b, up_b);
+        c = hn::Add(c, up_c);
+      }
+    }
+    return ~outside & 0xffff;
+  }
+};
+
+/// The triangle's plane against whole voxels.
+class Plane {
+ public:
+  explicit Plane(const std::array<SnappedPoint, 3>& t) : origin_(t[0]) {
+    std::int64_t b[3], c[3];
+    double bound = 0;
+    for (int i = 0; i < 3; ++i) {
+      b[i] = std::int64_t{t[1][i]} - t[0][i];
+      c[i] = std::int64_t{t[2][i]} - t[0][i];
+    }
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      normal_[i] = b[j] * c[k] - b[k] * c[j];
+      step_[i] = static_cast<double>(normal_[i]) * static_cast<double>(kSub);
+      low_ += std::min(0.0, step_[i]);
+      span_ += std::abs(step_[i]);
+      bound += std::abs(static_cast<double>(normal_[i])) *
+               static_cast<double>(std::max(std::abs(b[i]), std::abs(c[i])) + 8 * kSub);
+    }
+    // Below 2⁵² all values are whole numbers that a double holds; above, doubtful ones are decided in integers.
+    doubt_ = bound < 0x1p52 ? -1.0 : bound * 0x1p-48;
+  }
+  /// Value n · (corner of the voxel − a point of the plane).
+  double at(std::int32_t x, std::int32_t y, std::int32_t z) const {
+    const std::int32_t cell[3] = {x, y, z};
+    double value = 0;
+    for (int i = 0; i < 3; ++i)
+      value += static_cast<double>(normal_[i]) * static_cast<double>(cell[i] * kSub - origin_[i]);
+    return value;
+  }
+  /// Voxels of the tile through which the plane passes.
+  std::uint64_t tile(std::int32_t x, std::int32_t y, std::int32_t z) const {
+    const hn::CappedTag<double, kTile> d;
+    const std::size_t lanes = hn::Lanes(d);
+    const double corner = at(x, y, z) + low_;
+    const auto doubt = hn::Set(d, doubt_), span = hn::Set(d, span_);
+    alignas(64) double ramp[kTile];
+    for (int k = 0; k < kTile; ++k) ramp[k] = k * step_[0];
+    std::uint64_t meets = 0, doubtful = 0;
+    for (std::size_t part = 0; part < kTile; part += lanes) {
+      const auto along_x = hn::Load(d, ramp + part);
+      for (int row = 0; row < kTile * kTile; ++row) {
+        const auto low = hn::Add(along_x, hn::Set(d, corner + (row % kTile) * step_[1] + (row / kTile) * step_[2]));
+        const auto high = hn::Add(low, span);
+        std::uint8_t bits[8];
+        const std::size_t shift = static_cast<std::size_t>(kTile * row) + part;
+        hn::StoreMaskBits(d, hn::And(hn::Le(low, hn::Zero(d)), hn::Ge(high, hn::Zero(d))), bits);
+        meets |= static_cast<std::uint64_t>(bits[0]) << shift;
+        if (doubt_ >= 0) {
+          hn::StoreMaskBits(d, hn::Le(hn::Min(hn::Abs(low), hn::Abs(high)), doubt), bits);
+          doubtful |= static_cast<std::uint64_t>(bits[0]) << shift;
+        }
+      }
+    }
+    for (; doubtful != 0; doubtful &= doubtful - 1) {
+      const int bit = std::countr_zero(doubtful);
+      const std::uint64_t one = std::uint64_t{1} << bit;
+      meets = passes(x + bit % 4, y + bit / 4 % 4, z + bit / 16) ? meets | one : meets & ~one;
+    }
+    return meets;
+  }
+  /// Cells along x, never too few, that the plane can meet above the rows [y, y+4) × [z, z+4).
+  Range above(std::int32_t y, std::int32_t z, const Range& x) const {
+    if (step_[0] == 0) return x;
+    const double first = at(x.first, y, z) + low_ - std::min(0.0, step_[0]);  // of the lowest x side
+    const double span_rows = span_ - std::abs(step_[0]);
+    const double other = kTile - 1;
+    const double least = first + other * (std::min(0.0, step_[1]) + std::min(0.0, step_[2]));
+    const double most = first + span_rows + other * (std::max(0.0, step_[1]) + std::max(0.0, step_[2]));
+    const double a = -least / step_[0], b = -most / step_[0];
+    const double low = std::floor(std::min(a, b)) - 2, high = std::ceil(std::max(a, b)) + 2;
+    const auto cells = static_cast<double>(x.last - x.first);
+    if (!(high >= 0 && low <= cells)) return {0, -1};
+    return {x.first + static_cast<std::int32_t>(std::max(0.0, low)),
+            x.first + static_cast<std::int32_t>(std::min(cells, high))};
+  }
+
+ private:
+  bool passes(std::int32_t x, std::int32_t y, std::int32_t z) const {
+    __extension__ using Wide = __int128;
+    const std::int32_t cell[3] = {x, y, z};
+    Wide low = 0, high = 0;
+    for (int i = 0; i < 3; ++i) {
+      const Wide n = normal_[i], here = n * (cell[i] * kSub - origin_[i]), there = here + n * kSub;
+      low += std::min(here, there);
+      high += std::max(here, there);
+    }
+    return low <= 0 && high >= 0;
+  }
+
+  SnappedPoint origin_;
+  std::int64_t normal_[3];
+  double step_[3], low_ = 0, span_ = 0, doubt_ = 0;
+};
+
+/// 16 bits, each becomes a nibble.
+std::uint64_t nibbles(std::uint64_t bits) {
+  bits = (bits | bits << 24) & 0x000000ff000000ffULL;
+  bits = (bits | bits << 12) & 0x000f000f000f000fULL;
+  bits = (bits | bits << 6) & 0x0303030303030303ULL;
+  bits = (bits | bits << 3) & 0x1111111111111111ULL;
+  return bits * 0xf;
+}
+
+/// 4 nibbles, each four times.
+std::uint64_t nibble_runs(std::uint64_t bits) {
+  bits = (bits | bits << 24) & 0x000000ff000000ffULL;
+  bits = (bits | bits << 12) & 0x000f000f000f000fULL;
+  return bits * 0x1111;
+}
+
+/// Which voxels of a tile lie within the ranges.
+std::uint64_t within(std::int32_t x, std::int32_t y, std::int32_t z, const Range* range) {
+  const auto ones = [](std::int32_t count) { return (1U << std::min(count, kTile)) - 1U; };
+  const std::uint64_t in_row = ones(range[0].last - x + 1);
+  const std::uint64_t rows = ones(range[1].last - y + 1);  // of one layer
+  const std::uint64_t layers = ones(range[2].last - z + 1);
+  return (in_row * 0x1111111111111111ULL) & (nibbles(rows) & 0xffff) * 0x0001000100010001ULL &
+         nibble_runs(nibbles(layers) & 0xffff);
+}
+
+void put(std::uint64_t tile, std::int32_t x, std::int32_t y, std::int32_t z, BitVolume& volume) {
+  const int shift = x & 63;
+  for (; tile != 0;) {
+    const int row = std::countr_zero(tile) / kTile;
+    const std::uint64_t bits = tile >> (kTile * row) & 0xf;
+    tile &= ~(std::uint64_t{0xf} << (kTile * row));
+    std::uint64_t* word = volume.row(y + row % kTile, z + row / kTile) + (x >> 6);
+    word[0] |= bits << shift;
+    if (shift > 60 && bits >> (64 - shift) != 0) word[1] |= bits >> (64 - shift);
+  }
+}
+
+/// Cells along y, never too few, that the triangle can meet in the layers [z, z + 4).
+Range rows_in_layers(const std::array<SnappedPoint, 3>& t, std::int32_t z, const Range& y) {
+  const double bottom = static_cast<double>(z) * kSub - 2, top = bottom + static_cast<double>(kTile * kSub) + 4;
+  double low = INFINITY, high = -INFINITY;
+  for (int i = 0; i < 3; ++i) {
+    const SnappedPoint &a = t[i], &b = t[(i + 1) % 3];
+    const double az = a[2], bz = b[2];
+    if (std::max(az, bz) < bottom || std::min(az, bz) > top) continue;
+    const double per = bz == az ? 0.0 : 1.0 / (bz - az);
+    const double from = bz == az ? 0.0 : std::clamp((bottom - az) * per, 0.0, 1.0);
+    const double to = bz == az ? 1.0 : std::clamp((top - az) * per, 0.0, 1.0);
+    for (const double share : {from, to}) {
+      const double at = a[1] + share * (static_cast<double>(b[1]) - a[1]);
+      low = std::min(low, at);
+      high = std::max(high, at);
+    }
+  }
+  if (!(low <= high)) return {0, -1};
+  return {std::max(y.first, static_cast<std::int32_t>(std::floor(low / kSub)) - 1),
+          std::min(y.last, static_cast<std::int32_t>(std::floor(high / kSub)) + 1)};
+}
+
+/// A triangle within one layer of voxels across `flat`: its shadow along that axis decides.
+void mark_flat(const std::array<SnappedPoint, 3>& t, const Range* range, int flat, BitVolume& boundary) {
+  const int u = flat == 0 ? 1 : 0, v = flat == 2 ? 1 : 2;
+  const Shadow shadow(t, u, v);
+  std::int32_t cell[3] = {range[0].first, range[1].first, range[2].first};
+  for (cell[v] = range[v].first; cell[v] <= range[v].last; cell[v] += kTile) {
+    for (cell[u] = range[u].first; cell[u] <= range[u].last; cell[u] += kTile) {
+      const std::uint64_t squares = shadow.tile(cell[u], cell[v]);
+      // Bits (v, u) into the tile's layer at the flat axis's first cell.
+      const std::uint64_t tile = flat == 2   ? squares
+                                 : flat == 1 ? nibble_runs(squares) & 0x000f000f000f000fULL
+                                             : nibbles(squares) & 0x1111111111111111ULL;
+      put(tile & within(cell[0], cell[1], cell[2], range), cell[0], cell[1], cell[2], boundary);
+    }
+  }
+}
+
+void mark_steep(const std::array<SnappedPoint, 3>& t, const Range* range, BitVolume& boundary) {
+  const Shadow xy(t, 0, 1), yz(t, 1, 2), xz(t, 0, 2);
+  const Plane plane(t);
+  const bool many_rows = range[1].last - range[1].first > 4 * kTile;
+  const bool long_rows = range[0].last - range[0].first > 4 * kTile;
+  for (std::int32_t z = range[2].first; z <= range[2].last; z += kTile) {
+    const Range rows = many_rows ? rows_in_layers(t, z, range[1]) : range[1];
+    for (std::int32_t y = rows.first; y <= rows.last; y += kTile) {
+      const std::uint32_t m_yz = yz.tile(y, z);
+      if (m_yz == 0) continue;
+      const Range cells = long_rows ? plane.above(y, z, range[0]) : range[0];
+      for (std::int32_t x = cells.first; x <= cells.last; x += kTile) {
+        const std::uint64_t m_xy = xy.tile(x, y), m_xz = xz.tile(x, z);
+        const std::uint64_t met = m_xy * 0x0001000100010001ULL & nibble_runs(m_xz) & nibbles(m_yz) &
+                                  within(x, y, z, range);
+        if (met != 0) put(met & plane.tile(x, y, z), x, y, z, boundary);
+      }
+    }
+  }
+}
+
+void mark(const std::array<SnappedPoint, 3>& t, Slab slab, BitVolume& boundary) {
+  Range range[3];
+  int wide_axes = 0, flat = 0;
+  for (int i = 0; i < 3; ++i) {
+    const std::int32_t low = std::min({t[0][i], t[1][i], t[2][i]}), high = std::max({t[0][i], t[1][i], t[2][i]});
+    range[i] = {low >> kSubBits, high >> kSubBits};
+    if (range[i].first != range[i].last) {
+      ++wide_axes;
+    } else {
+      flat = i;
+    }
+    range[i].first = std::max(i == 2 ? slab.first : 0, range[i].first);
+    range[i].last =
+        std::min(i == 2 ? slab.last - 1 : boundary.size()[static_cast<std::size_t>(i)] - 1, range[i].last);
+    if (range[i].first > range[i].last) return;
+  }
+  if (wide_axes == 3) return mark_steep(t, range, boundary);
+  if (wide_axes == 2) return mark_flat(t, range, flat, boundary);
+  // A row of voxels: the triangle is connected, so it passes through each.
+  for (std::int32_t z = range[2].first; z <= range[2].last; ++z) {
+    for (std::int32_t y = range[1].first; y <= range[1].last; ++y) {
+      for (std::int32_t x = range[0].first; x <= range[0].last; ++x) boundary.set(x, y, z);
+    }
+  }
+}
+
+void MarkAll(const SnappedMesh& mesh, Slab z, BitVolume& boundary) {
+  for (const Corners& corners : mesh.triangles)
+    mark({mesh.points[corners[0]], mesh.points[corners[1]], mesh.points[corners[2]]}, z, boundary);
+}
+
+}  // namespace phantom::voxel::detail::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace phantom::voxel::detail {
+
+HWY_EXPORT(MarkAll);
+
+void mark_triangles(const SnappedMesh& mesh, Slab z, BitVolume& boundary) {
+  HWY_DYNAMIC_DISPATCH(MarkAll)(mesh, z, boundary);
+}
+
+}  // namespace phantom::voxel::detail
+#endif
