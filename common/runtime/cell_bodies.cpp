@@ -72,10 +72,16 @@ CellBody load_body(const ObjectConfig& object, std::uint16_t id, const CellConfi
   loaded.mesh_O = load_surface(object, limits, loaded.notes);
   spdlog::debug("object {}: {} triangles from {}", object.name, loaded.mesh_O.triangles.size(),
                 object.solid_O ? "its formula" : object.mesh.string());
-  loaded.body = {object.name, id, loaded.mesh_O.transformed(object.X_WO), object.profile};
-  if (object.solid_O) loaded.body.implicit_W = geometry::implicit_placed(object.solid_O, object.X_WO);
-  check_place(object, loaded.body.mesh_W, cell);
+  loaded.body = place_body(object, id, loaded.mesh_O, cell);
   return loaded;
+}
+
+voxel::Body place_body(const ObjectConfig& object, std::uint16_t id, const geometry::TriangleMesh& mesh_O,
+                       const CellConfig& cell) {
+  voxel::Body body{object.name, id, mesh_O.transformed(object.X_WO), object.profile};
+  if (object.solid_O) body.implicit_W = geometry::implicit_placed(object.solid_O, object.X_WO);
+  check_place(object, body.mesh_W, cell);
+  return body;
 }
 
 std::vector<CellBody> load_bodies(const CellConfig& cell, const geometry::MeshImportOptions& limits) {

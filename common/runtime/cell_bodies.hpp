@@ -27,6 +27,10 @@ voxel::GridSpec grid_of(const CellConfig& cell);
 CellBody load_body(const ObjectConfig& object, std::uint16_t id, const CellConfig& cell,
                    const geometry::MeshImportOptions& limits = {});
 
+/// The body of an object whose surface is loaded already, at the pose that `object` has now; checked as load_body() does.
+voxel::Body place_body(const ObjectConfig& object, std::uint16_t id, const geometry::TriangleMesh& mesh_O,
+                       const CellConfig& cell);
+
 /// All objects of the cell; object ids are index + 1. Checks also that their profiles fit one palette.
 std::vector<CellBody> load_bodies(const CellConfig& cell, const geometry::MeshImportOptions& limits = {});
 
