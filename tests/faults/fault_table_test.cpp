@@ -67,10 +67,10 @@ constexpr LinkState kStates[] = {LinkState::kInit,    LinkState::kReady,    Link
 
 /// Brings the pair to where the master is in `state`; coupled: with the hand under way.
 void bring_to(Pair& pair, LinkState state) {
-  if (state == LinkState::kInit) {
-    pair.down.cut = true;
-    for (int i = 0; i < 50; ++i) pair.step();
-    pair.down.cut = false;
+  if (state == LinkState::kInit) {  // nobody has been heard for longer than staleness
+    pair.up.cut = pair.down.cut = true;
+    for (int i = 0; i < 200; ++i) pair.step();
+    pair.up.cut = pair.down.cut = false;
     return;
   }
   const auto run_to = [&](LinkState wanted) {
@@ -91,7 +91,7 @@ void bring_to(Pair& pair, LinkState state) {
   }
 }
 
-/// What one side did from the fault on.
+/// The state in which one side is while the fault lasts, and when it came there.
 struct Reaction {
   LinkState reached{};
   std::optional<int> after_ms;  ///< none: it stayed as it was
@@ -145,8 +145,7 @@ Outcome run(const Fault& fault, LinkState state) {
   const LinkState master_before = pair.master_state(), slave_before = pair.slave_state();
   Outcome out{{master_before, {}}, {slave_before, {}}};
   const auto see = [](Reaction& reaction, LinkState now, int ms) {
-    if (reaction.after_ms || now == reaction.reached) return;
-    reaction = {now, ms};
+    if (now != reaction.reached) reaction = {now, ms};
   };
   fault.begin(pair);
   for (int ms = 1; ms <= 1000; ++ms) {
