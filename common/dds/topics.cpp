@@ -49,8 +49,15 @@ const TopicSpec<msg::DragField> kDragField{
     {"drag_field", "phantom::msg::DragField", periodic(20, 200), &make_type<msg::DragFieldPubSubType>}};
 const TopicSpec<msg::Percept> kPercept{
     {"percept", "phantom::msg::Percept", periodic(100, 500), &make_type<msg::PerceptPubSubType>}};
+const TopicSpec<msg::InterestPoints> kInterestPoints{{"interest_points", "phantom::msg::InterestPoints",
+                                                      periodic(100, 500),
+                                                      &make_type<msg::InterestPointsPubSubType>}};
 const TopicSpec<msg::HitAlert> kHitAlert{
     {"hit_alert", "phantom::msg::HitAlert", kEvent, &make_type<msg::HitAlertPubSubType>}};
+const TopicSpec<msg::SensingCommand> kSensingCommand{{"sensing_command", "phantom::msg::SensingCommand", kEvent,
+                                                      &make_type<msg::SensingCommandPubSubType>}};
+const TopicSpec<msg::SensingReply> kSensingReply{
+    {"sensing_reply", "phantom::msg::SensingReply", kEvent, &make_type<msg::SensingReplyPubSubType>}};
 const TopicSpec<msg::OperatorCommand> kOperatorCommand{{"operator_command", "phantom::msg::OperatorCommand",
                                                         kEvent, &make_type<msg::OperatorCommandPubSubType>}};
 const TopicSpec<msg::WorkspaceBrick> kWorkspaceBrick{
@@ -74,7 +81,8 @@ const TopicSpec<msg::ComponentStatus> kComponentStatus{{"component_status", "pha
 
 std::span<const TopicDescription* const> all_topics() {
   static const TopicDescription* const topics[] = {&kMasterState,    &kSlaveState,       &kDragField,
-                                                   &kPercept,        &kHitAlert,         &kOperatorCommand,
+                                                   &kPercept,        &kInterestPoints,   &kHitAlert,
+                                                   &kSensingCommand, &kSensingReply,     &kOperatorCommand,
                                                    &kWorkspaceBrick, &kWorkspaceVersion, &kWorkspaceObject,
                                                    &kMeshChunk,      &kWorkspaceCommand, &kWorkspaceReply,
                                                    &kComponentStatus};

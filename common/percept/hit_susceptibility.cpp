@@ -30,6 +30,7 @@ double SpeedLimit::at(double mu_Pa_s_per_m) const noexcept {
   if (mu_Pa_s_per_m <= mu[0]) return speed_m_s[0];
   for (std::size_t i = 1; i < points; ++i) {
     if (mu_Pa_s_per_m > mu[i]) continue;
+    if (shape == LimitShape::kTable) return speed_m_s[i];
     const double t = (mu_Pa_s_per_m - mu[i - 1]) / (mu[i] - mu[i - 1]);
     return speed_m_s[i - 1] + t * (speed_m_s[i] - speed_m_s[i - 1]);
   }
@@ -55,6 +56,7 @@ AlertEvents HitMonitor::close() noexcept {
 }
 
 AlertEvents HitMonitor::step(const std::optional<HitCandidate>& candidate, double dt_s) noexcept {
+  if (!(dt_s >= 0.0)) dt_s = 0.0;
   since_raise_s_ += dt_s;
   const double speed_share = active_ ? timing_.clear_speed_share : 1.0;
   rule_ = candidate ? assess_hit(candidate->situation, thresholds_, speed_share) : HitRule::kNone;

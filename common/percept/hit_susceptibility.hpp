@@ -17,13 +17,19 @@ enum class HitRule {
   kFarNearing       ///< rule 3: 0 < μ < μ_moderate, faster than the layer allows, and towards the object
 };
 
-/// Speed that is still safe, by μ: linear between the points, constant outside them. Two points are the
-/// linear boundary, more the conservative look-up table of speed per layer.
+/// How a speed limit goes between its points.
+enum class LimitShape {
+  kLinear,  ///< straight from point to point (two points: the thesis's linear zone boundary)
+  kTable    ///< the conservative look-up table of speed per layer: between two points the slower one holds
+};
+
+/// Speed that is still safe, by μ; constant outside its points.
 struct SpeedLimit {
   static constexpr std::size_t kMaxPoints = 16;
   std::array<double, kMaxPoints> mu{};         ///< Pa·s/m, rising
   std::array<double, kMaxPoints> speed_m_s{};  ///< not rising: the closer, the slower
   std::size_t points = 0;
+  LimitShape shape = LimitShape::kLinear;
 
   core::Status check() const;
   double at(double mu_Pa_s_per_m) const noexcept;  ///< real-time safe: yes
@@ -62,6 +68,7 @@ struct HitCandidate {
   std::uint32_t link = 0;
   std::uint32_t sensor = 0;
   std::uint16_t object = 0;
+  std::int32_t interest_point = -1;  ///< index of the interest point that is looked at; −1: the whole skin
   Eigen::Vector3d position_W_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d pgv_W_m = Eigen::Vector3d::Zero();
 };
@@ -87,7 +94,7 @@ class HitMonitor {
   HitMonitor(const HitThresholds& thresholds, const AlertTiming& timing)
       : thresholds_(thresholds), timing_(timing) {}
 
-  /// `candidate`: the worst sensor, or none (free space, or nothing known).
+  /// `candidate`: the worst sensor, or none (free space, or nothing known). A time that is no number counts as none.
   AlertEvents step(const std::optional<HitCandidate>& candidate, double dt_s) noexcept;
   /// Ends the alert that is up, at once: what it rests on is no longer known.
   AlertEvents close() noexcept;

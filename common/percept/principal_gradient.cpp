@@ -37,10 +37,14 @@ ClusterZone::ClusterZone(int reach_vox, ZoneShape shape) {
 }
 
 PrincipalGradient ClusterZone::gradient(const voxel::Workspace& workspace,
-                                        voxel::Index3 centre) const noexcept {
+                                        voxel::Index3 centre, std::size_t link,
+                                        const AllowedContact& allowed) const noexcept {
   Extreme high{-1}, low{256};
+  const bool mutes = allowed.concerns(link);
   for (const voxel::Index3 offset : offsets_) {
-    const int code = workspace.mu_code({centre.x + offset.x, centre.y + offset.y, centre.z + offset.z});
+    const voxel::Index3 at{centre.x + offset.x, centre.y + offset.y, centre.z + offset.z};
+    int code = workspace.mu_code(at);
+    if (mutes && code != 0 && allowed.mutes(link, workspace.object(at))) code = 0;
     if (code > high.code) high = {code};
     if (code < low.code) low = {code};
     if (code == high.code) high.add(offset);

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "common/percept/allowed_contact.hpp"
 #include "common/voxel/workspace.hpp"
 
 namespace phantom::percept {
@@ -27,8 +28,10 @@ class ClusterZone {
   /// thickness.
   ClusterZone(int reach_vox, ZoneShape shape);
   std::size_t voxel_count() const noexcept { return offsets_.size(); }
-  /// Reads every voxel of the zone once, those outside the grid as free space. Real-time safe: yes.
-  PrincipalGradient gradient(const voxel::Workspace& workspace, voxel::Index3 centre) const noexcept;
+  /// Reads every voxel of the zone once, as free space those outside the grid and those whose object link `link`
+  /// may touch. Real-time safe: yes.
+  PrincipalGradient gradient(const voxel::Workspace& workspace, voxel::Index3 centre, std::size_t link = 0,
+                             const AllowedContact& allowed = {}) const noexcept;
 
  private:
   std::vector<voxel::Index3> offsets_;

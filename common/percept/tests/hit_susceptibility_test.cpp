@@ -43,6 +43,19 @@ TEST(SpeedLimit, IsLinearBetweenItsPointsAndConstantOutside) {
   EXPECT_DOUBLE_EQ(limit.at(99.0), 0.01);
 }
 
+TEST(SpeedLimit, AsATableHoldsTheSlowerOfTwoLayers) {
+  SpeedLimit limit{{10.0, 20.0, 30.0}, {0.10, 0.04, 0.01}, 3};
+  const SpeedLimit line = limit;
+  limit.shape = LimitShape::kTable;
+  EXPECT_EQ(limit.at(5.0), 0.10);
+  EXPECT_EQ(limit.at(10.0), 0.10);
+  EXPECT_EQ(limit.at(10.1), 0.04);
+  EXPECT_EQ(limit.at(20.0), 0.04);
+  EXPECT_EQ(limit.at(29.0), 0.01);
+  EXPECT_EQ(limit.at(99.0), 0.01);
+  for (double mu = 0.0; mu < 40.0; mu += 0.25) EXPECT_LE(limit.at(mu), line.at(mu)) << "conservative at " << mu;
+}
+
 TEST(SpeedLimit, RefusesWhatIsNotConservative) {
   EXPECT_FALSE((SpeedLimit{{10.0, 20.0}, {0.1, 0.2}, 2}).check());
   EXPECT_FALSE((SpeedLimit{{20.0, 10.0}, {0.2, 0.1}, 2}).check());
@@ -144,6 +157,16 @@ TEST(HitMonitor, NeverRaisesMoreOftenThanTheLeastInterval) {
   }
   EXPECT_LE(raises, 21);
   EXPECT_GE(raises, 15);
+}
+
+TEST(HitMonitor, ATimeThatIsNoNumberDoesNotStopItsClock) {
+  HitMonitor monitor({}, {});
+  ASSERT_TRUE(monitor.step(candidate(50.0, 0.0), 0.01).raised);
+  monitor.step(std::nullopt, std::nan(""));
+  monitor.step(std::nullopt, -1.0);
+  bool cleared = false;
+  for (int i = 0; i < 100 && !cleared; ++i) cleared = monitor.step(std::nullopt, 0.01).cleared.has_value();
+  EXPECT_TRUE(cleared);
 }
 
 TEST(HitMonitor, ClosesAtOnceWhenNothingIsKnown) {
