@@ -30,15 +30,16 @@ Edge make_edge(const SnappedPoint& from, const SnappedPoint& to, std::size_t u, 
 }
 
 /// First voxel whose centre is at or behind the crossing a0 + (e1·a1 + e2·a2) / area (a1, a2 relative to a0).
+/// per_area: 1 / area.
 std::int64_t first_behind(std::int64_t a0, std::int64_t a1, std::int64_t a2, std::int64_t e1, std::int64_t e2,
-                          std::int64_t area) {
-  const double crossing = static_cast<double>(a0) +
-                          (static_cast<double>(e1) / static_cast<double>(area)) * static_cast<double>(a1) +
-                          (static_cast<double>(e2) / static_cast<double>(area)) * static_cast<double>(a2);
+                          std::int64_t area, double per_area) {
+  const double crossing = static_cast<double>(a0) + (static_cast<double>(e1) * per_area) * static_cast<double>(a1) +
+                          (static_cast<double>(e2) * per_area) * static_cast<double>(a2);
   const double voxels = (crossing - kHalf) / kSub;
-  const double up = std::ceil(voxels);
-  const double nearest = std::nearbyint(voxels);
-  if (std::abs(voxels - nearest) > 1e-6) return static_cast<std::int64_t>(up);
+  const auto below = static_cast<std::int64_t>(voxels) - (voxels < 0 ? 1 : 0);  // floor, or one less
+  const double above_it = voxels - static_cast<double>(below);                   // 0…2
+  if (above_it > 1e-6 && above_it < 1.0 - 1e-6) return below + 1;
+  if (above_it > 1.0 + 1e-6 && above_it < 2.0 - 1e-6) return below + 2;
   // Right at a centre: decide without rounding.
   __extension__ using Wide = __int128;
   const Wide numerator =
@@ -89,6 +90,7 @@ void cross_triangle(const SnappedPoint& p0, const SnappedPoint* p1, const Snappe
     std::swap(p1, p2);
     area = -area;
   }
+  const double per_area = 1.0 / static_cast<double>(area);
   const std::int64_t pu = u_first * kSub + kHalf, pv = v_first * kSub + kHalf;
   Edge e0 = make_edge(*p1, *p2, u, v, pu, pv);  // opposite p0
   Edge e1 = make_edge(*p2, p0, u, v, pu, pv);
@@ -98,7 +100,7 @@ void cross_triangle(const SnappedPoint& p0, const SnappedPoint* p1, const Snappe
     std::int64_t w0 = e0.value + e0.bias, w1 = e1.value + e1.bias, w2 = e2.value + e2.bias;
     for (std::int64_t i = u_first; i <= u_last; ++i) {
       if ((w0 | w1 | w2) >= 0) {
-        const std::int64_t first = first_behind(a0, a1, a2, w1 - e1.bias, w2 - e2.bias, area);
+        const std::int64_t first = first_behind(a0, a1, a2, w1 - e1.bias, w2 - e2.bias, area, per_area);
         crossings.push_back({static_cast<std::uint32_t>((j - lines.v.first) * lines.size_u + i),
                              static_cast<std::int32_t>(std::clamp<std::int64_t>(first, 0, lines.size_a)), step});
       }
@@ -125,16 +127,20 @@ void for_each_line(const SnappedMesh& mesh, const Axes& axes, const Lines& lines
   for (const Corners& t : mesh.triangles)
     cross_triangle(mesh.points[t[0]], &mesh.points[t[1]], &mesh.points[t[2]], axes, lines, crossings);
   const std::size_t count = static_cast<std::size_t>(lines.size_u) * static_cast<std::size_t>(lines.v.last - lines.v.first);
-  std::vector<std::size_t> start(count + 1, 0);
+  std::vector<std::uint32_t> start(count + 1, 0);
   for (const Crossing& c : crossings) ++start[c.line + 1];
   for (std::size_t i = 0; i < count; ++i) start[i + 1] += start[i];
   std::vector<Event> events(crossings.size());
   for (const Crossing& c : crossings) events[start[c.line]++] = event_of(c);
-  for (std::size_t i = 0, from = 0; i < count; from = start[i++]) {
+  for (std::uint32_t i = 0, from = 0; i < count; from = start[i++]) {
     if (start[i] == from) continue;
-    std::sort(events.begin() + static_cast<std::ptrdiff_t>(from),
-              events.begin() + static_cast<std::ptrdiff_t>(start[i]));
-    visit(i, std::span<const Event>(events.data() + from, start[i] - from));
+    const std::span<Event> here(events.data() + from, start[i] - from);
+    if (here.size() == 2) {  // by far the most
+      if (here[0] > here[1]) std::swap(here[0], here[1]);
+    } else {
+      std::sort(here.begin(), here.end());
+    }
+    visit(i, here);
   }
 }
 

@@ -22,6 +22,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 // of the axes with the triangle's edges (three shadows with three edges each) and the triangle's normal.
 constexpr int kTile = 4;
 
+alignas(64) constexpr std::int64_t kOddLanes[kTile] = {0, -1, 0, -1}, kUpperLanes[kTile] = {0, 0, -1, -1};
+alignas(64) constexpr double kLaneNumbers[kTile] = {0, 1, 2, 3};
+
 struct Range {
   std::int32_t first, last;
 };
@@ -34,11 +37,12 @@ struct Shadow {
   Shadow(const std::array<SnappedPoint, 3>& t, int u_axis, int v_axis) : u(u_axis), v(v_axis) {
     const std::int64_t area = (std::int64_t{t[1][u]} - t[0][u]) * (std::int64_t{t[2][v]} - t[0][v]) -
                               (std::int64_t{t[2][u]} - t[0][u]) * (std::int64_t{t[1][v]} - t[0][v]);
-    // A shadow without area is a segment: its edges run both ways, so both its sides are tested.
+    // Edges run so that the shadow is on their left. One without area is a segment: its edges run both ways, so both
+    // its sides are tested.
+    const std::int64_t way = area < 0 ? -1 : 1;
     for (int i = 0; i < 3; ++i) {
-      const SnappedPoint& from = t[area < 0 ? (i + 1) % 3 : i];
-      const SnappedPoint& to = t[area < 0 ? i : (i + 1) % 3];
-      const std::int64_t du = std::int64_t{to[u]} - from[u], dv = std::int64_t{to[v]} - from[v];
+      const SnappedPoint &from = t[i], &to = t[(i + 1) % 3];
+      const std::int64_t du = way * (std::int64_t{to[u]} - from[u]), dv = way * (std::int64_t{to[v]} - from[v]);
       step_u[i] = -dv * kSub;
       step_v[i] = du * kSub;
       // Value at the square's corner that lies farthest to the left of the edge.
@@ -46,21 +50,24 @@ struct Shadow {
                      std::max<std::int64_t>(0, step_v[i]);
     }
   }
-  /// Squares of the tile at (cell_u, cell_v) that meet the shadow: bit 4 v + u.
-  std::uint32_t tile(std::int64_t cell_u, std::int64_t cell_v) const {
+  /// Squares of the tile at (cell_u, cell_v) that meet the shadow, at least in its first `rows` rows along v:
+  /// bit 4 v + u.
+  std::uint32_t tile(std::int64_t cell_u, std::int64_t cell_v, int rows) const {
     const hn::CappedTag<std::int64_t, kTile> d;
     const std::size_t lanes = hn::Lanes(d);
     std::int64_t corner[3];
     for (int i = 0; i < 3; ++i) corner[i] = at_origin[i] + cell_u * step_u[i] + cell_v * step_v[i];
     std::uint32_t outside = 0;
-    alignas(64) std::int64_t ramp[3][kTile];
-    for (int i = 0; i < 3; ++i) {
-      for (int k = 0; k < kTile; ++k) ramp[i][k] = corner[i] + k * step_u[i];
-    }
     for (std::size_t part = 0; part < kTile; part += lanes) {
-      auto a = hn::Load(d, ramp[0] + part), b = hn::Load(d, ramp[1] + part), c = hn::Load(d, ramp[2] + part);
+      // Start + {0, 1, 2, 3} · step, without a way through memory.
+      const auto odd = hn::Load(d, kOddLanes + part), upper = hn::Load(d, kUpperLanes + part);
+      const auto ramp = [&](int i) {
+        return hn::Add(hn::Set(d, corner[i]), hn::Add(hn::And(hn::Set(d, step_u[i]), odd),
+                                                      hn::And(hn::Set(d, 2 * step_u[i]), upper)));
+      };
+      auto a = ramp(0), b = ramp(1), c = ramp(2);
       const auto up_a = hn::Set(d, step_v[0]), up_b = hn::Set(d, step_v[1]), up_c = hn::Set(d, step_v[2]);
-      for (int k = 0; k < kTile; ++k) {
+      for (int k = 0; k < rows; ++k) {
         std::uint8_t bits[8];
         hn::StoreMaskBits(d, hn::Lt(hn::Or(hn::Or(a, b), c), hn::Zero(d)), bits);
         outside |= static_cast<std::uint32_t>(bits[0]) << (static_cast<std::size_t>(kTile * k) + part);
@@ -103,18 +110,18 @@ class Plane {
       value += static_cast<double>(normal_[i]) * static_cast<double>(cell[i] * kSub - origin_[i]);
     return value;
   }
-  /// Voxels of the tile through which the plane passes.
-  std::uint64_t tile(std::int32_t x, std::int32_t y, std::int32_t z) const {
+  /// Voxels of the tile through which the plane passes; right at least where `asked` has bits.
+  std::uint64_t tile(std::int32_t x, std::int32_t y, std::int32_t z, std::uint64_t asked) const {
     const hn::CappedTag<double, kTile> d;
     const std::size_t lanes = hn::Lanes(d);
     const double corner = at(x, y, z) + low_;
     const auto doubt = hn::Set(d, doubt_), span = hn::Set(d, span_);
-    alignas(64) double ramp[kTile];
-    for (int k = 0; k < kTile; ++k) ramp[k] = k * step_[0];
     std::uint64_t meets = 0, doubtful = 0;
     for (std::size_t part = 0; part < kTile; part += lanes) {
-      const auto along_x = hn::Load(d, ramp + part);
-      for (int row = 0; row < kTile * kTile; ++row) {
+      const auto along_x = hn::Mul(hn::Load(d, kLaneNumbers + part), hn::Set(d, step_[0]));
+      for (std::uint64_t left = asked; left != 0;) {
+        const int row = std::countr_zero(left) / kTile;
+        left &= ~(std::uint64_t{0xf} << (kTile * row));
         const auto low = hn::Add(along_x, hn::Set(d, corner + (row % kTile) * step_[1] + (row / kTile) * step_[2]));
         const auto high = hn::Add(low, span);
         std::uint8_t bits[8];
@@ -127,7 +134,7 @@ class Plane {
         }
       }
     }
-    for (; doubtful != 0; doubtful &= doubtful - 1) {
+    for (doubtful &= asked; doubtful != 0; doubtful &= doubtful - 1) {
       const int bit = std::countr_zero(doubtful);
       const std::uint64_t one = std::uint64_t{1} << bit;
       meets = passes(x + bit % 4, y + bit / 4 % 4, z + bit / 16) ? meets | one : meets & ~one;
@@ -167,6 +174,9 @@ class Plane {
   std::int64_t normal_[3];
   double step_[3], low_ = 0, span_ = 0, doubt_ = 0;
 };
+
+/// Rows of a tile at `at` that a range reaches.
+int rows_from(std::int32_t at, const Range& range) { return std::min(kTile, range.last - at + 1); }
 
 /// 16 bits, each becomes a nibble.
 std::uint64_t nibbles(std::uint64_t bits) {
@@ -235,7 +245,7 @@ void mark_flat(const std::array<SnappedPoint, 3>& t, const Range* range, int fla
   std::int32_t cell[3] = {range[0].first, range[1].first, range[2].first};
   for (cell[v] = range[v].first; cell[v] <= range[v].last; cell[v] += kTile) {
     for (cell[u] = range[u].first; cell[u] <= range[u].last; cell[u] += kTile) {
-      const std::uint64_t squares = shadow.tile(cell[u], cell[v]);
+      const std::uint64_t squares = shadow.tile(cell[u], cell[v], rows_from(cell[v], range[v]));
       // Bits (v, u) into the tile's layer at the flat axis's first cell.
       const std::uint64_t tile = flat == 2   ? squares
                                  : flat == 1 ? nibble_runs(squares) & 0x000f000f000f000fULL
@@ -253,14 +263,15 @@ void mark_steep(const std::array<SnappedPoint, 3>& t, const Range* range, BitVol
   for (std::int32_t z = range[2].first; z <= range[2].last; z += kTile) {
     const Range rows = many_rows ? rows_in_layers(t, z, range[1]) : range[1];
     for (std::int32_t y = rows.first; y <= rows.last; y += kTile) {
-      const std::uint32_t m_yz = yz.tile(y, z);
+      const std::uint32_t m_yz = yz.tile(y, z, rows_from(z, range[2]));
       if (m_yz == 0) continue;
       const Range cells = long_rows ? plane.above(y, z, range[0]) : range[0];
       for (std::int32_t x = cells.first; x <= cells.last; x += kTile) {
-        const std::uint64_t m_xy = xy.tile(x, y), m_xz = xz.tile(x, z);
+        const std::uint64_t m_xy = xy.tile(x, y, rows_from(y, range[1]));
+        const std::uint64_t m_xz = xz.tile(x, z, rows_from(z, range[2]));
         const std::uint64_t met = m_xy * 0x0001000100010001ULL & nibble_runs(m_xz) & nibbles(m_yz) &
                                   within(x, y, z, range);
-        if (met != 0) put(met & plane.tile(x, y, z), x, y, z, boundary);
+        if (met != 0) put(met & plane.tile(x, y, z, met), x, y, z, boundary);
       }
     }
   }
