@@ -13,9 +13,11 @@ namespace {
 
 double square(double v) { return v * v; }
 
-/// As in min() of intervals: not a number if either is not.
+// As for intervals: not a number if either is not.
 double least(double a, double b) { return std::isnan(a) || std::isnan(b) ? a + b : std::min(a, b); }
 double most(double a, double b) { return std::isnan(a) || std::isnan(b) ? a + b : std::max(a, b); }
+double power(double a, double b) { return std::isnan(a) || std::isnan(b) ? a + b : std::pow(a, b); }
+Interval power(const Interval& a, const Interval& b) { return pow(a, b); }
 Interval least(const Interval& a, const Interval& b) { return min(a, b); }
 Interval most(const Interval& a, const Interval& b) { return max(a, b); }
 
@@ -23,7 +25,7 @@ Interval most(const Interval& a, const Interval& b) { return max(a, b); }
 
 template <class T>
 T Formula::run(std::span<const T> variables) const {
-  using std::abs, std::acos, std::asin, std::atan, std::cos, std::cosh, std::exp, std::log, std::pow, std::sin, std::sinh,
+  using std::abs, std::acos, std::asin, std::atan, std::cos, std::cosh, std::exp, std::log, std::sin, std::sinh,
       std::sqrt, std::tan, std::tanh;
   std::array<T, kMaxDepth + 1> stack;
   std::size_t top = 0;  // entries in use
@@ -41,7 +43,7 @@ T Formula::run(std::span<const T> variables) const {
       case Op::kSubtract: a = a - b; break;
       case Op::kMultiply: a = a * b; break;
       case Op::kDivide: a = a / b; break;
-      case Op::kPower: a = pow(a, b); break;
+      case Op::kPower: a = power(a, b); break;
       case Op::kNegate: a = -a; break;
       case Op::kSine: a = sin(a); break;
       case Op::kCosine: a = cos(a); break;

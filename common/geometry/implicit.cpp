@@ -43,7 +43,7 @@ class Plain final : public ImplicitSolid {
     const double reach = region.radius_m * (1.0 + 1e-12) + 1e-12 * abs(middle);
     return {max(by_box.lo, middle - reach), min(by_box.hi, middle + reach)};
   }
-  Box bounding_box() const override { return box_around(shape_.half_m()); }
+  Box bounding_box() const override { return shape_.box(); }
   std::optional<TriangleMesh> tessellation() const override { return shape_.mesh(); }
 
  private:
@@ -56,7 +56,7 @@ struct Sphere {
   T f(const T& x, const T& y, const T& z) const {
     return sqrt(square(x) + square(y) + square(z)) - T(r);
   }
-  Eigen::Vector3d half_m() const { return Eigen::Vector3d::Constant(r); }
+  Box box() const { return box_around(Eigen::Vector3d::Constant(r)); }
   TriangleMesh mesh() const { return make_sphere(r, 4); }
 };
 
@@ -66,7 +66,7 @@ struct Cylinder {
   T f(const T& x, const T& y, const T& z) const {
     return corner_distance<T>(length<T>(x, y) - T(r), abs(z) - T(0.5 * h));
   }
-  Eigen::Vector3d half_m() const { return {r, r, 0.5 * h}; }
+  Box box() const { return box_around({r, r, 0.5 * h}); }
   TriangleMesh mesh() const { return make_cylinder(r, h, 96); }
 };
 
@@ -79,7 +79,7 @@ struct Cone {
     const T side = length<T>(x, y) * T(h / norm) + z * T((r - top) / norm) - T(0.5 * h * (r + top) / norm);
     return max(side, abs(z) - T(0.5 * h));
   }
-  Eigen::Vector3d half_m() const { return {max(r, top), max(r, top), 0.5 * h}; }
+  Box box() const { return box_around({max(r, top), max(r, top), 0.5 * h}); }
   TriangleMesh mesh() const { return make_cone(r, top, h, 96); }
 };
 
@@ -91,7 +91,7 @@ struct Cuboid {
     const T zero(0.0);
     return sqrt(square(max(a, zero)) + square(max(b, zero)) + square(max(c, zero))) + min(max(a, max(b, c)), zero);
   }
-  Eigen::Vector3d half_m() const { return half; }
+  Box box() const { return box_around(half); }
   TriangleMesh mesh() const { return make_box(2.0 * half); }
 };
 
@@ -101,7 +101,7 @@ struct Torus {
   T f(const T& x, const T& y, const T& z) const {
     return length<T>(length<T>(x, y) - T(ring), z) - T(tube);
   }
-  Eigen::Vector3d half_m() const { return {ring + tube, ring + tube, tube}; }
+  Box box() const { return box_around({ring + tube, ring + tube, tube}); }
   TriangleMesh mesh() const { return make_torus(ring, tube, 96, 48); }
 };
 
@@ -118,10 +118,10 @@ struct Prism {
     }
     return found;
   }
-  Eigen::Vector3d half_m() const {
-    Eigen::Vector3d half(0, 0, 0.5 * h);
-    for (const auto& corner : corners) half.head<2>() = half.head<2>().cwiseMax(corner.cwiseAbs());
-    return half;
+  Box box() const {
+    const Eigen::Vector2d low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]);
+    const Eigen::Vector2d high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]);
+    return {{low.x(), low.y(), -0.5 * h}, {high.x(), high.y(), 0.5 * h}};
   }
   TriangleMesh mesh() const { return make_prism(corners, h); }
 };

@@ -21,6 +21,8 @@ Interval outward(double lo, double hi, bool defined) {
   return {down(lo), up(hi), defined};
 }
 
+bool endless(const Interval& a) { return std::isinf(a.lo) || std::isinf(a.hi); }
+
 /// For a function that rises on [from, to] and is undefined elsewhere.
 template <class Function>
 Interval rising(const Interval& a, double from, double to, Function f) {
@@ -54,12 +56,12 @@ Interval operator-(const Interval& a) { return a.empty() ? a : Interval{-a.hi, -
 
 Interval operator+(const Interval& a, const Interval& b) {
   if (a.empty() || b.empty()) return Interval::nowhere();
-  return outward(a.lo + b.lo, a.hi + b.hi, a.defined && b.defined);
+  return outward(a.lo + b.lo, a.hi + b.hi, a.defined && b.defined && !(endless(a) && endless(b)));  // ∞ − ∞
 }
 
 Interval operator-(const Interval& a, const Interval& b) {
   if (a.empty() || b.empty()) return Interval::nowhere();
-  return outward(a.lo - b.hi, a.hi - b.lo, a.defined && b.defined);
+  return outward(a.lo - b.hi, a.hi - b.lo, a.defined && b.defined && !(endless(a) && endless(b)));  // ∞ − ∞
 }
 
 Interval operator*(const Interval& a, const Interval& b) {
@@ -68,7 +70,7 @@ Interval operator*(const Interval& a, const Interval& b) {
   for (const double end : ends) {
     if (std::isnan(end)) return Interval::whole(false);
   }
-  return outward(*std::min_element(ends, ends + 4), *std::max_element(ends, ends + 4), a.defined && b.defined);
+  return outward(*std::min_element(ends, ends + 4), *std::max_element(ends, ends + 4), a.defined && b.defined && !endless(a) && !endless(b));  // 0 · ∞
 }
 
 Interval operator/(const Interval& a, const Interval& b) {
@@ -78,7 +80,7 @@ Interval operator/(const Interval& a, const Interval& b) {
   for (const double end : ends) {
     if (std::isnan(end)) return Interval::whole(false);
   }
-  return outward(*std::min_element(ends, ends + 4), *std::max_element(ends, ends + 4), a.defined && b.defined);
+  return outward(*std::min_element(ends, ends + 4), *std::max_element(ends, ends + 4), a.defined && b.defined && !(endless(a) && endless(b)));  // ∞ / ∞
 }
 
 Interval min(const Interval& a, const Interval& b) {

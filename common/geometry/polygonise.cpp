@@ -13,6 +13,7 @@ constexpr int kBrick = 8;           // cells along a brick, whose corners are sa
 constexpr int kCorners = kBrick + 1;
 constexpr int kBisections = 14;
 constexpr int kThinDepth = 7;       // walls down to 1/128 of a cell are found along an edge
+constexpr double kReach = 0.6;      // cells by which a vertex may leave its own
 using Cell = std::array<int, 3>;
 
 /// A point where the surface crosses, and which way is out there.
@@ -94,7 +95,7 @@ class Polygoniser {
     if (!other) return;
     // Two crossings on one edge: an edge or a corner of the solid that pokes in is no matter, a wall or a gap is.
     const Crossing one = cross(from, *other), two = cross(from + step, *other);
-    thin_edges_ += one.normal.dot(two.normal) < -0.5;
+    thin_edges_ += one.normal.dot(two.normal) < -0.9;
   }
 
   /// A point between two that are on the same side which is on the other.
@@ -160,8 +161,10 @@ class Polygoniser {
         offset += direction * (direction.dot(wanted) / weight);
       }
     }
-    const Eigen::Vector3d low = corner_m(cell);
-    const Eigen::Vector3d p = (middle + offset).cwiseMax(low).cwiseMin(low + Eigen::Vector3d::Constant(edge_m_));
+    // An edge or a corner may poke into the next cell without being seen there: some way out of the cell is allowed.
+    const Eigen::Vector3d reach = Eigen::Vector3d::Constant(kReach * edge_m_);
+    const Eigen::Vector3d low = corner_m(cell) - reach, high = corner_m({cell[0] + 1, cell[1] + 1, cell[2] + 1}) + reach;
+    const Eigen::Vector3d p = (middle + offset).cwiseMax(low).cwiseMin(high);
     vertex_of_[key(cell)] = static_cast<std::uint32_t>(mesh_.vertices_m.size());
     mesh_.vertices_m.push_back(p.cast<float>());
   }
