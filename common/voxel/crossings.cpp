@@ -152,7 +152,10 @@ LineSigns for_each_run(std::span<const Event> events, std::int32_t size, const V
   for (std::size_t i = 0; i < events.size();) {
     const std::int32_t at = at_of(events[i]), before = winding;
     for (; i < events.size() && at_of(events[i]) == at; ++i) winding += step_of(events[i]);
-    if (at >= size) break;
+    if (at >= size) {  // behind the box: what lasts until there is inside up to the box's end
+      winding = before;
+      break;
+    }
     signs.positive |= winding > 0;
     signs.negative |= winding < 0;
     if (before == 0 && winding != 0) since = at;
