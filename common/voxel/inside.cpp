@@ -1,0 +1,47 @@
+#include "common/voxel/inside.hpp"
+
+namespace phantom::voxel {
+namespace {
+
+/// All that is not interior, as a solid of its own: its layers are those inside the body.
+SolidVoxels hollow(const SolidVoxels& solid) {
+  SolidVoxels rest;
+  rest.box = solid.box;
+  rest.boundary = BitVolume(solid.box.size);
+  rest.interior = BitVolume(solid.box.size);
+  const int tail = solid.box.size[0] & 63;
+  const std::uint64_t last = tail == 0 ? ~std::uint64_t{0} : (std::uint64_t{1} << tail) - 1;
+  for (std::int32_t z = 0; z < solid.box.size[2]; ++z) {
+    for (std::int32_t y = 0; y < solid.box.size[1]; ++y) {
+      const std::uint64_t* from = solid.interior.row(y, z);
+      std::uint64_t* to = rest.interior.row(y, z);
+      const std::size_t words = rest.interior.words_per_row();
+      for (std::size_t i = 0; i < words; ++i) to[i] = ~from[i];
+      to[words - 1] &= last;
+    }
+  }
+  return rest;
+}
+
+}  // namespace
+
+void lay_inside(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& part, ObjectBricks& bricks,
+                const LayerOptions& options) {
+  if (profile.inside_thickness_vox.empty() || solid.box.empty()) return;
+  LayerProfile inwards;
+  inwards.thickness_vox = profile.inside_thickness_vox;
+  const ObjectBricks layers = distance_bricks(hollow(solid), inwards, part, options);
+  for (const BrickKey key : layers.keys()) {
+    const std::int8_t* depth = layers.orders(key);
+    const std::int8_t* present = bricks.orders(key);
+    if (present == nullptr) continue;
+    std::int8_t* orders = nullptr;  // the brick is only copied if something changes
+    for (std::size_t i = 0; i < kBrickVoxels; ++i) {
+      if (depth[i] < 1 || depth[i] > kMaxLayers || present[i] != kOrderInterior) continue;
+      if (orders == nullptr) present = orders = bricks.edit(key);
+      orders[i] = static_cast<std::int8_t>(-depth[i]);
+    }
+  }
+}
+
+}  // namespace phantom::voxel

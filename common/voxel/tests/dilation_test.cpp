@@ -1,0 +1,125 @@
+#include "common/voxel/dilation.hpp"
+
+#include <gtest/gtest.h>
+
+#include "common/geometry/primitives.hpp"
+#include "common/voxel/tests/method_twins.hpp"
+#include "common/voxel/tests/random_solid.hpp"
+
+namespace phantom::voxel {
+namespace {
+
+LayerProfile layers(ShapingElement element, std::vector<int> thickness, int guard = 0) {
+  LayerProfile profile;
+  profile.thickness_vox = std::move(thickness);
+  for (std::size_t i = 0; i < profile.thickness_vox.size(); ++i)
+    profile.mu_Pa_s_per_m.push_back(50.0F - static_cast<float>(i));
+  profile.guard_vox = guard;
+  profile.method = LayerMethod::kDilation;
+  profile.element = element;
+  return profile;
+}
+
+constexpr ShapingElement kElements[] = {ShapingElement::kCube, ShapingElement::kSphere, ShapingElement::kSphereContained};
+const VoxelBox kGrid{{0, 0, 0}, {150, 100, 100}};
+
+void expect_like_the_twin(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& part = kGrid) {
+  ASSERT_TRUE(check_profile(profile)) << check_profile(profile).message();
+  const ObjectVoxels expected = twin::dilation(solid, profile);
+  for (const int threads : {1, 3}) {
+    const ObjectBricks bricks = dilation_bricks(solid, profile, part, {threads, nullptr});
+    std::size_t wrong = 0;
+    twin::for_each(part, [&](Index3 v) { wrong += bricks.at(v) != expected.at(v) ? 1 : 0; });
+    EXPECT_EQ(wrong, 0U) << "m " << profile.thickness_vox.front() << ", guard " << profile.guard_vox;
+  }
+}
+
+TEST(Dilation, EqualsTheLiteralTwinInEveryVoxelForAllElements) {
+  unsigned seed = 1;
+  for (const ShapingElement element : kElements) {
+    for (int m = 1; m <= 4; ++m) {
+      for (const int guard : {0, 2}) {
+        expect_like_the_twin(scattered_solid(seed++, {9, 7, 8}, 60), layers(element, {m, m, m}, guard));
+      }
+      expect_like_the_twin(scattered_solid(seed++, {60, 5, 4}, 90), layers(element, {m, m}, 0));
+    }
+    expect_like_the_twin(scattered_solid(seed++, {12, 9, 9}, 150), layers(element, {1, 4, 2, 3}, 1));
+    expect_like_the_twin(scattered_solid(seed++, {3, 3, 3}, 20), layers(element, {9, 2}, 0));
+  }
+}
+
+TEST(Dilation, EqualsTheLiteralTwinOnBodies) {
+  const GridSpec grid{Eigen::Vector3d::Zero(), 0.01, {150, 100, 100}};
+  const auto X = geometry::Pose{geometry::rotation_from_rpy(0.3, 0.5, 0.7), {0.7, 0.5, 0.5}};
+  const auto mesh = geometry::make_cylinder(0.13F, 0.3F, 40).transformed(X);
+  for (const ShapingElement element : kElements) {
+    const LayerProfile profile = layers(element, {2, 3, 1});
+    expect_like_the_twin(*voxelise(mesh, grid, voxelise_clip(grid, profile)), profile);
+  }
+}
+
+TEST(Dilation, WidensByMoreThanAWord) {
+  const SolidVoxels dot = scattered_solid(3, {1, 1, 1}, 1, {75, 50, 50});
+  SolidVoxels boundary = dot;
+  boundary.boundary.set(0, 0, 0);
+  boundary.interior = BitVolume(boundary.box.size);
+  const LayerProfile profile = layers(ShapingElement::kSphere, {70});
+  const ObjectBricks bricks = dilation_bricks(boundary, profile, kGrid);
+  twin::for_each(kGrid, [&](Index3 v) {
+    const int square = (v.x - 75) * (v.x - 75) + (v.y - 50) * (v.y - 50) + (v.z - 50) * (v.z - 50);
+    ASSERT_EQ(bricks.at(v), square == 0 ? kOrderBoundary : square <= 70 * 70 ? 1 : 0);
+  });
+}
+
+TEST(Dilation, DoesNotDependOnPartsNorOnWhatLiesBeyondTheGrid) {
+  const VoxelBox small{{0, 0, 0}, {61, 50, 45}};  // ends inside of bricks; the solid hangs over
+  for (const ShapingElement element : kElements) {
+    const LayerProfile profile = layers(element, {3, 2, 4}, 1);
+    const SolidVoxels solid = scattered_solid(77, {70, 30, 40}, 200, {-8, 28, 20});
+    expect_like_the_twin(solid, profile, small);
+    const ObjectBricks whole = dilation_bricks(solid, profile, kGrid);
+    for (const BrickKey key : whole.keys()) {
+      const ObjectBricks one = dilation_bricks(solid, profile, box_of(key));
+      ASSERT_EQ(one.keys(), std::vector{key});
+      twin::for_each(box_of(key).intersection(kGrid), [&](Index3 v) { ASSERT_EQ(one.at(v), whole.at(v)); });
+    }
+  }
+}
+
+TEST(Dilation, SharesBricksThatAreInteriorThroughout) {
+  const GridSpec grid{Eigen::Vector3d::Zero(), 0.01, {160, 160, 160}};
+  const auto mesh = geometry::make_box({1.2F, 1.2F, 1.2F}).transformed({Eigen::Matrix3d::Identity(), {0.8, 0.8, 0.8}});
+  const LayerProfile profile = layers(ShapingElement::kSphere, {2, 2});
+  const SolidVoxels solid = *voxelise(mesh, grid, voxelise_clip(grid, profile));
+  const ObjectBricks bricks = dilation_bricks(solid, profile, VoxelBox::of(grid));
+  EXPECT_EQ(bricks.keys().size(), 125U);
+  EXPECT_LT(bricks.bytes(), 100 * kBrickVoxels);  // 27 bricks in the middle take nothing
+  EXPECT_EQ(bricks.at({80, 80, 80}), kOrderInterior);
+}
+
+TEST(Dilation, EndsWhenToldTo) {
+  int asked = 0;
+  const auto bricks = dilation_bricks(scattered_solid(1, {9, 9, 9}, 9), layers(ShapingElement::kCube, {1, 1, 1}), kGrid,
+                                      {1, [&](double) { return ++asked < 2; }});
+  EXPECT_TRUE(bricks.keys().empty());
+  EXPECT_EQ(asked, 2);
+}
+
+TEST(ShapingElements, HaveTheSizesOfTable41) {
+  const auto size = [](ShapingElement element, int m) {
+    int cells = 0;
+    twin::for_each({{-m - 1, -m - 1, -m - 1}, {2 * m + 3, 2 * m + 3, 2 * m + 3}},
+                   [&](Index3 v) { cells += in_element(element, m, v.x, v.y, v.z) ? 1 : 0; });
+    return cells;
+  };
+  EXPECT_EQ(size(ShapingElement::kCube, 1), 27);
+  EXPECT_EQ(size(ShapingElement::kCube, 2), 125);
+  EXPECT_EQ(size(ShapingElement::kCube, 3), 343);
+  EXPECT_EQ(size(ShapingElement::kSphere, 1), 7);
+  EXPECT_EQ(size(ShapingElement::kSphereContained, 1), 19);
+  EXPECT_EQ(size(ShapingElement::kSphereContained, 2), 81);
+  EXPECT_EQ(size(ShapingElement::kSphereContained, 3), 179);
+}
+
+}  // namespace
+}  // namespace phantom::voxel

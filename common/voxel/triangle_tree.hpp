@@ -1,0 +1,44 @@
+#pragma once
+
+// Private to this library: the exact distance from any point to a mesh.
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "common/geometry/mesh.hpp"
+#include "common/voxel/grid.hpp"
+
+namespace phantom::voxel::detail {
+
+/// Where the mesh is nearest to a point.
+struct NearestPoint {
+  double distance_vox = std::numeric_limits<double>::infinity();
+  Eigen::Vector3d point_vox = Eigen::Vector3d::Zero();
+};
+
+/// A tree of boxes around the triangles of a mesh, in voxels of a grid (whole numbers are borders between voxels).
+/// Immutable; nearest() is thread-safe.
+class TriangleTree {
+ public:
+  TriangleTree(const geometry::TriangleMesh& mesh_W, const GridSpec& grid);
+
+  bool empty() const { return corners_.empty(); }
+  /// The nearest point of all triangles, exactly, if it is not farther than `limit_vox`; else infinitely far.
+  NearestPoint nearest(const Eigen::Vector3d& p_vox, double limit_vox = 1e30) const;
+
+ private:
+  struct Node {
+    Eigen::AlignedBox3d box;
+    std::uint32_t first = 0, count = 0;  // triangles of a leaf
+    std::uint32_t right = 0;             // else its second child; the first one stands next
+  };
+  std::uint32_t build(std::vector<std::uint32_t>& order, std::size_t from, std::size_t to);
+
+  std::vector<std::array<Eigen::Vector3d, 3>> corners_;  // in leaf order
+  std::vector<Node> nodes_;
+};
+
+}  // namespace phantom::voxel::detail
