@@ -28,6 +28,21 @@ const char* rule_name(msg::HitRule rule) {
   }
 }
 
+const char* law_name(msg::BilateralLaw law) {
+  constexpr const char* kNames[] = {"pf", "sctfb", "pfff", "pe", "peff"};
+  return law <= msg::LAW_PEFF ? kNames[law] : "unknown";
+}
+
+JointRow row_of(const msg::MasterState& m, double t_s) {
+  return {.t_s = t_s,
+          .reach = m.reach(),
+          .law = law_name(m.law()),
+          .master_position = m.position_rad(),
+          .operator_torque = m.operator_torque_Nm(),
+          .percept_torque = m.percept_torque_Nm(),
+          .feedback_torque = m.feedback_torque_Nm()};
+}
+
 core::ComponentState state_of(msg::ComponentState state) {
   switch (state) {
     case msg::COMPONENT_STARTING:
@@ -65,6 +80,7 @@ StatusSample status_of(const msg::ComponentStatus& status, double t_s) {
 struct DdsAdapter::Impl {
   dds::Participant participant;
   Collector& collector;
+  JointLog& joints;
   std::mutex mutex;
   core::Nanoseconds start_ns = core::monotonic_ns();
 
@@ -84,9 +100,10 @@ struct DdsAdapter::Impl {
     };
   }
 
-  Impl(const core::NetworkOptions& network, Collector& into_collector)
+  Impl(const core::NetworkOptions& network, Collector& into_collector, JointLog& into_joints)
       : participant("phantom_session", network),
         collector(into_collector),
+        joints(into_joints),
         objects(participant, dds::kWorkspaceObject, into([this](const msg::WorkspaceObject& o, double) {
                   collector.on_object_name(o.id(), o.name().to_string());
                 })),
@@ -95,10 +112,12 @@ struct DdsAdapter::Impl {
                                       greatest(m.percept_torque_Nm(), m.joint_count()),
                                       greatest(m.feedback_torque_Nm(), m.joint_count()),
                                       greatest(m.operator_torque_Nm(), m.joint_count()), m.round_trip_s()});
+                 joints.on_master(m.joint_count(), row_of(m, t_s));
                })),
         slave(participant, dds::kSlaveState, into([this](const msg::SlaveState& s, double t_s) {
                 collector.on_slave({t_s, s.contact(), s.contact_force_N(), s.contact_object(),
                                     s.tool_speed_m_s(), s.clearance_m()});
+                joints.on_slave(s.position_rad());
               })),
         percept(participant, dds::kPercept, into([this](const msg::Percept& p, double t_s) {
                   collector.on_percept({t_s, p.valid(), p.mu(), p.closeness()});
@@ -112,8 +131,8 @@ struct DdsAdapter::Impl {
                })) {}
 };
 
-DdsAdapter::DdsAdapter(const core::NetworkOptions& network, Collector& collector)
-    : impl_(std::make_unique<Impl>(network, collector)) {}
+DdsAdapter::DdsAdapter(const core::NetworkOptions& network, Collector& collector, JointLog& joints)
+    : impl_(std::make_unique<Impl>(network, collector, joints)) {}
 DdsAdapter::~DdsAdapter() = default;
 std::unique_lock<std::mutex> DdsAdapter::lock() { return std::unique_lock(impl_->mutex); }
 

@@ -5,14 +5,15 @@
 
 #include "common/core/network.hpp"
 #include "components/phantom_session/collector.hpp"
+#include "components/phantom_session/joint_log.hpp"
 
 namespace phantom::phantom_session {
 
-/// Feeds a Collector from the topics of a domain. The collector may be used by others only under lock().
+/// Feeds a Collector and a JointLog from the topics of a domain. Others may use them only under lock().
 class DdsAdapter {
  public:
   /// Joins the domain. Throws dds::DdsError.
-  DdsAdapter(const core::NetworkOptions& network, Collector& collector);
+  DdsAdapter(const core::NetworkOptions& network, Collector& collector, JointLog& joints);
   ~DdsAdapter();
   std::unique_lock<std::mutex> lock();
 

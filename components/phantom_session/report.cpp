@@ -210,7 +210,7 @@ void write_report(const ReportInputs& inputs) {
   open_file(inputs.folder / "index.html") << report_page(text);
 }
 
-bool draw_plots(const std::filesystem::path& folder, const Collector& collector) {
+bool draw_plots(const std::filesystem::path& folder, const Collector& collector, const JointLog& joints) {
   const std::filesystem::path gnuplot = "/usr/bin/gnuplot";
   if (access(gnuplot.c_str(), X_OK) != 0) {
     spdlog::warn("gnuplot is not installed: the report has its CSV files but no plots");
@@ -223,7 +223,9 @@ bool draw_plots(const std::filesystem::path& folder, const Collector& collector)
       collector.rows().begin(), collector.rows().end(),
       [](const Row& row) { return row.reach >= 0 && row.percept_enabled && row.clearance_m >= 0.0; });
   const std::string variables = "folder='" + folder.string() + "'; contacts=" + std::to_string(contacts) +
-                                "; approach_rows=" + std::to_string(approach_rows);
+                                "; approach_rows=" + std::to_string(approach_rows) + "; joint=" +
+                                std::to_string(joints.most_telling() ? *joints.most_telling() + 1 : 0) +
+                                "; law='" + (joints.rows().empty() ? "" : joints.rows().back().law) + "'";
   drawing.start({"gnuplot",
                  gnuplot,
                  {"-e", variables, runtime::share_path("config/report.gp").string()},

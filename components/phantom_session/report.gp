@@ -1,5 +1,5 @@
 # Plots of a session report. Run by phantom_session: gnuplot -e "folder='…'" report.gp
-# approach_rows and contacts: how much there is to draw; gnuplot refuses to plot nothing.
+# approach_rows, contacts, joint (0: none): what there is to draw; gnuplot refuses to plot nothing. law: its name.
 series = folder."/series.csv"
 reaches = folder."/reaches.csv"
 
@@ -55,3 +55,26 @@ set ylabel "force [N]"
 set xlabel "time [s]"
 plot series every ::1 using 1:12 with lines lw 1.5 title "contact"
 unset multiplot
+
+if (joint > 0) {
+reset
+set datafile separator ","
+joints = folder."/joints.csv"
+place(signal) = 3 + (joint - 1) * 5 + signal
+set terminal pngcairo size 1100,800 font "sans,11" background rgb "white"
+set output folder."/joint.png"
+set multiplot layout 3,1 title sprintf("Joint %d under law %s", joint, law)
+set lmargin 10
+set rmargin 3
+set grid
+set key top right
+set ylabel "position [rad; m]"
+plot joints every ::1 using 1:(column(place(1))) with lines lw 1.5 title "master", \
+     joints every ::1 using 1:(column(place(2))) with lines title "slave"
+set ylabel "torque [N·m; N]"
+plot joints every ::1 using 1:(column(place(3))) with lines lc rgb "#555" title "hand (MLT)"
+set xlabel "time [s]"
+plot joints every ::1 using 1:(column(place(4))) with lines lw 1.5 title "percept (PFFB)", \
+     joints every ::1 using 1:(column(place(5))) with lines title (law eq "sctfb" ? "slave feedback (SCTFB)" : "slave feedback (SFFB)")
+unset multiplot
+}

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "components/phantom_session/collector.hpp"
+#include "components/phantom_session/joint_log.hpp"
 #include "components/phantom_session/supervisor.hpp"
 
 namespace phantom::phantom_session {
@@ -30,6 +31,6 @@ std::string summary_json(const ReportInputs& inputs);
 
 /// Draws the plots beside the CSV files with gnuplot; returns false (and says so) if gnuplot is not
 /// installed.
-bool draw_plots(const std::filesystem::path& folder, const Collector& collector);
+bool draw_plots(const std::filesystem::path& folder, const Collector& collector, const JointLog& joints);
 
 }  // namespace phantom::phantom_session

@@ -38,7 +38,8 @@ class Session {
         planned_(plan(deployment, options, request)),
         collector_(config.onset_threshold_Nm, config.row_interval_s,
                    [](const std::string& line) { say(line); }),
-        adapter_(deployment.network, collector_) {}
+        joints_(config.row_interval_s),
+        adapter_(deployment.network, collector_, joints_) {}
 
   int run() {
     start_all();
@@ -134,7 +135,8 @@ class Session {
   void report(double seconds) {
     const auto guard = adapter_.lock();
     write_report({options_.report_dir, seconds, start_utc_ns_, page_, supervisor_.outcomes(), collector_});
-    draw_plots(options_.report_dir, collector_);
+    joints_.write(options_.report_dir);
+    draw_plots(options_.report_dir, collector_, joints_);
     say("Report: " + (options_.report_dir / "index.html").string() + " (figures in summary.json)");
   }
 
@@ -143,6 +145,7 @@ class Session {
   const SessionRequest& request_;
   std::vector<PlannedProcess> planned_;
   Collector collector_;
+  JointLog joints_;
   DdsAdapter adapter_;
   Supervisor supervisor_;
   std::vector<std::string> names_;
