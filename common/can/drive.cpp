@@ -1,0 +1,340 @@
+#include "common/can/drive.hpp"
+
+#include <bit>
+
+namespace phantom::can {
+namespace {
+
+constexpr int kAttempts = 3;         // of an SDO transfer: a frame may be lost
+constexpr double kAskAgain_s = 0.1;  // an NMT command is not acknowledged
+
+// A node id that is there twice answers twice, again and again; a frame that the bus repeated comes twice once.
+constexpr int kSurplusSyncs = 12;     // of the last 32
+constexpr double kCrowded = 0.65;     // share of the time that eight heartbeats should take
+constexpr int kSurplusSdoReplies = 3;
+
+// Faults of the drive itself are reset by the controlword; all others need the connection made anew.
+bool is_reset_by_controlword(DriveFault fault) {
+  return fault == DriveFault::kDriveFault || fault == DriveFault::kEmergency ||
+         fault == DriveFault::kEnableTimeout || fault == DriveFault::kLeftEnabled;
+}
+
+}  // namespace
+
+Drive::Drive(const AxisConfig& axis, const DriveGroupConfig& config)
+    : timing_(config.timing),
+      mode_(axis.mode),
+      reaction_(config.reaction),
+      node_(axis.node),
+      setup_(setup_steps(axis, config)),
+      sdo_(static_cast<std::uint8_t>(axis.node), core::from_seconds(config.timing.sdo_timeout_s)) {}
+
+bool Drive::is_watched() const noexcept {
+  const DrivePhase p = report_.phase;
+  return p == DrivePhase::kReady || p == DrivePhase::kEnabling || p == DrivePhase::kEnabled ||
+         p == DrivePhase::kQuickStop || p == DrivePhase::kResetting;
+}
+
+void Drive::enter(DrivePhase phase, core::Nanoseconds now_ns) noexcept {
+  report_.phase = phase;
+  phase_ns_ = now_ns;
+  asked_ns_ = -1;
+  if (phase == DrivePhase::kSearching) booted_ = report_.answered = false;
+  if (phase == DrivePhase::kConfiguring) {
+    setup_next_ = 0;
+    attempts_ = 0;
+    surplus_sdo_ = 0;
+  }
+  if (phase == DrivePhase::kStarting) {
+    heartbeat_ns_ = -1;
+    surplus_syncs_ = 0;
+    heartbeat_count_ = 0;
+    crowded_heartbeats_ = false;
+    missed_ = answers_ = 0;
+    sync_open_ = report_.has_position = false;
+    booted_ = false;
+  }
+  if (phase != DrivePhase::kFault) {
+    report_.fault = DriveFault::kNone;
+    pending_ = DriveFault::kNone;
+  }
+}
+
+void Drive::fail(DriveFault fault, core::Nanoseconds now_ns) noexcept {
+  if (report_.phase == DrivePhase::kFault) return;  // the first is the cause
+  report_.fault = fault;
+  report_.fault_ns = now_ns;
+  enter(DrivePhase::kFault, now_ns);
+}
+
+// ---- what comes in
+
+void Drive::on_frame(const CanFrame& frame, core::Nanoseconds time_ns) noexcept {
+  if (frame.extended || frame.remote) return;
+  switch (frame.id & ~0x7FU) {
+    case kCobTpdo1:
+      return on_state_pdo(frame);
+    case kCobTpdo2:
+      return on_measure_pdo(frame);
+    case kCobEmcy:
+      return on_emergency(frame);
+    case kCobHeartbeat:
+      return on_heartbeat(frame, time_ns);
+    case kCobSdoReply:
+      if (sdo_.on_frame(frame, time_ns) || report_.phase != DrivePhase::kConfiguring) return;
+      ++report_.surplus;
+      if (++surplus_sdo_ >= kSurplusSdoReplies) pending_ = DriveFault::kDuplicateNode;
+      return;
+    default:
+      return;
+  }
+}
+
+void Drive::on_state_pdo(const CanFrame& frame) noexcept {
+  if (report_.phase <= DrivePhase::kConfiguring) return;
+  if (frame.length != kStatePdoBytes) {
+    pending_ = DriveFault::kPdoLength;
+    return;
+  }
+  if (!sync_open_) return;  // nobody asked: of an earlier life, or made up
+  if (++answers_ > 1) {     // the first answer counts
+    ++report_.surplus;
+    return;
+  }
+  const std::span<const std::uint8_t> bytes(frame.data);
+  report_.statusword = static_cast<std::uint16_t>(get_le(bytes, 2));
+  report_.position_counts = static_cast<std::int32_t>(get_le(bytes.subspan(2), 4));
+  report_.mode = static_cast<std::int8_t>(frame.data[6]);
+  report_.power = power_state(report_.statusword);
+  report_.has_position = true;
+}
+
+void Drive::on_measure_pdo(const CanFrame& frame) noexcept {
+  if (report_.phase <= DrivePhase::kConfiguring) return;
+  if (frame.length != kMeasurePdoBytes) {
+    pending_ = DriveFault::kPdoLength;
+    return;
+  }
+  const std::span<const std::uint8_t> bytes(frame.data);
+  report_.velocity_counts = static_cast<std::int32_t>(get_le(bytes, 4));
+  report_.torque_mille = static_cast<std::int16_t>(get_le(bytes.subspan(4), 2));
+}
+
+void Drive::on_heartbeat(const CanFrame& frame, core::Nanoseconds time_ns) noexcept {
+  if (frame.length != 1) return;
+  nmt_ = static_cast<NmtState>(frame.data[0] & 0x7F);
+  report_.answered = true;
+  if (nmt_ == NmtState::kBootUp) {
+    booted_ = true;
+    return;
+  }
+  heartbeat_ns_ = time_ns;
+  core::Nanoseconds& oldest_ns = heartbeats_ns_[heartbeat_count_++ % heartbeats_ns_.size()];
+  const double due_s = static_cast<double>(heartbeats_ns_.size()) * timing_.heartbeat_s;
+  crowded_heartbeats_ =
+      heartbeat_count_ > heartbeats_ns_.size() && core::seconds(time_ns - oldest_ns) < kCrowded * due_s;
+  oldest_ns = time_ns;
+}
+
+void Drive::on_emergency(const CanFrame& frame) noexcept {
+  if (frame.length != 8) return;
+  report_.emergency_code = static_cast<std::uint16_t>(get_le(frame.data, 2));
+  if (report_.emergency_code != 0 && is_watched()) pending_ = DriveFault::kEmergency;
+}
+
+void Drive::on_sync() noexcept {
+  if (sync_open_) {
+    surplus_syncs_ = surplus_syncs_ << 1 | (answers_ > 1 ? 1U : 0U);
+    missed_ = answers_ == 0 ? missed_ + 1 : 0;
+    report_.missed += answers_ == 0 ? 1 : 0;
+  }
+  sync_open_ = report_.phase >= DrivePhase::kStarting;
+  answers_ = 0;
+}
+
+// ---- what follows from it
+
+DriveFault Drive::found_fault(core::Nanoseconds now_ns) const noexcept {
+  if (pending_ != DriveFault::kNone) return pending_;
+  if (std::popcount(surplus_syncs_) >= kSurplusSyncs || crowded_heartbeats_) return DriveFault::kDuplicateNode;
+  if (!is_watched()) return DriveFault::kNone;
+  if (booted_) return DriveFault::kRebooted;
+  // A drive in fault says so in its statusword before all else that follows from it.
+  const bool in_fault = report_.power == PowerState::kFault || report_.power == PowerState::kFaultReaction;
+  if (in_fault && report_.phase != DrivePhase::kResetting) return DriveFault::kDriveFault;
+  if (nmt_ != NmtState::kOperational) return DriveFault::kNotOperational;
+  if (missed_ > timing_.most_missed) return DriveFault::kFeedbackMissing;
+  if (core::seconds(now_ns - heartbeat_ns_) > timing_.heartbeat_timeout_s) return DriveFault::kHeartbeatLost;
+  if (report_.mode != static_cast<std::int8_t>(mode_)) return DriveFault::kModeMismatch;
+  return DriveFault::kNone;
+}
+
+void Drive::watch(BusState bus, core::Nanoseconds now_ns) noexcept {
+  if (bus == BusState::kBusOff) return fail(DriveFault::kBusOff, now_ns);
+  if (bus == BusState::kDown) return fail(DriveFault::kBusDown, now_ns);
+  if (const DriveFault fault = found_fault(now_ns); fault != DriveFault::kNone) fail(fault, now_ns);
+}
+
+void Drive::step(DriveGoal goal, bool reset, BusState bus, core::Nanoseconds now_ns, Outbox& out) noexcept {
+  if (phase_ns_ < 0) enter(DrivePhase::kSearching, now_ns);
+  if (reset && report_.phase == DrivePhase::kFault) leave_fault(now_ns);
+  watch(bus, now_ns);
+  switch (report_.phase) {
+    case DrivePhase::kSearching:
+      return search(now_ns, out);
+    case DrivePhase::kConfiguring:
+      return configure(now_ns, out);
+    case DrivePhase::kStarting:
+      return start(now_ns, out);
+    default:
+      return control(goal, now_ns);
+  }
+}
+
+void Drive::search(core::Nanoseconds now_ns, Outbox& out) noexcept {
+  if (booted_) return enter(DrivePhase::kConfiguring, now_ns);
+  if (asked_ns_ >= 0 && core::seconds(now_ns - asked_ns_) < timing_.boot_timeout_s) return;
+  out.add(nmt_frame(NmtCommand::kResetCommunication, static_cast<std::uint8_t>(node_)));
+  asked_ns_ = now_ns;
+}
+
+void Drive::begin_setup_step(core::Nanoseconds now_ns) noexcept {
+  const SetupStep& step = setup_[setup_next_];
+  if (step.kind != SetupStep::Kind::kWrite) return sdo_.start_read(step.index, step.sub, now_ns);
+  std::array<std::uint8_t, 4> bytes{};
+  put_le(bytes, step.value, step.size);
+  sdo_.start_write(step.index, step.sub, std::span(bytes).first(step.size), now_ns);
+}
+
+void Drive::finish_setup_step(core::Nanoseconds now_ns) noexcept {
+  const SetupStep& step = setup_[setup_next_];
+  report_.sdo_index = step.index;
+  report_.sdo_sub = step.sub;
+  report_.sdo_abort = sdo_.abort_code();
+  if (sdo_.state() == SdoClient::State::kTimedOut || sdo_.abort_code() == kAbortToggle) {
+    if (++attempts_ >= kAttempts) return fail(DriveFault::kSetupTimeout, now_ns);
+    return begin_setup_step(now_ns);
+  }
+  if (sdo_.state() == SdoClient::State::kAborted && !step.optional) return fail(DriveFault::kSetupRefused, now_ns);
+  if (step.kind != SetupStep::Kind::kWrite) {
+    const std::uint32_t read = sdo_.data().size() <= 4 ? get_le(sdo_.data(), sdo_.data().size()) : 0;
+    const std::uint32_t off = read > step.value ? read - step.value : step.value - read;
+    const bool fits = step.kind == SetupStep::Kind::kExpect ? (read & step.mask) == step.value
+                                                            : off <= step.value / 100 + 1;
+    report_.sdo_value = read;
+    if (!fits) return fail(DriveFault::kSetupRefused, now_ns);
+  }
+  attempts_ = 0;
+  if (++setup_next_ == setup_.size()) return enter(DrivePhase::kStarting, now_ns);
+  begin_setup_step(now_ns);
+}
+
+void Drive::configure(core::Nanoseconds now_ns, Outbox& out) noexcept {
+  if (asked_ns_ < 0) {
+    asked_ns_ = now_ns;
+    booted_ = false;
+    begin_setup_step(now_ns);
+  } else if (booted_) {  // it booted again: what it was told is lost
+    return enter(DrivePhase::kConfiguring, now_ns);
+  }
+  const auto frame = sdo_.poll(now_ns);
+  if (frame) out.add(*frame);
+  if (sdo_.state() == SdoClient::State::kBusy) return;
+  finish_setup_step(now_ns);
+  if (report_.phase != DrivePhase::kConfiguring || frame) return;  // one frame per cycle
+  if (const auto next = sdo_.poll(now_ns)) out.add(*next);
+}
+
+void Drive::start(core::Nanoseconds now_ns, Outbox& out) noexcept {
+  const bool complete = heartbeat_ns_ >= 0 && nmt_ == NmtState::kOperational && report_.has_position;
+  const bool mode_agrees = report_.mode == static_cast<std::int8_t>(mode_);
+  if (complete && mode_agrees) {
+    missed_ = 0;
+    return enter(DrivePhase::kReady, now_ns);
+  }
+  if (phase_age_s(now_ns) > timing_.state_timeout_s) {
+    if (complete) return fail(DriveFault::kModeMismatch, now_ns);
+    const bool silent = nmt_ == NmtState::kOperational && !report_.has_position;
+    return fail(silent ? DriveFault::kFeedbackMissing : DriveFault::kNotOperational, now_ns);
+  }
+  if (nmt_ == NmtState::kOperational) return;
+  if (asked_ns_ >= 0 && core::seconds(now_ns - asked_ns_) < kAskAgain_s) return;
+  out.add(nmt_frame(NmtCommand::kStart, static_cast<std::uint8_t>(node_)));
+  asked_ns_ = now_ns;
+}
+
+// From ready on: the controlword that serves the goal.
+void Drive::control(DriveGoal goal, core::Nanoseconds now_ns) noexcept {
+  const PowerState power = report_.power;
+  const DrivePhase phase = report_.phase;
+  if (phase == DrivePhase::kFault) {
+    controlword_ = reaction_ == FaultReaction::kHold ? kCommandQuickStop : kCommandDisableVoltage;
+    return;
+  }
+  if (phase == DrivePhase::kResetting) {
+    const bool in_fault = power == PowerState::kFault || power == PowerState::kFaultReaction;
+    // A rising edge resets; a new edge every few cycles, in case one was lost.
+    const auto cycle = static_cast<std::int64_t>(phase_age_s(now_ns) / timing_.period_s + 0.5);
+    controlword_ = in_fault && cycle % 8 >= 4 ? kCommandFaultReset : kCommandDisableVoltage;
+    if (!in_fault && cycle >= 4) return enter(DrivePhase::kReady, now_ns);
+    if (phase_age_s(now_ns) > timing_.state_timeout_s) fail(DriveFault::kDriveFault, now_ns);
+    return;
+  }
+  const bool enabled = power == PowerState::kOperationEnabled;
+  if (goal == DriveGoal::kEnabled && phase != DrivePhase::kEnabled && phase != DrivePhase::kEnabling)
+    enter(DrivePhase::kEnabling, now_ns);
+  if (goal == DriveGoal::kOff && phase != DrivePhase::kReady) enter(DrivePhase::kReady, now_ns);
+  if (goal == DriveGoal::kQuickStop && phase != DrivePhase::kQuickStop) enter(DrivePhase::kQuickStop, now_ns);
+  switch (report_.phase) {
+    case DrivePhase::kEnabling:
+      controlword_ = towards_enabled(power);
+      if (enabled) return enter(DrivePhase::kEnabled, now_ns);
+      if (phase_age_s(now_ns) > timing_.state_timeout_s) fail(DriveFault::kEnableTimeout, now_ns);
+      return;
+    case DrivePhase::kEnabled:
+      controlword_ = kCommandEnableOperation;
+      if (!enabled) fail(DriveFault::kLeftEnabled, now_ns);
+      return;
+    case DrivePhase::kQuickStop:
+      controlword_ = kCommandQuickStop;
+      return;
+    default:
+      controlword_ = kCommandDisableVoltage;
+      return;
+  }
+}
+
+void Drive::leave_fault(core::Nanoseconds now_ns) noexcept {
+  const bool connected = nmt_ == NmtState::kOperational && missed_ <= timing_.most_missed &&
+                         core::seconds(now_ns - heartbeat_ns_) <= timing_.heartbeat_timeout_s;
+  const bool simple = is_reset_by_controlword(report_.fault) && connected && !booted_;
+  enter(simple ? DrivePhase::kResetting : DrivePhase::kSearching, now_ns);
+  surplus_syncs_ = 0;
+  heartbeat_count_ = 0;
+  crowded_heartbeats_ = false;
+}
+
+void Drive::send_targets(const DriveTargets& targets, Outbox& out) noexcept {
+  if (!is_watched() && report_.phase != DrivePhase::kFault) return;
+  const bool live = follows();
+  CanFrame frame{.id = kCobRpdo1 + static_cast<std::uint32_t>(node_), .length = target_pdo_bytes(mode_)};
+  const std::span bytes(frame.data);
+  put_le(bytes, controlword_, 2);
+  const std::int16_t torque = live ? targets.torque_mille : std::int16_t{0};
+  switch (mode_) {
+    case DriveMode::kPosition:
+      put_le(bytes.subspan(2), static_cast<std::uint32_t>(live ? targets.position_counts : report_.position_counts), 4);
+      put_le(bytes.subspan(6), static_cast<std::uint16_t>(torque), 2);
+      break;
+    case DriveMode::kVelocity:
+      put_le(bytes.subspan(2), static_cast<std::uint32_t>(live ? targets.velocity_counts : 0), 4);
+      put_le(bytes.subspan(6), static_cast<std::uint16_t>(torque), 2);
+      break;
+    case DriveMode::kTorque:
+      put_le(bytes.subspan(2), static_cast<std::uint16_t>(torque), 2);
+      break;
+  }
+  out.add(frame);
+}
+
+}  // namespace phantom::can

@@ -1,0 +1,130 @@
+#include "common/can/drive_config.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <set>
+#include <utility>
+
+#include "common/can/bus_load.hpp"
+#include "common/core/joints.hpp"
+
+namespace phantom::can {
+namespace {
+
+using core::Status;
+
+std::string number(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+Status out_of_range(const std::string& what, double value, const std::string& allowed) {
+  return Status::invalid_argument(what + ": " + number(value) + "; allowed: " + allowed);
+}
+
+Status check_axis(const AxisConfig& axis, std::size_t buses) {
+  if (axis.bus >= buses)
+    return out_of_range(axis.name + ".bus", static_cast<double>(axis.bus), "less than " + std::to_string(buses));
+  if (axis.node < 1 || axis.node > 127) return out_of_range(axis.name + ".node", axis.node, "1 to 127");
+  if (!(std::isfinite(axis.lower) && std::isfinite(axis.upper) && axis.lower < axis.upper))
+    return out_of_range(axis.name + ".lower", axis.lower, "less than upper, which is " + number(axis.upper));
+  if (!(axis.max_speed > 0.0 && std::isfinite(axis.max_speed)))
+    return out_of_range(axis.name + ".max_speed", axis.max_speed, "greater than 0");
+  if (const Status units = check_units(axis.units, axis.name, axis.lower, axis.upper); !units) return units;
+  const double mille = axis.max_torque / std::abs(axis.units.torque_per_mille());
+  if (!(mille >= 1.0 && mille <= 32767.0))
+    return Status::invalid_argument(axis.name + ".max_torque: " + number(axis.max_torque) + " is " + number(mille) +
+                                    " per mille of the drive's rated torque; allowed: 1 to 32767");
+  return Status::ok();
+}
+
+Status check_timing(const DriveTiming& t) {
+  const struct {
+    const char* name;
+    double value, least, most;
+  } times[] = {{"period_s", t.period_s, 0.00025, 0.1},
+               {"heartbeat_s", t.heartbeat_s, 0.002, 10},
+               {"heartbeat_timeout_s", t.heartbeat_timeout_s, 2 * t.heartbeat_s, 30},
+               {"sdo_timeout_s", t.sdo_timeout_s, 0.005, 10},
+               {"boot_timeout_s", t.boot_timeout_s, 0.05, 60},
+               {"state_timeout_s", t.state_timeout_s, 0.01, 60},
+               {"measure_every", static_cast<double>(t.measure_every), 1, 240},
+               {"most_missed", static_cast<double>(t.most_missed), 1, 100}};
+  for (const auto& time : times) {
+    if (!(time.value >= time.least && time.value <= time.most))
+      return out_of_range(time.name, time.value, number(time.least) + " to " + number(time.most));
+  }
+  return Status::ok();
+}
+
+Status check_load(const DriveGroupConfig& config, std::size_t bus) {
+  const double rate = config.bit_rates[bus];
+  if (!(rate >= 10e3 && rate <= 1e6))
+    return out_of_range("bit_rates[" + std::to_string(bus) + "]", rate, "10000 to 1000000 bit/s");
+  const BusLoad load = bus_load(config, bus);
+  if (load.share <= config.load_budget) return Status::ok();
+  std::size_t drives = 0;
+  for (const AxisConfig& axis : config.axes) drives += axis.bus == bus ? 1 : 0;
+  return Status::invalid_argument(
+      "bus " + std::to_string(bus) + ": " + std::to_string(drives) + " drives need " +
+      std::to_string(load.frames_per_cycle) + " frames, " + number(load.cycle_busy_s * 1e3) + " ms, in each cycle of " +
+      number(config.timing.period_s * 1e3) + " ms: " + number(load.bits_per_s * 1e-3) + " kbit/s with heartbeats, " +
+      number(load.share * 100) + " % of " + number(rate * 1e-3) + " kbit/s; allowed: at most " +
+      number(config.load_budget * 100) + " %. Use a longer period, measure_every, or more buses");
+}
+
+}  // namespace
+
+std::uint8_t target_pdo_bytes(DriveMode mode) noexcept {
+  switch (mode) {
+    case DriveMode::kPosition:
+      return 8;  // controlword, position, torque offset
+    case DriveMode::kVelocity:
+      return 8;  // controlword, velocity, torque offset
+    case DriveMode::kTorque:
+      return 4;  // controlword, torque
+  }
+  return 8;
+}
+
+BusLoad bus_load(const DriveGroupConfig& config, std::size_t bus) {
+  const DriveTiming& t = config.timing;
+  double cycle_bits = worst_case_bits(0, false);
+  double heartbeat_bits = worst_case_bits(1, false);  // the master's
+  BusLoad load;
+  load.frames_per_cycle = 1;
+  for (const AxisConfig& axis : config.axes) {
+    if (axis.bus != bus) continue;
+    cycle_bits += worst_case_bits(kStatePdoBytes, false) + worst_case_bits(target_pdo_bytes(axis.mode), false);
+    cycle_bits += static_cast<double>(worst_case_bits(kMeasurePdoBytes, false)) / t.measure_every;
+    heartbeat_bits += worst_case_bits(1, false);
+    load.frames_per_cycle += t.measure_every == 1 ? 3 : 2;
+  }
+  load.bits_per_s = cycle_bits / t.period_s + heartbeat_bits / t.heartbeat_s;
+  load.share = load.bits_per_s / config.bit_rates[bus];
+  load.cycle_busy_s = cycle_bits / config.bit_rates[bus];
+  return load;
+}
+
+Status check(const DriveGroupConfig& config) {
+  if (config.axes.empty() || config.axes.size() > core::kMaxJoints)
+    return out_of_range("axes", static_cast<double>(config.axes.size()), "1 to " + std::to_string(core::kMaxJoints));
+  if (config.master_node < 1 || config.master_node > 127)
+    return out_of_range("master_node", config.master_node, "1 to 127");
+  if (!(config.load_budget > 0.0 && config.load_budget <= 1.0))
+    return out_of_range("load_budget", config.load_budget, "greater than 0, at most 1");
+  if (const Status timing = check_timing(config.timing); !timing) return timing;
+  std::set<std::pair<std::size_t, int>> taken;
+  for (const AxisConfig& axis : config.axes) {
+    if (const Status status = check_axis(axis, config.bit_rates.size()); !status) return status;
+    if (axis.node == config.master_node || !taken.insert({axis.bus, axis.node}).second)
+      return out_of_range(axis.name + ".node", axis.node, "a node id that nobody else on its bus has");
+  }
+  for (std::size_t bus = 0; bus < config.bit_rates.size(); ++bus) {
+    if (const Status status = check_load(config, bus); !status) return status;
+  }
+  return Status::ok();
+}
+
+}  // namespace phantom::can

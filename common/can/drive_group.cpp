@@ -1,0 +1,181 @@
+#include "common/can/drive_group.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace phantom::can {
+namespace {
+
+constexpr int kMostFramesPerCycle = 512;  // of one bus: four milliseconds' worth at 1 Mbit/s of the shortest frames
+
+bool is_ready(DrivePhase phase) noexcept {
+  return phase == DrivePhase::kReady || phase == DrivePhase::kEnabling || phase == DrivePhase::kEnabled ||
+         phase == DrivePhase::kQuickStop;
+}
+
+bool is_off(BusState state) noexcept { return state == BusState::kBusOff || state == BusState::kDown; }
+
+}  // namespace
+
+const char* name_of(DriveGroupState state) noexcept {
+  constexpr const char* kNames[] = {"starting", "ready", "enabling", "enabled", "quick stop", "fault"};
+  return kNames[static_cast<std::size_t>(state)];
+}
+
+DriveGroup::DriveGroup(const DriveGroupConfig& config, std::vector<std::unique_ptr<CanBus>> buses)
+    : config_(config), buses_(buses.size()) {
+  for (std::size_t b = 0; b < buses.size(); ++b) {
+    buses_[b].port = std::move(buses[b]);
+    buses_[b].axis_of_node.fill(-1);
+  }
+  drives_.reserve(config_.axes.size());
+  for (std::size_t a = 0; a < config_.axes.size(); ++a) {
+    const AxisConfig& axis = config_.axes[a];
+    drives_.emplace_back(axis, config_);
+    buses_[axis.bus].axis_of_node[static_cast<std::size_t>(axis.node)] = static_cast<std::int8_t>(a);
+  }
+}
+
+void DriveGroup::take_frames(Bus& bus) noexcept {
+  Received received;
+  for (int i = 0; i < kMostFramesPerCycle && bus.port->receive(received); ++i) {
+    if (!received.is_frame() || received.frame.extended) continue;
+    const std::int8_t axis = bus.axis_of_node[received.frame.id & 0x7F];
+    if (axis >= 0) drives_[static_cast<std::size_t>(axis)].on_frame(received.frame, received.time_ns);
+  }
+}
+
+// Whether the drives shall leave their faults now: once per rising edge, as soon as all buses are back.
+bool DriveGroup::take_reset(bool asked) noexcept {
+  const bool edge = asked && !reset_before_;
+  reset_before_ = asked;
+  bool all_on = true;
+  for (Bus& bus : buses_) {
+    if (!is_off(bus.port->state())) continue;
+    if (edge) static_cast<void>(bus.port->restart());  // seen in the bus's state if it failed
+    all_on = all_on && !is_off(bus.port->state());
+  }
+  reset_pending_ = reset_pending_ || edge;
+  if (!reset_pending_ || !all_on) return false;
+  reset_pending_ = false;
+  fault_latched_ = false;
+  return true;
+}
+
+DriveGoal DriveGroup::goal_of(const DriveCommand& command, const Drive& drive) const noexcept {
+  if (fault_latched_) return config_.reaction == FaultReaction::kHold ? DriveGoal::kQuickStop : DriveGoal::kOff;
+  if (command.quick_stop) return DriveGoal::kQuickStop;
+  if (!command.enable) return DriveGoal::kOff;
+  if (all_ready_) return DriveGoal::kEnabled;
+  // Others are not ready yet: who holds goes on holding.
+  return drive.report().phase == DrivePhase::kQuickStop ? DriveGoal::kQuickStop : DriveGoal::kOff;
+}
+
+const DriveGroupReport& DriveGroup::step(const DriveCommand& command, core::Nanoseconds now_ns) noexcept {
+  for (Bus& bus : buses_) take_frames(bus);
+  const bool reset = take_reset(command.reset);
+  for (std::size_t a = 0; a < drives_.size(); ++a) {
+    Bus& bus = buses_[config_.axes[a].bus];
+    drives_[a].step(goal_of(command, drives_[a]), reset, bus.port->state(), now_ns, bus.others);
+    fault_latched_ = fault_latched_ || drives_[a].report().phase == DrivePhase::kFault;
+  }
+  all_ready_ = std::all_of(drives_.begin(), drives_.end(), [](const Drive& d) { return is_ready(d.report().phase); });
+  for (std::size_t a = 0; a < drives_.size(); ++a)
+    drives_[a].send_targets(targets_of(command, a), buses_[config_.axes[a].bus].targets);
+  for (std::size_t b = 0; b < buses_.size(); ++b) send(buses_[b], b, now_ns);
+  update_report(command);
+  return report_;
+}
+
+double DriveGroup::finite_or_zero(double value) noexcept {
+  if (std::isfinite(value)) return value;
+  ++report_.refused_values;
+  return 0.0;
+}
+
+double DriveGroup::lead_position(double wanted, std::size_t a) noexcept {
+  const AxisConfig& axis = config_.axes[a];
+  double& reference = reference_[a];
+  if (!drives_[a].follows()) return reference = axis.units.position(drives_[a].report().position_counts);
+  if (!std::isfinite(wanted)) {
+    ++report_.refused_values;
+    return reference;
+  }
+  const double furthest = axis.max_speed * config_.timing.period_s;
+  return reference += std::clamp(std::clamp(wanted, axis.lower, axis.upper) - reference, -furthest, furthest);
+}
+
+DriveTargets DriveGroup::targets_of(const DriveCommand& command, std::size_t a) noexcept {
+  const AxisConfig& axis = config_.axes[a];
+  DriveTargets targets;
+  const double torque = finite_or_zero(command.torque[a]);
+  targets.torque_mille = axis.units.torque_mille(std::clamp(torque, -axis.max_torque, axis.max_torque));
+  if (axis.mode == DriveMode::kPosition)
+    targets.position_counts = axis.units.position_counts(lead_position(command.position[a], a));
+  if (axis.mode == DriveMode::kVelocity) {
+    const double position = report_.position[a];
+    double velocity = std::clamp(finite_or_zero(command.velocity[a]), -axis.max_speed, axis.max_speed);
+    if ((position >= axis.upper && velocity > 0.0) || (position <= axis.lower && velocity < 0.0)) velocity = 0.0;
+    targets.velocity_counts = axis.units.velocity_counts(velocity);
+  }
+  return targets;
+}
+
+bool DriveGroup::put(Bus& bus, const CanFrame& frame) noexcept {
+  const bool sent = bus.port->send(frame) == SendResult::kSent;
+  report_.not_sent += sent ? 0 : 1;
+  return sent;
+}
+
+void DriveGroup::send(Bus& bus, std::size_t index, core::Nanoseconds now_ns) noexcept {
+  if (put(bus, sync_frame())) {
+    for (std::size_t a = 0; a < drives_.size(); ++a) {
+      if (config_.axes[a].bus == index) drives_[a].on_sync();
+    }
+  }
+  for (const CanFrame& frame : bus.targets.frames()) put(bus, frame);
+  if (bus.heartbeat_ns < 0 || core::seconds(now_ns - bus.heartbeat_ns) >= config_.timing.heartbeat_s) {
+    put(bus, heartbeat_frame(static_cast<std::uint8_t>(config_.master_node), NmtState::kOperational));
+    bus.heartbeat_ns = now_ns;
+  }
+  for (const CanFrame& frame : bus.others.frames()) put(bus, frame);
+  bus.targets.clear();
+  bus.others.clear();
+}
+
+void DriveGroup::update_report(const DriveCommand& command) noexcept {
+  bool all_enabled = true, all_known = true, any_enabling = false, all_stopping = true;
+  for (std::size_t a = 0; a < drives_.size(); ++a) {
+    const DriveReport& r = report_.drives[a] = drives_[a].report();
+    const AxisUnits& units = config_.axes[a].units;
+    all_enabled = all_enabled && r.phase == DrivePhase::kEnabled;
+    all_stopping = all_stopping && r.phase == DrivePhase::kQuickStop;
+    any_enabling = any_enabling || r.phase == DrivePhase::kEnabling;
+    all_known = all_known && r.has_position;
+    if (!r.has_position) continue;
+    report_.position[a] = units.position(r.position_counts);
+    report_.velocity[a] = units.velocity(r.velocity_counts);
+    report_.torque[a] = units.torque(r.torque_mille);
+  }
+  for (std::size_t b = 0; b < std::min(buses_.size(), DriveGroupReport::kMaxBuses); ++b)
+    report_.buses[b] = buses_[b].port->state();
+  report_.has_positions = all_known;
+  report_.state = fault_latched_  ? DriveGroupState::kFault
+                  : !all_ready_   ? DriveGroupState::kStarting
+                  : all_enabled   ? DriveGroupState::kEnabled
+                  : all_stopping  ? DriveGroupState::kQuickStop
+                  : command.enable || any_enabling ? DriveGroupState::kEnabling
+                                                   : DriveGroupState::kReady;
+}
+
+std::string DriveGroup::sentence() const {
+  for (const DrivePhase wanted : {DrivePhase::kFault, DrivePhase::kSearching, DrivePhase::kConfiguring,
+                                  DrivePhase::kStarting, DrivePhase::kResetting}) {
+    for (std::size_t a = 0; a < drives_.size(); ++a) {
+      if (drives_[a].report().phase == wanted) return describe(drives_[a].report(), config_.axes[a].name);
+    }
+  }
+  return fault_latched_ ? "drives wait for a reset" : "";
+}
+
+}  // namespace phantom::can

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "common/can/can_bus.hpp"
+#include "common/can/drive.hpp"
+#include "common/core/joints.hpp"
+
+namespace phantom::can {
+
+/// What the arm's controller wants of its drives in one cycle.
+struct DriveCommand {
+  bool enable = false;      ///< power on and follow; false: power off
+  bool quick_stop = false;  ///< stop on the drives' ramps and hold; stronger than enable
+  bool reset = false;       ///< a rising edge leaves faults, if their cause is gone
+  core::JointArray position{};  ///< rad or m, for axes in position mode
+  core::JointArray velocity{};  ///< for axes in velocity mode
+  core::JointArray torque{};    ///< N·m or N at the joint: target in torque mode, otherwise added by the drive
+};
+
+enum class DriveGroupState : std::uint8_t {
+  kStarting,  ///< some drive is not ready yet
+  kReady,     ///< all are; power off
+  kEnabling,
+  kEnabled,  ///< all follow
+  kQuickStop,
+  kFault,  ///< some drive is or was in fault: the others hold or coast as configured, until a reset
+};
+
+const char* name_of(DriveGroupState state) noexcept;
+
+struct DriveGroupReport {
+  static constexpr std::size_t kMaxBuses = 8;
+  DriveGroupState state = DriveGroupState::kStarting;
+  core::JointArray position{}, velocity{}, torque{};  ///< as the drives say; kept while a drive is silent
+  bool has_positions = false;                         ///< every drive has told its position
+  std::array<DriveReport, core::kMaxJoints> drives{};
+  std::array<BusState, kMaxBuses> buses{};
+  std::uint64_t refused_values = 0;  ///< commands that were not finite
+  std::uint64_t not_sent = 0;        ///< frames that a bus did not take
+};
+
+/// All drives of an arm, on one or several CAN buses, as slave_io or master_io runs them: one step per period.
+///
+/// One cycle takes what has come, moves every drive's state on, sends SYNC, then the targets, then one frame of
+/// configuration per drive. Targets act with the next SYNC. Whatever is commanded: torques stay within max_torque;
+/// position targets start at the actual position, move at most at max_speed and stay in the joint's range; a value that
+/// is not finite leaves position targets where they are and gives no speed or torque. After a fault of any drive no
+/// drive follows until `reset`.
+class DriveGroup {
+ public:
+  /// The configuration must have passed check(); one open bus per bit rate in it.
+  DriveGroup(const DriveGroupConfig& config, std::vector<std::unique_ptr<CanBus>> buses);
+
+  /// One period. `now_ns`: CLOCK_MONOTONIC. Bounded, allocates nothing, locks nothing: real-time safe, but for
+  /// the cycle of a reset while a bus is off, which restarts it.
+  const DriveGroupReport& step(const DriveCommand& command, core::Nanoseconds now_ns) noexcept;
+
+  const DriveGroupReport& report() const noexcept { return report_; }
+  /// One sentence on what keeps the drives from following; empty if nothing does. Not real-time safe.
+  std::string sentence() const;
+
+ private:
+  struct Bus {
+    std::unique_ptr<CanBus> port;
+    std::array<std::int8_t, 128> axis_of_node{};
+    Outbox targets, others;
+    core::Nanoseconds heartbeat_ns = -1;
+  };
+  void take_frames(Bus& bus) noexcept;
+  bool take_reset(bool asked) noexcept;
+  DriveGoal goal_of(const DriveCommand& command, const Drive& drive) const noexcept;
+  DriveTargets targets_of(const DriveCommand& command, std::size_t axis) noexcept;
+  double lead_position(double wanted, std::size_t axis) noexcept;
+  double finite_or_zero(double value) noexcept;
+  void send(Bus& bus, std::size_t index, core::Nanoseconds now_ns) noexcept;
+  bool put(Bus& bus, const CanFrame& frame) noexcept;
+  void update_report(const DriveCommand& command) noexcept;
+
+  DriveGroupConfig config_;
+  std::vector<Bus> buses_;
+  std::vector<Drive> drives_;
+  core::JointArray reference_{};
+  DriveGroupReport report_;
+  bool fault_latched_ = false, reset_before_ = false, reset_pending_ = false;
+  bool all_ready_ = false;
+};
+
+}  // namespace phantom::can

@@ -1,0 +1,97 @@
+#include "common/can/drive_setup.hpp"
+
+#include <cmath>
+#include <initializer_list>
+
+#include "common/can/canopen.hpp"
+
+namespace phantom::can {
+namespace {
+
+using Kind = SetupStep::Kind;
+using Steps = std::vector<SetupStep>;
+
+void write(Steps& steps, std::uint16_t index, std::uint8_t sub, std::uint8_t size, std::uint32_t value) {
+  steps.push_back({.index = index, .sub = sub, .size = size, .value = value});
+}
+
+constexpr std::uint32_t kPdoOff = 0x80000000;
+
+// The order is CiA 301's: off, no mapping, the mapping, its count, the transmission type, on.
+void map_pdo(Steps& steps, std::uint16_t communication, std::uint32_t cob, std::uint32_t every_syncs,
+             std::initializer_list<std::uint32_t> objects) {
+  const auto mapping = static_cast<std::uint16_t>(communication + 0x200);
+  write(steps, communication, 1, 4, cob | kPdoOff);
+  write(steps, mapping, 0, 1, 0);
+  std::uint8_t count = 0;
+  for (const std::uint32_t object : objects) write(steps, mapping, ++count, 4, object);
+  write(steps, mapping, 0, 1, count);
+  write(steps, communication, 2, 1, every_syncs);
+  write(steps, communication, 1, 4, cob);
+}
+
+void switch_pdo_off(Steps& steps, std::uint16_t communication, std::uint32_t cob) {
+  write(steps, communication, 1, 4, cob | kPdoOff);
+  steps.back().optional = true;
+}
+
+// Interpolation time period: value · 10^exponent seconds, exact where it can be.
+void set_interpolation(Steps& steps, double period_s) {
+  for (int exponent = -3; exponent >= -6; --exponent) {
+    const double value = period_s * std::pow(10.0, -exponent);
+    if (value < 0.999 || std::abs(value - std::round(value)) > 1e-6) continue;
+    write(steps, 0x60C2, 1, 1, static_cast<std::uint32_t>(std::lround(value)));
+    steps.back().optional = true;
+    write(steps, 0x60C2, 2, 1, static_cast<std::uint8_t>(exponent));
+    steps.back().optional = true;
+    return;
+  }
+}
+
+std::uint32_t milliseconds(double s) { return static_cast<std::uint32_t>(std::lround(s * 1e3)); }
+
+void map_targets(Steps& steps, DriveMode mode, std::uint32_t cob) {
+  constexpr std::uint32_t kControlword = 0x60400010, kTorqueOffset = 0x60B20010;
+  switch (mode) {
+    case DriveMode::kPosition:
+      return map_pdo(steps, 0x1400, cob, 1, {kControlword, 0x607A0020, kTorqueOffset});
+    case DriveMode::kVelocity:
+      return map_pdo(steps, 0x1400, cob, 1, {kControlword, 0x60FF0020, kTorqueOffset});
+    case DriveMode::kTorque:
+      return map_pdo(steps, 0x1400, cob, 1, {kControlword, 0x60710010});
+  }
+}
+
+}  // namespace
+
+std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfig& config) {
+  Steps steps;
+  const auto node = static_cast<std::uint32_t>(axis.node);
+  const DriveTiming& t = config.timing;
+  const auto mode_bit = 1U << (static_cast<int>(axis.mode) - 1);
+  steps.push_back({.kind = Kind::kExpect, .index = 0x1000, .value = 402, .mask = 0xFFFF});
+  steps.push_back({.kind = Kind::kExpect, .index = 0x6502, .value = mode_bit, .mask = mode_bit});
+  steps.push_back({.kind = Kind::kNear,
+                   .index = 0x6076,
+                   .value = static_cast<std::uint32_t>(std::lround(axis.units.rated_motor_torque_Nm() * 1e3))});
+  const bool hold = config.reaction == FaultReaction::kHold;
+  write(steps, 0x6007, 0, 2, hold ? 3 : 2);  // the master is lost: quick stop, or voltage off
+  write(steps, 0x605A, 0, 2, 6);             // quick stop: on its ramp, and hold
+  write(steps, 0x6072, 0, 2,
+        static_cast<std::uint32_t>(axis.max_torque / std::abs(axis.units.torque_per_mille())));
+  set_interpolation(steps, t.period_s);
+  map_pdo(steps, 0x1800, kCobTpdo1 + node, 1, {0x60410010, 0x60640020, 0x60610008});
+  map_pdo(steps, 0x1801, kCobTpdo2 + node, static_cast<std::uint32_t>(t.measure_every), {0x606C0020, 0x60770010});
+  map_targets(steps, axis.mode, kCobRpdo1 + node);
+  for (std::uint16_t i = 1; i < 4; ++i) {
+    switch_pdo_off(steps, static_cast<std::uint16_t>(0x1400 + i), kCobRpdo1 + 0x100U * i + node);
+    if (i > 1) switch_pdo_off(steps, static_cast<std::uint16_t>(0x1800 + i), kCobTpdo1 + 0x100U * i + node);
+  }
+  write(steps, 0x6060, 0, 1, static_cast<std::uint8_t>(axis.mode));
+  write(steps, 0x1016, 1, 4,
+        static_cast<std::uint32_t>(config.master_node) << 16 | milliseconds(t.heartbeat_timeout_s));
+  write(steps, 0x1017, 0, 2, milliseconds(t.heartbeat_s));
+  return steps;
+}
+
+}  // namespace phantom::can

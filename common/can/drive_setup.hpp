@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/can/drive_config.hpp"
+
+namespace phantom::can {
+
+/// One step of a drive's configuration by SDO.
+struct SetupStep {
+  enum class Kind : std::uint8_t {
+    kExpect,  ///< read; (what was read & mask) must equal value
+    kNear,    ///< read; must be within 1 % of value
+    kWrite,
+  };
+  Kind kind = Kind::kWrite;
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+  std::uint8_t size = 4;  ///< bytes, of a write
+  std::uint32_t value = 0;
+  std::uint32_t mask = 0xFFFFFFFF;
+  bool optional = false;  ///< a drive without this object will do
+};
+
+/// All that a drive is asked and told in pre-operational state, in order: profile, supported mode and torque scale
+/// are checked; reactions, limits, interpolation time, PDO mapping, mode and heartbeats are set. CiA 301, 402.
+std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfig& config);
+
+}  // namespace phantom::can

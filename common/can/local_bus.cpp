@@ -1,0 +1,105 @@
+#include "common/can/local_bus.hpp"
+
+#include <algorithm>
+
+namespace phantom::can {
+
+class LocalBus::Node final : public CanBus {
+ public:
+  static constexpr std::size_t kReceiveFrames = 4096;
+
+  Node(LocalBus& bus, std::string name) : bus_(bus), id_(bus.model_.attach()), name_(std::move(name)) {
+    ring_.resize(kReceiveFrames);
+  }
+  ~Node() override {
+    bus_.model_.detach(id_);
+    bus_.nodes_[id_] = nullptr;
+  }
+
+  SendResult send(const CanFrame& frame) noexcept override {
+    if (!is_valid(frame)) return SendResult::kInvalid;
+    if (state_ != BusState::kBusOff && bus_.model_.submit(id_, frame, bus_.now_ns_)) {
+      ++counters_.sent;
+      return SendResult::kSent;
+    }
+    ++counters_.refused;
+    return state_ == BusState::kBusOff ? SendResult::kBusOff : SendResult::kQueueFull;
+  }
+
+  bool receive(Received& received) noexcept override {
+    while (count_ > 0) {
+      received = ring_[first_];
+      first_ = (first_ + 1) % kReceiveFrames;
+      --count_;
+      if (received.is_frame() && everything_ == false && !passes(filters_, received.frame)) continue;
+      state_ = received.is_frame() ? state_ : received.state;
+      received.state = state_;
+      ++(received.is_frame() ? counters_.received : counters_.errors);
+      if (received.errors & kErrorBusOff) ++counters_.bus_offs;
+      return true;
+    }
+    return false;
+  }
+
+  bool wait(core::Nanoseconds) noexcept override { return count_ > 0; }
+
+  core::Status set_filters(std::span<const CanFilter> filters) override {
+    filters_.assign(filters.begin(), filters.end());
+    everything_ = false;
+    return core::Status::ok();
+  }
+
+  core::Status restart() override {
+    bus_.model_.restart(id_, bus_.now_ns_);
+    return core::Status::ok();
+  }
+
+  BusState state() const noexcept override { return state_; }
+  const BusCounters& counters() const noexcept override { return counters_; }
+  const std::string& address() const noexcept override { return name_; }
+
+  void deliver(const Received& received) noexcept {
+    if (count_ == kReceiveFrames) {
+      ++counters_.lost;
+      return;
+    }
+    ring_[(first_ + count_++) % kReceiveFrames] = received;
+  }
+  BusModel::NodeId id() const noexcept { return id_; }
+
+ private:
+  LocalBus& bus_;
+  BusModel::NodeId id_;
+  std::string name_;
+  std::vector<Received> ring_;
+  std::size_t first_ = 0, count_ = 0;
+  std::vector<CanFilter> filters_;
+  bool everything_ = true;
+  BusState state_ = BusState::kActive;
+  BusCounters counters_;
+};
+
+LocalBus::LocalBus(const BusModelOptions& options) : model_(options) {}
+LocalBus::~LocalBus() = default;
+
+std::unique_ptr<CanBus> LocalBus::connect(const std::string& name) {
+  auto node = std::make_unique<Node>(*this, name);
+  nodes_.resize(std::max(nodes_.size(), node->id() + 1));
+  nodes_[node->id()] = node.get();
+  return node;
+}
+
+void LocalBus::advance_to(core::Nanoseconds now_ns) {
+  now_ns_ = std::max(now_ns_, now_ns);
+  model_.advance(now_ns_, [this](BusModel::NodeId to, const Received& r) { nodes_[to]->deliver(r); });
+}
+
+void LocalBus::set_bus_off(const CanBus& node) {
+  model_.set_bus_off(static_cast<const Node&>(node).id(), now_ns_);
+}
+
+void LocalBus::set_plugged(const CanBus& node, bool plugged) {
+  model_.set_plugged(static_cast<const Node&>(node).id(), plugged);
+}
+
+}  // namespace phantom::can

@@ -1,0 +1,133 @@
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <limits>
+
+#include "common/can/user_bus.hpp"
+#include "common/can/user_bus_wire.hpp"
+
+namespace phantom::can {
+
+using wire::Packet;
+
+UserBusHub::UserBusHub(int listener, int waker, const BusModelOptions& options)
+    : listener_(listener), waker_(waker), model_(options), thread_([this] { run(); }) {}
+
+UserBusHub::~UserBusHub() {
+  stop_ = true;
+  wake();
+  thread_.join();
+  for (const Client& client : clients_) close(client.socket);
+  close(listener_);
+  close(waker_);
+}
+
+void UserBusHub::wake() const noexcept {
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const auto written = write(waker_, &one, sizeof one);
+}
+
+std::size_t UserBusHub::node_count() const {
+  const std::lock_guard lock(mutex_);
+  return clients_.size();
+}
+
+void UserBusHub::set_faults(std::vector<FaultRule> rules) {
+  const std::lock_guard lock(mutex_);
+  model_.set_faults(std::move(rules));
+}
+
+void UserBusHub::set_bus_off(int pid) {
+  const std::lock_guard lock(mutex_);
+  for (const Client& client : clients_) {
+    if (client.pid == pid) model_.set_bus_off(client.node, core::monotonic_ns());
+  }
+  wake();
+}
+
+void UserBusHub::set_plugged(int pid, bool plugged) {
+  const std::lock_guard lock(mutex_);
+  for (const Client& client : clients_) {
+    if (client.pid == pid) model_.set_plugged(client.node, plugged);
+  }
+  wake();
+}
+
+void UserBusHub::accept_clients() {
+  for (;;) {
+    const int socket = accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    if (socket < 0) return;
+    ucred peer{};
+    socklen_t size = sizeof peer;
+    const bool known = getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0;
+    if (!known || (peer.uid != geteuid() && peer.uid != 0)) {  // another user's process may not move drives
+      close(socket);
+      continue;
+    }
+    clients_.push_back({.socket = socket, .pid = peer.pid, .node = model_.attach()});
+  }
+}
+
+// Takes what the client sends as long as the node's queue has room; false if the client is gone. What does
+// not fit waits in the socket, until that is full too and the client is told so.
+bool UserBusHub::read_client(Client& client) {
+  while (!model_.queue_is_full(client.node)) {
+    Packet packet;
+    const ssize_t size = recv(client.socket, &packet, sizeof packet, MSG_DONTWAIT);
+    if (size < 0) return errno == EAGAIN || errno == EINTR;
+    if (size == 0) return false;
+    if (size != sizeof packet) continue;
+    const core::Nanoseconds now_ns = core::monotonic_ns();
+    if (packet.kind == Packet::kRestart) model_.restart(client.node, now_ns);
+    if (packet.kind == Packet::kFrame) model_.submit(client.node, wire::frame_of(packet), now_ns);
+  }
+  return true;
+}
+
+void UserBusHub::deliver(BusModel::NodeId to, const Received& received) {
+  const auto client =
+      std::find_if(clients_.begin(), clients_.end(), [to](const Client& c) { return c.node == to; });
+  if (client == clients_.end()) return;
+  Packet packet = wire::packet_of(received.frame);
+  packet.kind = received.is_frame() ? Packet::kFrame : Packet::kNews;
+  packet.errors = received.errors;
+  packet.state = static_cast<std::uint8_t>(received.state);
+  packet.lost = static_cast<std::uint32_t>(client->lost);
+  packet.time_ns = received.time_ns;
+  const bool sent = ::send(client->socket, &packet, sizeof packet, MSG_DONTWAIT | MSG_NOSIGNAL) > 0;
+  client->lost = sent ? 0 : client->lost + 1;
+}
+
+void UserBusHub::run() {
+  std::vector<pollfd> entries;
+  while (!stop_) {
+    core::Nanoseconds until_ns = 0;
+    entries.assign({{listener_, POLLIN, 0}, {waker_, POLLIN, 0}});
+    {
+      const std::lock_guard lock(mutex_);
+      accept_clients();
+      for (std::size_t i = clients_.size(); i-- > 0;) {
+        if (read_client(clients_[i])) continue;
+        model_.detach(clients_[i].node);
+        close(clients_[i].socket);
+        clients_.erase(clients_.begin() + static_cast<std::ptrdiff_t>(i));
+      }
+      model_.advance(core::monotonic_ns(), [this](BusModel::NodeId to, const Received& r) { deliver(to, r); });
+      for (const Client& client : clients_) {
+        if (!model_.queue_is_full(client.node)) entries.push_back({client.socket, POLLIN, 0});
+      }
+      until_ns = model_.next_event_ns();
+    }
+    const bool open_end = until_ns == std::numeric_limits<core::Nanoseconds>::max();
+    const core::Nanoseconds wait_ns = open_end ? 0 : std::max<core::Nanoseconds>(0, until_ns - core::monotonic_ns());
+    const timespec timeout{wait_ns / core::kNsPerSecond, wait_ns % core::kNsPerSecond};
+    ppoll(entries.data(), entries.size(), open_end ? nullptr : &timeout, nullptr);
+    std::uint64_t woken = 0;
+    [[maybe_unused]] const auto size = read(waker_, &woken, sizeof woken);
+  }
+}
+
+}  // namespace phantom::can

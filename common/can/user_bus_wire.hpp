@@ -1,0 +1,53 @@
+#pragma once
+
+#include <sys/un.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string>
+
+#include "common/can/frame.hpp"
+
+namespace phantom::can::wire {
+
+/// One packet between a node of a userspace bus and its hub; both run on the same host.
+struct Packet {
+  enum Kind : std::uint8_t { kFrame = 1, kNews = 2, kRestart = 3 };
+  std::uint8_t kind = kFrame;
+  std::uint8_t state = 0;
+  std::uint16_t errors = 0;
+  std::uint32_t id = 0;
+  std::uint8_t extended = 0, remote = 0, length = 0, reserved = 0;
+  std::uint32_t lost = 0;  ///< frames that did not fit into the node's socket before this one
+  std::uint8_t data[8] = {};
+  std::int64_t time_ns = 0;
+};
+static_assert(sizeof(Packet) == 32);
+
+inline Packet packet_of(const CanFrame& frame) noexcept {
+  Packet p;
+  p.id = frame.id;
+  p.extended = frame.extended;
+  p.remote = frame.remote;
+  p.length = frame.length;
+  std::memcpy(p.data, frame.data.data(), 8);
+  return p;
+}
+
+inline CanFrame frame_of(const Packet& p) noexcept {
+  CanFrame frame{.id = p.id, .extended = p.extended != 0, .remote = p.remote != 0, .length = p.length};
+  std::memcpy(frame.data.data(), p.data, 8);
+  return frame;
+}
+
+/// The hub's socket name: of the abstract namespace (first byte zero). `name` is at most 64 characters.
+inline socklen_t address_of(const std::string& name, sockaddr_un& address) noexcept {
+  const std::string path = "phantom-can/" + name;
+  address = {};
+  address.sun_family = AF_UNIX;
+  std::memcpy(address.sun_path + 1, path.data(), path.size());
+  return static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + path.size());
+}
+
+}  // namespace phantom::can::wire
