@@ -160,14 +160,17 @@ UniqueTriangles unique_triangles(std::span<const Triangle> triangles) {
     }
   }
   std::sort(named.begin(), named.end(), [](const Named& a, const Named& b) {
-    if (a.corners != b.corners) return a.corners < b.corners;
-    return a.odd != b.odd ? b.odd : a.source < b.source;
+    return a.corners != b.corners ? a.corners < b.corners : a.source < b.source;
   });
   std::vector<std::uint32_t> kept, facing_back;  // facing_back: the other side of one that is kept
-  for (std::size_t i = 0; i < named.size(); ++i) {
-    const bool same_place = i > 0 && named[i].corners == named[i - 1].corners;
-    if (same_place && named[i].odd == named[i - 1].odd) continue;
-    (same_place ? facing_back : kept).push_back(named[i].source);
+  for (std::size_t from = 0, to = 0; from < named.size(); from = to) {
+    bool has_back = false;
+    kept.push_back(named[from].source);
+    for (; to < named.size() && named[to].corners == named[from].corners; ++to) {
+      if (has_back || named[to].odd == named[from].odd) continue;
+      facing_back.push_back(named[to].source);
+      has_back = true;
+    }
   }
   unique.duplicates = named.size() - kept.size();
   const auto gather = [&](std::vector<std::uint32_t> sources) {

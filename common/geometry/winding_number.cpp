@@ -9,7 +9,7 @@ namespace phantom::geometry {
 namespace {
 
 constexpr std::uint32_t kLeafTriangles = 8;
-constexpr double kFar = 2.0;  // in radii; Barill et al. use 2
+constexpr double kFar = 3.0;  // in radii; Barill et al. use 2 with one more moment
 
 /// Solid angle ÷ 2 of a triangle, corners relative to the eye (van Oosterom and Strackee 1983).
 double half_solid_angle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {

@@ -10,7 +10,8 @@ namespace phantom::geometry {
 
 /// Generalised winding number of a mesh at a point: its signed solid angle ÷ 4π (Jacobson, Kavan, Sorkine-Hornung
 /// 2013). Inside a closed mesh that faces outwards 1, outside 0; with holes something between, changing smoothly
-/// everywhere off the surface. Every triangle is summed: slow. 0 for a point in a triangle's plane contributes 0.
+/// everywhere off the surface. Every triangle is summed: slow. A triangle whose plane holds
+/// the point contributes 0.
 double winding_number(const TriangleMesh& mesh, const Eigen::Vector3d& p_m);
 
 /// The same, fast: far groups of triangles act as a dipole and its first moment (Barill et al. 2018), near
