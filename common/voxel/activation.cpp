@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "common/voxel/layer_methods.hpp"
 #include "common/voxel/merge.hpp"
 #include "common/voxel/voxelise_implicit.hpp"
 
@@ -89,12 +90,11 @@ class Steps {
 
 const core::Status kStopped{core::ErrorCode::kUnavailable, "activation was stopped"};
 
-ActivatedObject layered(const SolidVoxels& solid, const LayerProfile& profile, const GridSpec& grid) {
+ActivatedObject layered(const geometry::TriangleMesh& mesh_W, const SolidVoxels& solid, const LayerProfile& profile, const GridSpec& grid, int threads) {
   ActivatedObject object;
-  const ObjectVoxels dense = distance_layers(solid, profile, voxelise_clip(grid, profile));
-  object.bricks = ObjectBricks::of(dense, grid);
+  object.bricks = lay_layers(mesh_W, solid, profile, grid, VoxelBox::of(grid), {threads, {}});
   object.report.mesh = solid.report;
-  object.report.box = dense.box;
+  object.report.box = solid.box.grown(profile.reach_vox()).intersection(voxelise_clip(grid, profile));
   object.report.boundary_voxels = solid.boundary.count();
   object.report.interior_voxels = solid.interior.count();
   return object;
@@ -124,7 +124,7 @@ core::Expected<ActivatedObject> activate_object(const Body& body, const GridSpec
   if (!solid) return about(body, solid.status());
   const double voxelised_s = steps.now_s();
   if (!steps.go_on(0.3)) return about(body, kStopped);
-  ActivatedObject object = layered(*solid, body.profile, grid);
+  ActivatedObject object = layered(body.mesh_W, *solid, body.profile, grid, options.threads);
   object.report.voxelise_s = voxelised_s - steps.start_s();
   object.report.layers_s = steps.now_s() - voxelised_s;
   if (!steps.go_on(1.0)) return about(body, kStopped);
@@ -151,7 +151,7 @@ core::Expected<std::pair<Workspace, BodyReport>> activate_alone(const Body& body
   const Index3 min = whole.min;
   const GridSpec grid{voxel_size_m * Eigen::Vector3d(min.x, min.y, min.z), voxel_size_m, whole.size};
   solid->box.min = {solid->box.min.x - min.x, solid->box.min.y - min.y, solid->box.min.z - min.z};
-  ActivatedObject object = layered(*solid, body.profile, grid);
+  ActivatedObject object = layered(body.mesh_W, *solid, body.profile, grid, options.threads);
   object.report.voxelise_s = voxelised_s - steps.start_s();
   object.report.layers_s = steps.now_s() - voxelised_s;
   const CodeTable codes = code_table(body.profile, *palette);

@@ -1,21 +1,79 @@
 #pragma once
 
-// Private to this library: exact Euclidean distance up to a reach B, in small integers, one axis after the
-// other.
+// Private to this library: exact Euclidean distance up to a reach B, in small integers, one axis after the other, block
+// by block. Blocks are whole bricks; each looks at the solid within B around it, so that blocks do not depend on each
+// other and memory does not depend on the object's size.
 
-#include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
+
+#include "common/voxel/voxelise.hpp"
 
 namespace phantom::voxel::detail {
 
-/// In: 0 where solid, B + 1 elsewhere (x fastest, then y, z). Out: distance in voxels to the nearest solid
-/// voxel of the same line along z, B + 1 for "farther than B". B ≤ 254.
-void distance_along_z(std::uint8_t* voxels, const std::array<std::int32_t, 3>& size, std::uint8_t reach);
+/// Bytes of the longest vector; rows are padded to it.
+inline constexpr std::size_t kLongestVector = 64;
 
-/// In: distances along z. Out: orders_by_square[d²] with d the distance in space; `orders_by_square` has (B +
-/// 1)² + 1 entries, of which the last stands for everything farther than B.
-void orders_of_slices(std::uint8_t* voxels, const std::array<std::int32_t, 3>& size, std::uint8_t reach,
-                      const std::vector<std::int8_t>& orders_by_square);
+/// Neighbour order as a function of the squared distance d² in voxels: `order[i]` for above[i−1] < d² ≤ above[i], the
+/// last one beyond the last border. `above` rises, begins with 0 and ends with reach²; one `order` more than `above`.
+struct OrderSteps {
+  std::uint8_t reach = 0;  ///< B ≤ 254
+  std::vector<std::uint16_t> above;
+  std::vector<std::int8_t> order;
+};
+
+/// A solid's voxels (boundary or interior) as rows of bits along x that begin at whole bricks, with free space before and
+/// behind, so that any vector near the solid can be loaded as it stands.
+class SolidRows {
+ public:
+  /// `margin_vox`: how far outside of the solid's bricks rows can be asked for.
+  SolidRows(const SolidVoxels& solid, std::int32_t margin_vox, int threads);
+
+  /// Bits from voxel x on, 8 a byte, in addresses of the grid; x a multiple of 8. Free rows outside of the solid.
+  const std::uint8_t* row(std::int32_t x, std::int32_t y, std::int32_t z) const noexcept {
+    const std::int32_t in_y = y - box_.min.y, in_z = z - box_.min.z;
+    const bool inside = in_y >= 0 && in_z >= 0 && in_y < box_.size[1] && in_z < box_.size[2];
+    const std::size_t line = inside ? 1 + static_cast<std::size_t>(in_z) * static_cast<std::size_t>(box_.size[1]) + static_cast<std::size_t>(in_y) : 0;
+    return bits_.get() + line * row_bytes_ + (x - first_x_) / 8;
+  }
+
+ private:
+  VoxelBox box_;
+  std::int32_t first_x_ = 0;
+  std::size_t row_bytes_ = 0;
+  std::unique_ptr<std::uint8_t[]> bits_;  // line 0 is free
+};
+
+/// A block of nx × ny × nz bricks.
+struct BrickBlock {
+  Index3 min;  ///< its first voxel: a brick's corner
+  std::int32_t nx = 1, ny = 1, nz = 1;
+  std::vector<std::int8_t*> bricks;  ///< where each one's orders go (kBrickVoxels, brick_offset layout), x fastest; null: not wanted
+};
+
+/// Work space of one thread.
+class BandedDistance {
+ public:
+  BandedDistance(const SolidRows& solid, const OrderSteps& steps) : solid_(solid), steps_(steps) {}
+
+  /// Writes every voxel of every brick wanted; boundary voxels count as solid (order[0]) here.
+  void run(const BrickBlock& block);
+
+  // For the kernel.
+  const SolidRows& solid() const { return solid_; }
+  const OrderSteps& steps() const { return steps_; }
+  std::vector<const std::uint8_t*> bits;    // [z] of one y: solid along x
+  std::vector<std::uint8_t> closeness;      // [z][y][x]: B + 1 − distance along z, 0 for "farther than B"
+  std::vector<std::uint8_t> filled;         // [y]: whether the row has any closeness above 0
+  std::vector<std::uint16_t> squares;       // [y][x] of one z: squared distance along z
+  std::vector<std::uint16_t> line;          // [x]: squared distance in the plane y, z
+  std::vector<std::uint16_t> reach_of;      // per vector along x: how far a neighbour along y can matter
+  std::vector<std::uint8_t> orders;         // [x] of one row
+
+ private:
+  const SolidRows& solid_;
+  const OrderSteps& steps_;
+};
 
 }  // namespace phantom::voxel::detail

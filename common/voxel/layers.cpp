@@ -1,43 +1,304 @@
 #include "common/voxel/layers.hpp"
 
 #include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
 #include <cstring>
+#include <iterator>
 
+#include "common/core/parallel.hpp"
 #include "common/voxel/banded_distance.hpp"
 #include "common/voxel/workspace.hpp"
 
 namespace phantom::voxel {
 namespace {
 
-/// Order by squared distance, 0…(reach + 1)²; the last entry stands for "farther".
-std::vector<std::int8_t> orders_by_square(const LayerProfile& profile) {
-  const int reach = profile.reach_vox();
-  std::vector<std::int8_t> orders(static_cast<std::size_t>((reach + 1) * (reach + 1) + 1), kOrderFree);
-  const auto fill = [&](int after, int until, std::int8_t order) {  // after < d ≤ until
-    for (int square = after * after + 1; square <= until * until; ++square)
-      orders[static_cast<std::size_t>(square)] = order;
+using detail::BandedDistance;
+using detail::BrickBlock;
+using detail::OrderSteps;
+using detail::SolidRows;
+
+constexpr std::int32_t brick_of(std::int32_t voxel) { return voxel >> 5; }  // rounds down, below 0 too
+static_assert(kBrickEdge == 32);
+
+OrderSteps steps_of(const LayerProfile& profile) {
+  OrderSteps steps;
+  steps.reach = static_cast<std::uint8_t>(profile.reach_vox());
+  int until = 0;
+  const auto begin = [&](std::int8_t order, int thickness) {
+    steps.above.push_back(static_cast<std::uint16_t>(until * until));
+    steps.order.push_back(order);
+    until += thickness;
   };
-  orders[0] = kOrderInterior;
-  fill(0, profile.guard_vox, kOrderGuard);
-  int from = profile.guard_vox;
-  for (std::size_t i = 0; i < profile.thickness_vox.size(); ++i) {
-    fill(from, from + profile.thickness_vox[i], static_cast<std::int8_t>(i + 1));
-    from += profile.thickness_vox[i];
-  }
-  return orders;
+  steps.order.push_back(kOrderInterior);
+  if (profile.guard_vox > 0) begin(kOrderGuard, profile.guard_vox);
+  for (std::size_t i = 0; i < profile.thickness_vox.size(); ++i)
+    begin(static_cast<std::int8_t>(i + 1), profile.thickness_vox[i]);
+  begin(kOrderFree, 0);
+  return steps;
 }
 
-/// Calls put(x, y, z) in `box` coordinates for every set bit of a volume that covers `from`.
-template <class Put>
-void for_each_bit(const BitVolume& bits, const VoxelBox& from, const VoxelBox& box, Put put) {
-  const std::int32_t dx = from.min.x - box.min.x, dy = from.min.y - box.min.y, dz = from.min.z - box.min.z;
-  for (std::int32_t z = 0; z < from.size[2]; ++z) {
-    for (std::int32_t y = 0; y < from.size[1]; ++y) {
-      const std::uint64_t* row = bits.row(y, z);
-      for (std::size_t i = 0; i < bits.words_per_row(); ++i) {
-        for (std::uint64_t w = row[i]; w != 0; w &= w - 1) {
-          put(static_cast<std::int32_t>(i * 64) + std::countr_zero(w) + dx, y + dy, z + dz);
+/// What a cube of a brick's size holds of the solid, at a brick's place (which may lie beyond the grid).
+struct Cell {
+  bool any = false;
+  bool all_interior = true;
+  std::array<std::int32_t, 3> low{INT32_MAX, INT32_MAX, INT32_MAX}, high{INT32_MIN, INT32_MIN, INT32_MIN};
+};
+
+/// The cells around a solid.
+struct Cells {
+  Index3 min;  // a brick's address
+  std::array<std::int32_t, 3> size{};
+  std::vector<Cell> cells;
+
+  std::size_t index(std::int32_t x, std::int32_t y, std::int32_t z) const {
+    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(size[1]) + static_cast<std::size_t>(y)) *
+               static_cast<std::size_t>(size[0]) + static_cast<std::size_t>(x);
+  }
+};
+
+Cells cells_around(const VoxelBox& box) {
+  Cells cells;
+  cells.min = {brick_of(box.min.x), brick_of(box.min.y), brick_of(box.min.z)};
+  cells.size = {brick_of(box.min.x + box.size[0] - 1) - cells.min.x + 1, brick_of(box.min.y + box.size[1] - 1) - cells.min.y + 1,
+                brick_of(box.min.z + box.size[2] - 1) - cells.min.z + 1};
+  cells.cells.resize(cells.index(0, 0, cells.size[2]));
+  return cells;
+}
+
+void look_at_row(const SolidVoxels& solid, const SolidRows& rows, std::int32_t y, std::int32_t z, Cells& cells) {
+  Cell* row = cells.cells.data() + cells.index(0, brick_of(y) - cells.min.y, brick_of(z) - cells.min.z);
+  const std::int32_t from_x = cells.min.x * kBrickEdge;
+  const std::uint8_t* bytes = rows.row(from_x, y, z);
+  for (std::int32_t i = 0; i < cells.size[0]; ++i) {
+    std::uint32_t bits;
+    std::memcpy(&bits, bytes + 4 * i, sizeof bits);
+    Cell& cell = row[i];
+    cell.all_interior &= bits == ~std::uint32_t{0};
+    if (bits == 0) continue;
+    const std::int32_t x = from_x + i * kBrickEdge;
+    cell.any = true;
+    const std::array<std::int32_t, 3> low{x + std::countr_zero(bits), y, z}, high{x + 31 - std::countl_zero(bits), y, z};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      cell.low[axis] = std::min(cell.low[axis], low[axis]);
+      cell.high[axis] = std::max(cell.high[axis], high[axis]);
+    }
+  }
+  const VoxelBox& box = solid.box;
+  if (y < box.min.y || z < box.min.z || y >= box.min.y + box.size[1] || z >= box.min.z + box.size[2]) return;
+  const std::uint64_t* boundary = solid.boundary.row(y - box.min.y, z - box.min.z);
+  for (std::size_t i = 0; i < solid.boundary.words_per_row(); ++i) {
+    if (boundary[i] == 0) continue;
+    const std::int32_t x = box.min.x + static_cast<std::int32_t>(i * 64);
+    const std::int32_t first = brick_of(x + std::countr_zero(boundary[i])), last = brick_of(x + 63 - std::countl_zero(boundary[i]));
+    for (std::int32_t at = first; at <= last; ++at) row[at - cells.min.x].all_interior = false;
+  }
+}
+
+Cells look_at(const SolidVoxels& solid, const SolidRows& rows, int threads) {
+  Cells cells = cells_around(solid.box);
+  core::parallel_for(threads, static_cast<std::size_t>(cells.size[2]), [&](std::size_t layer, std::size_t) {
+    for (std::int32_t i = 0; i < kBrickEdge; ++i) {
+      const std::int32_t z = (cells.min.z + static_cast<std::int32_t>(layer)) * kBrickEdge + i;
+      for (std::int32_t y = cells.min.y * kBrickEdge; y < (cells.min.y + cells.size[1]) * kBrickEdge; ++y)
+        look_at_row(solid, rows, y, z, cells);
+    }
+  });
+  return cells;
+}
+
+enum class Need : std::uint8_t { kNothing, kOrders, kInterior };
+
+/// What there is to do: per brick of a box of bricks.
+struct Plan {
+  BrickKey min;
+  std::array<std::int32_t, 3> size{};
+  std::vector<Need> need;
+
+  bool contains(BrickKey key) const {
+    return key.x >= min.x && key.y >= min.y && key.z >= min.z && key.x < min.x + size[0] && key.y < min.y + size[1] &&
+           key.z < min.z + size[2];
+  }
+  Need& at(BrickKey key) {
+    return need[(static_cast<std::size_t>(key.z - min.z) * static_cast<std::size_t>(size[1]) + static_cast<std::size_t>(key.y - min.y)) *
+                    static_cast<std::size_t>(size[0]) + static_cast<std::size_t>(key.x - min.x)];
+  }
+};
+
+/// Squared distance in voxels between the nearest voxels of a cell's solid and of a brick.
+std::int64_t square_between(const Cell& cell, BrickKey key) {
+  const std::array<std::int32_t, 3> first{key.x * kBrickEdge, key.y * kBrickEdge, key.z * kBrickEdge};
+  std::int64_t square = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::int64_t away = std::max({0, first[axis] - cell.high[axis], cell.low[axis] - (first[axis] + kBrickEdge - 1)});
+    square += away * away;
+  }
+  return square;
+}
+
+Plan plan_for(const Cells& cells, int reach, const VoxelBox& part, const VoxelBox& solid_box) {
+  Plan plan;
+  const VoxelBox reached = solid_box.grown(reach).intersection(part);
+  if (reached.empty()) return plan;
+  plan.min = {brick_of(reached.min.x), brick_of(reached.min.y), brick_of(reached.min.z)};
+  plan.size = {brick_of(reached.min.x + reached.size[0] - 1) - plan.min.x + 1, brick_of(reached.min.y + reached.size[1] - 1) - plan.min.y + 1,
+               brick_of(reached.min.z + reached.size[2] - 1) - plan.min.z + 1};
+  plan.need.resize(static_cast<std::size_t>(plan.size[0]) * static_cast<std::size_t>(plan.size[1]) * static_cast<std::size_t>(plan.size[2]));
+  for (std::int32_t z = 0; z < cells.size[2]; ++z) {
+    for (std::int32_t y = 0; y < cells.size[1]; ++y) {
+      for (std::int32_t x = 0; x < cells.size[0]; ++x) {
+        const Cell& cell = cells.cells[cells.index(x, y, z)];
+        if (!cell.any) continue;
+        BrickKey key;
+        for (key.z = brick_of(cell.low[2] - reach); key.z <= brick_of(cell.high[2] + reach); ++key.z) {
+          for (key.y = brick_of(cell.low[1] - reach); key.y <= brick_of(cell.high[1] + reach); ++key.y) {
+            for (key.x = brick_of(cell.low[0] - reach); key.x <= brick_of(cell.high[0] + reach); ++key.x) {
+              if (!plan.contains(key) || plan.at(key) != Need::kNothing) continue;
+              if (square_between(cell, key) <= std::int64_t{reach} * reach) plan.at(key) = Need::kOrders;
+            }
+          }
         }
+        const BrickKey own{cells.min.x + x, cells.min.y + y, cells.min.z + z};
+        if (cell.all_interior && plan.contains(own)) plan.at(own) = Need::kInterior;
+      }
+    }
+  }
+  return plan;
+}
+
+/// Bricks that are computed together: they share what lies around them, so more at once for a longer reach.
+struct BlockShape {
+  std::int32_t along_x, across;
+};
+BlockShape shape_for(int reach) {
+  return reach <= 32 ? BlockShape{8, 1} : reach <= 96 ? BlockShape{8, 2} : BlockShape{8, 4};
+}
+
+/// Runs of bricks along x that need orders. The keys of a block's bricks, x fastest; what is not needed is left out later.
+struct Task {
+  BrickKey min;
+  std::int32_t nx, ny, nz;
+};
+
+std::vector<Task> tasks_of(Plan& plan, BlockShape shape) {
+  std::vector<Task> tasks;
+  BrickKey at = plan.min;
+  for (at.z = plan.min.z; at.z < plan.min.z + plan.size[2]; at.z += shape.across) {
+    for (at.y = plan.min.y; at.y < plan.min.y + plan.size[1]; at.y += shape.across) {
+      const std::int32_t nz = std::min(shape.across, plan.min.z + plan.size[2] - at.z), ny = std::min(shape.across, plan.min.y + plan.size[1] - at.y);
+      const auto needed = [&](std::int32_t x) {
+        for (std::int32_t z = 0; z < nz; ++z) {
+          for (std::int32_t y = 0; y < ny; ++y) {
+            if (plan.at({x, at.y + y, at.z + z}) == Need::kOrders) return true;
+          }
+        }
+        return false;
+      };
+      std::int32_t length = 0;
+      for (std::int32_t x = plan.min.x; x <= plan.min.x + plan.size[0]; ++x) {
+        const bool more = x < plan.min.x + plan.size[0] && needed(x);
+        if (length > 0 && (!more || length == shape.along_x)) {
+          tasks.push_back({{x - length, at.y, at.z}, length, ny, nz});
+          length = 0;
+        }
+        if (more) ++length;
+      }
+    }
+  }
+  return tasks;
+}
+
+/// Boundary voxels of a block's bricks are marked as such.
+void mark_boundary(const SolidVoxels& solid, const BrickBlock& block) {
+  const VoxelBox here = VoxelBox{block.min, {block.nx * kBrickEdge, block.ny * kBrickEdge, block.nz * kBrickEdge}}.intersection(solid.box);
+  if (here.empty()) return;
+  const std::int32_t low = here.min.x - solid.box.min.x, high = low + here.size[0];
+  for (std::int32_t z = here.min.z; z < here.min.z + here.size[2]; ++z) {
+    for (std::int32_t y = here.min.y; y < here.min.y + here.size[1]; ++y) {
+      const std::uint64_t* row = solid.boundary.row(y - solid.box.min.y, z - solid.box.min.z);
+      const std::size_t first = (static_cast<std::size_t>((z - block.min.z) / kBrickEdge) * static_cast<std::size_t>(block.ny) +
+                                 static_cast<std::size_t>((y - block.min.y) / kBrickEdge)) * static_cast<std::size_t>(block.nx);
+      for (std::int32_t word = low / 64; word <= (high - 1) / 64; ++word) {
+        for (std::uint64_t bits = row[word]; bits != 0; bits &= bits - 1) {
+          const std::int32_t bit = word * 64 + std::countr_zero(bits);
+          if (bit < low || bit >= high) continue;
+          const std::int32_t x = bit + solid.box.min.x;
+          std::int8_t* brick = block.bricks[first + static_cast<std::size_t>((x - block.min.x) / kBrickEdge)];
+          if (brick == nullptr) continue;
+          brick[brick_offset(static_cast<std::uint32_t>(x & 31), static_cast<std::uint32_t>(y & 31), static_cast<std::uint32_t>(z & 31))] =
+              kOrderBoundary;
+        }
+      }
+    }
+  }
+}
+
+/// Voxels of the last bricks that lie beyond the grid are free.
+void cut_off(const VoxelBox& part, BrickKey key, std::int8_t* orders) {
+  const VoxelBox whole = box_of(key), inside = whole.intersection(part);
+  if (inside.size == whole.size) return;
+  for (std::int32_t z = 0; z < kBrickEdge; ++z) {
+    for (std::int32_t y = 0; y < kBrickEdge; ++y) {
+      for (std::int32_t x = 0; x < kBrickEdge; ++x) {
+        if (x < inside.size[0] && y < inside.size[1] && z < inside.size[2]) continue;
+        orders[brick_offset(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), static_cast<std::uint32_t>(z))] = kOrderFree;
+      }
+    }
+  }
+}
+
+bool all_free(const std::int8_t* orders) {
+  static const std::array<std::int8_t, kBrickVoxels> kFree{};
+  return std::memcmp(orders, kFree.data(), kBrickVoxels) == 0;
+}
+
+/// One thread's share of the work.
+class Worker {
+ public:
+  Worker(const SolidVoxels& solid, const SolidRows& rows, const OrderSteps& steps, const VoxelBox& part)
+      : solid_(solid), part_(part), distance_(rows, steps) {}
+
+  void run(const Task& task, Plan& plan) {
+    block_.min = {task.min.x * kBrickEdge, task.min.y * kBrickEdge, task.min.z * kBrickEdge};
+    block_.nx = task.nx;
+    block_.ny = task.ny;
+    block_.nz = task.nz;
+    block_.bricks.clear();
+    std::vector<ObjectBricks::Part> made;
+    for (std::int32_t z = 0; z < task.nz; ++z) {
+      for (std::int32_t y = 0; y < task.ny; ++y) {
+        for (std::int32_t x = 0; x < task.nx; ++x) {
+          const BrickKey key{task.min.x + x, task.min.y + y, task.min.z + z};
+          const bool needed = plan.at(key) == Need::kOrders;
+          if (needed) made.push_back({key, std::make_unique_for_overwrite<std::int8_t[]>(kBrickVoxels)});
+          block_.bricks.push_back(needed ? made.back().orders.get() : nullptr);
+        }
+      }
+    }
+    distance_.run(block_);
+    mark_boundary(solid_, block_);
+    for (ObjectBricks::Part& brick : made) {
+      cut_off(part_, brick.key, brick.orders.get());
+      if (!all_free(brick.orders.get())) parts.push_back(std::move(brick));
+    }
+  }
+
+  std::vector<ObjectBricks::Part> parts;
+
+ private:
+  const SolidVoxels& solid_;
+  VoxelBox part_;
+  BandedDistance distance_;
+  BrickBlock block_;
+};
+
+void add_interior(Plan& plan, std::vector<ObjectBricks::Part>& parts) {
+  BrickKey key;
+  for (key.z = plan.min.z; key.z < plan.min.z + plan.size[2]; ++key.z) {
+    for (key.y = plan.min.y; key.y < plan.min.y + plan.size[1]; ++key.y) {
+      for (key.x = plan.min.x; key.x < plan.min.x + plan.size[0]; ++key.x) {
+        if (plan.at(key) == Need::kInterior) parts.push_back({key, nullptr});
       }
     }
   }
@@ -45,30 +306,27 @@ void for_each_bit(const BitVolume& bits, const VoxelBox& from, const VoxelBox& b
 
 }  // namespace
 
-ObjectVoxels distance_layers(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& clip) {
-  ObjectVoxels ova;
-  if (solid.box.empty()) return ova;
-  ova.box = solid.box.grown(profile.reach_vox()).intersection(clip);
-  if (ova.box.empty()) return ova;
-  const auto reach = static_cast<std::uint8_t>(profile.reach_vox());
-  ova.order.resize(ova.box.voxel_count());
-  // The same bytes hold, one after the other: distance along z, then the order.
-  auto* bytes = reinterpret_cast<std::uint8_t*>(ova.order.data());
-  std::memset(bytes, reach + 1, ova.order.size());
-  const auto mark = [&](std::int32_t x, std::int32_t y, std::int32_t z) { bytes[ova.index(x, y, z)] = 0; };
-  for_each_bit(solid.interior, solid.box, ova.box, mark);
-  for_each_bit(solid.boundary, solid.box, ova.box, mark);
-  detail::distance_along_z(bytes, ova.box.size, reach);
-  detail::orders_of_slices(bytes, ova.box.size, reach, orders_by_square(profile));
-  for_each_bit(solid.boundary, solid.box, ova.box, [&](std::int32_t x, std::int32_t y, std::int32_t z) {
-    ova.order[ova.index(x, y, z)] = kOrderBoundary;
+ObjectBricks distance_bricks(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& part,
+                             const LayerOptions& options) {
+  if (solid.box.empty()) return {};
+  const OrderSteps steps = steps_of(profile);
+  const BlockShape shape = shape_for(steps.reach);
+  const SolidRows rows(solid, 2 * (steps.reach + kBrickEdge), options.threads);
+  Plan plan = plan_for(look_at(solid, rows, options.threads), steps.reach, part, solid.box);
+  const std::vector<Task> tasks = tasks_of(plan, shape);
+  std::vector<Worker> workers;
+  for (int i = 0; i < std::max(1, options.threads); ++i) workers.emplace_back(solid, rows, steps, part);
+  std::atomic<bool> stopped = false;
+  core::parallel_for(options.threads, tasks.size(), [&](std::size_t i, std::size_t worker) {
+    if (stopped) return;
+    if (worker == 0 && options.go_on && !options.go_on(static_cast<double>(i) / static_cast<double>(tasks.size()))) stopped = true;
+    workers[worker].run(tasks[i], plan);
   });
-  return ova;
-}
-
-ObjectBricks distance_bricks(const SolidVoxels& solid, const LayerProfile& profile, const GridSpec& grid,
-                             const LayerOptions& /*options*/) {
-  return ObjectBricks::of(distance_layers(solid, profile, voxelise_clip(grid, profile)), grid);
+  if (stopped) return {};
+  std::vector<ObjectBricks::Part> parts;
+  for (Worker& worker : workers) std::move(worker.parts.begin(), worker.parts.end(), std::back_inserter(parts));
+  add_interior(plan, parts);
+  return ObjectBricks(std::move(parts));
 }
 
 }  // namespace phantom::voxel

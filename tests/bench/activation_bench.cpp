@@ -58,7 +58,7 @@ void layers_of_sphere(State& state, int edge_vox, std::uint32_t rings, int threa
   const GridSpec grid = sphere_grid(edge_vox);
   const auto solid = voxel::voxelise(body.mesh_W, grid, voxel::voxelise_clip(grid, body.profile));
   for (auto _ : state) {
-    const auto bricks = voxel::distance_bricks(*solid, body.profile, grid, {threads, {}});
+    const auto bricks = voxel::distance_bricks(*solid, body.profile, voxel::VoxelBox::of(grid), {threads, {}});
     benchmark::DoNotOptimize(bricks.keys().data());
   }
 }

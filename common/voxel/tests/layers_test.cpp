@@ -1,6 +1,7 @@
 #include "common/voxel/layers.hpp"
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include <random>
 
@@ -28,57 +29,133 @@ SolidVoxels random_solid(unsigned seed, std::array<std::int32_t, 3> size, int on
   return solid;
 }
 
-void expect_like_the_twin(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& clip) {
+const VoxelBox kGrid{{0, 0, 0}, {100, 90, 96}};
+
+/// Every voxel of `part`, and nothing beyond it.
+void expect_like_the_twin(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& part = kGrid, int threads = 1) {
   ASSERT_TRUE(check_profile(profile)) << check_profile(profile).message();
-  const ObjectVoxels ova = distance_layers(solid, profile, clip);
+  const ObjectBricks bricks = distance_bricks(solid, profile, part, {threads, {}});
   const auto solids = twin::solid_voxels(solid);
-  twin::for_each(ova.box, [&](Index3 v) { ASSERT_EQ(ova.at(v), twin::order(solid, solids, profile, v)); });
+  const VoxelBox reached = solid.box.grown(profile.reach_vox() + 1).intersection(part);
+  std::size_t there = 0;
+  twin::for_each(reached, [&](Index3 v) {
+    const std::int8_t order = bricks.at(v);
+    ASSERT_EQ(order, twin::order(solid, solids, profile, v)) << v.x << ' ' << v.y << ' ' << v.z;
+    there += order != kOrderFree ? 1 : 0;
+  });
+  std::size_t in_all = 0;
+  for (const BrickKey key : bricks.keys()) {
+    const auto taken = static_cast<std::size_t>(
+        std::count_if(bricks.orders(key), bricks.orders(key) + kBrickVoxels, [](std::int8_t order) { return order != kOrderFree; }));
+    EXPECT_GT(taken, 0U) << "an empty brick";
+    in_all += taken;
+  }
+  EXPECT_EQ(in_all, there);
 }
 
-const VoxelBox kEverywhere{{-100, -100, -100}, {300, 300, 300}};
+std::vector<LayerProfile> many_profiles() {
+  return {{{1}, {5.0F}, 100.0F, 0},
+          {{1, 1, 1}, {9.0F, 8.0F, 7.0F}, 100.0F, 0},
+          {{4, 4, 4}, {9.0F, 8.0F, 7.0F}, 100.0F, 0},
+          {{2, 3, 1}, {9.0F, 8.0F, 7.0F}, 100.0F, 2},
+          {{1, 5}, {9.0F, 8.0F}, 100.0F, 1},
+          {{20, 13}, {9.0F, 8.0F}, 100.0F, 0}};
+}
 
-TEST(DistanceLayers, EqualTheLiteralTwinInEveryVoxel) {
-  const LayerProfile profiles[] = {{{1}, {5.0F}, 100.0F, 0},
-                                   {{1, 1, 1}, {9.0F, 8.0F, 7.0F}, 100.0F, 0},
-                                   {{4, 4, 4}, {9.0F, 8.0F, 7.0F}, 100.0F, 0},
-                                   {{2, 3, 1}, {9.0F, 8.0F, 7.0F}, 100.0F, 2},
-                                   {{1, 5}, {9.0F, 8.0F}, 100.0F, 1}};
+TEST(DistanceBricks, EqualTheLiteralTwinInEveryVoxel) {
   unsigned seed = 1;
-  for (const auto& profile : profiles) {
-    expect_like_the_twin(random_solid(seed++, {7, 5, 6}, 20), profile, kEverywhere);
-    expect_like_the_twin(random_solid(seed++, {9, 9, 9}, 200), profile, kEverywhere);
-    expect_like_the_twin(random_solid(seed++, {40, 3, 2}, 30), profile, kEverywhere);
-    expect_like_the_twin(random_solid(seed++, {1, 1, 1}, 1), profile, kEverywhere);
+  for (const auto& profile : many_profiles()) {
+    expect_like_the_twin(random_solid(seed++, {7, 5, 6}, 20), profile);
+    expect_like_the_twin(random_solid(seed++, {9, 9, 9}, 200), profile);
+    expect_like_the_twin(random_solid(seed++, {70, 3, 2}, 30), profile);
+    expect_like_the_twin(random_solid(seed++, {1, 1, 1}, 1), profile);
   }
 }
 
-TEST(DistanceLayers, ReachFarWithoutOverflow) {
-  const SolidVoxels dot = random_solid(1, {1, 1, 1}, 1);
+TEST(DistanceBricks, AreTheSameWithEveryInstructionSet) {
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    SCOPED_TRACE(hwy::TargetName(target));
+    unsigned seed = 1;
+    for (const auto& profile : many_profiles()) expect_like_the_twin(random_solid(seed++, {40, 5, 6}, 50), profile);
+  }
+  hwy::SetSupportedTargetsForTest(0);
+}
+
+TEST(DistanceBricks, AreTheSameWithManyThreads) {
+  const LayerProfile profile{{3, 2}, {9.0F, 8.0F}, 100.0F, 1};
+  expect_like_the_twin(random_solid(3, {60, 30, 40}, 2000), profile, kGrid, 3);
+}
+
+TEST(DistanceBricks, ReachFarWithoutOverflow) {
+  SolidVoxels dot = random_solid(1, {1, 1, 1}, 1);
+  dot.box.min = {290, 270, 300};
   const LayerProfile widest{{250, 4}, {2.0F, 1.0F}, 100.0F, 0};
   ASSERT_TRUE(check_profile(widest));
-  const VoxelBox plane{{-240, -235, 28}, {520, 520, 5}};  // all of the reach in x and y
-  const ObjectVoxels ova = distance_layers(dot, widest, plane);
+  const VoxelBox part{{0, 0, 0}, {600, 580, 600}};
+  const ObjectBricks bricks = distance_bricks(dot, widest, part, {2, {}});
   const auto solids = twin::solid_voxels(dot);
+  const auto expect_at = [&](Index3 v) { ASSERT_EQ(bricks.at(v), twin::order(dot, solids, widest, v)); };
   std::mt19937 random(5);
-  for (int i = 0; i < 200000; ++i) {
-    const Index3 v{ova.box.min.x + static_cast<int>(random() % static_cast<unsigned>(ova.box.size[0])),
-                   ova.box.min.y + static_cast<int>(random() % static_cast<unsigned>(ova.box.size[1])),
-                   28 + static_cast<int>(random() % 5)};
-    ASSERT_EQ(ova.at(v), twin::order(dot, solids, widest, v));
+  for (int i = 0; i < 300000; ++i) {
+    expect_at({static_cast<int>(random() % 600), static_cast<int>(random() % 580), static_cast<int>(random() % 600)});
+  }
+  for (int i = 0; i < 600; ++i) expect_at({i, 270, 300}), expect_at({290, std::min(i, 579), 300}), expect_at({290, 270, i});
+}
+
+TEST(DistanceBricks, OfAPartOfTheGridAreThoseOfTheWhole) {
+  const LayerProfile profile{{3, 2}, {9.0F, 8.0F}, 100.0F, 1};
+  SolidVoxels solid = random_solid(9, {40, 40, 40}, 400);
+  const ObjectBricks whole = distance_bricks(solid, profile, kGrid);
+  for (const VoxelBox part : {VoxelBox{{32, 0, 32}, {32, 64, 64}}, VoxelBox{{0, 32, 0}, {96, 32, 96}}}) {
+    const ObjectBricks bricks = distance_bricks(solid, profile, part);
+    twin::for_each(part, [&](Index3 v) { ASSERT_EQ(bricks.at(v), whole.at(v)); });
+    for (const BrickKey key : bricks.keys()) EXPECT_FALSE(box_of(key).intersection(part).empty());
   }
 }
 
-TEST(DistanceLayers, ClippingDoesNotChangeWhatIsLeft) {
-  const LayerProfile profile{{3, 2}, {9.0F, 8.0F}, 100.0F, 1};
-  const SolidVoxels solid = random_solid(9, {12, 12, 12}, 40);
-  const VoxelBox wanted{{24, 20, 33}, {5, 20, 6}};
-  const ObjectVoxels whole = distance_layers(solid, profile, kEverywhere);
-  const ObjectVoxels part = distance_layers(solid, profile, wanted.grown(profile.reach_vox()));
-  twin::for_each(wanted, [&](Index3 v) { EXPECT_EQ(part.at(v), whole.at(v)); });
+TEST(DistanceBricks, OfASolidBeyondTheGridReachIn) {
+  SolidVoxels solid = random_solid(11, {30, 20, 20}, 50);
+  for (const Index3 corner : {Index3{-32, -10, 40}, {95, 80, 90}, {-15, 85, -21}, {102, 30, 30}}) {
+    solid.box.min = corner;
+    expect_like_the_twin(solid, {{4, 4}, {9.0F, 8.0F}, 100.0F, 0});
+  }
 }
 
-TEST(DistanceLayers, OfNothingAreNothing) {
-  EXPECT_TRUE(distance_layers(SolidVoxels{}, {{1}, {1.0F}, 100.0F, 0}, kEverywhere).box.empty());
+TEST(DistanceBricks, OfABallAreShellsAroundIt) {
+  // An independent oracle: a solid thick enough to have bricks of interior alone.
+  SolidVoxels ball;
+  ball.box = {{3, 2, 1}, {90, 90, 90}};
+  ball.boundary = ball.interior = BitVolume(ball.box.size);
+  twin::for_each({{0, 0, 0}, ball.box.size}, [&](Index3 v) {
+    const double r = std::hypot(v.x - 44.5, v.y - 44.5, v.z - 44.5);
+    if (r < 44.0) (r > 42.0 ? ball.boundary : ball.interior).set(v.x, v.y, v.z);
+  });
+  const LayerProfile profile{{2, 3}, {9.0F, 8.0F}, 100.0F, 0};
+  const ObjectBricks bricks = distance_bricks(ball, profile, kGrid, {2, {}});
+  twin::for_each(kGrid, [&](Index3 v) {
+    const double outside = std::hypot(v.x - 47.5, v.y - 46.5, v.z - 45.5) - 44.0;
+    const int order = bricks.at(v);
+    if (twin::is_solid(ball, v)) {
+      ASSERT_EQ(order, twin::is_boundary(ball, v) ? kOrderBoundary : kOrderInterior);
+    } else if (outside > 6.0) {
+      ASSERT_EQ(order, kOrderFree);
+    } else if (outside < 1.0) {
+      ASSERT_EQ(order, 1);
+    }
+  });
+}
+
+TEST(DistanceBricks, OfNothingAreNothing) {
+  EXPECT_TRUE(distance_bricks(SolidVoxels{}, {{1}, {1.0F}, 100.0F, 0}, kGrid).keys().empty());
+}
+
+TEST(DistanceBricks, EndWhenToldTo) {
+  const LayerProfile profile{{3, 2}, {9.0F, 8.0F}, 100.0F, 1};
+  int asked = 0;
+  const LayerOptions options{1, [&](double) { return ++asked < 2; }};
+  EXPECT_TRUE(distance_bricks(random_solid(9, {70, 60, 60}, 400), profile, kGrid, options).keys().empty());
+  EXPECT_EQ(asked, 2);
 }
 
 // --- profile and palette
@@ -138,7 +215,7 @@ TEST(MakePalette, RefusesTooManyViscosities) {
 // ---------------------------------------------------------------------------------------------------------
 
 struct Part {
-  ObjectVoxels ova;
+  ObjectBricks ova;
   std::uint16_t id;
   LayerProfile profile;
 };
@@ -152,25 +229,23 @@ class Merge : public ::testing::Test {
       SolidVoxels solid = random_solid(seed, {14, 11, 9}, 60);
       solid.box.min = {static_cast<int>(3 * (seed - 40)), 20, static_cast<int>(25 + 2 * (seed - 40))};
       const auto id = static_cast<std::uint16_t>(1 + seed++ - 40);
-      parts_.push_back({distance_layers(solid, profile, voxelise_clip(grid_, profile)), id, profile});
+      parts_.push_back({distance_bricks(solid, profile, VoxelBox::of(grid_)), id, profile});
       profiles_.push_back(profile);
     }
     palette_ = *make_palette(profiles_);
     for (const Part& part : parts_) {
-      bricks_.push_back(ObjectBricks::of(part.ova, grid_));
       codes_.push_back(code_table(part.profile, palette_));
     }
   }
   Workspace merged(const std::vector<std::size_t>& sequence) const {
     std::vector<MergeEntry> entries;
-    for (const std::size_t i : sequence) entries.push_back({&bricks_[i], parts_[i].id, &codes_[i]});
+    for (const std::size_t i : sequence) entries.push_back({&parts_[i].ova, parts_[i].id, &codes_[i]});
     Workspace workspace(grid_, palette_);
     merge_bricks(MergeLaw::kHighestViscosity, entries, keys_of(entries), workspace);
     return workspace;
   }
   GridSpec grid_{{0, 0, 0}, 0.01, {45, 40, 50}};
   std::vector<Part> parts_;
-  std::vector<ObjectBricks> bricks_;
   std::vector<CodeTable> codes_;
   std::vector<LayerProfile> profiles_;
   std::vector<float> palette_;
