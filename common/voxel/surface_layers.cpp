@@ -52,31 +52,52 @@ struct Cube {
 /// enough from every border between two layers lies in one of them altogether; others are halved.
 class BrickOfSurface {
  public:
-  BrickOfSurface(const detail::TriangleTree& tree, const Bands& bands) : tree_(tree), bands_(bands) {}
+  BrickOfSurface(const detail::TriangleTree& tree, const Bands& bands, const SolidVoxels& solid)
+      : tree_(tree), bands_(bands), solid_(solid) {}
 
   /// Null if the surface is too far away.
   std::unique_ptr<std::int8_t[]> operator()(BrickKey key) {
     orders_.reset();
-    fill({box_of(key).min, kBrickEdge}, 1e30);
+    const Cube brick{box_of(key).min, kBrickEdge};
+    const double limit = bands_.reach() + brick.radius_vox() + kRounding;
+    const detail::NearestPoint nearest = tree_.nearest(brick.centre_vox(), limit);
+    if (nearest.distance_vox <= limit) fill(brick, nearest);
     return std::move(orders_);
   }
 
  private:
-  void fill(const Cube& cube, double at_most) {
-    constexpr double kRounding = 1e-6;
-    const double radius = cube.radius_vox();
-    const double limit = std::min(at_most, bands_.reach() + radius) + kRounding;
-    const double distance = tree_.nearest(cube.centre_vox(), limit).distance_vox;
-    if (distance > bands_.reach() + radius + kRounding) return;  // free throughout
-    const std::int8_t nearest = bands_.order(std::max(0.0, distance - radius - kRounding));
+  static constexpr double kRounding = 1e-6;  // voxels; far above that of double precision
+
+  void fill(const Cube& cube, const detail::NearestPoint& nearest) {
+    const double radius = cube.radius_vox() + kRounding, distance = nearest.distance_vox;
     if (cube.edge == 1) return put(cube, bands_.order(distance));
-    if (nearest == bands_.order(distance + radius + kRounding)) return put(cube, nearest);
+    const std::int8_t order = bands_.order(std::max(0.0, distance - radius));
+    if (order == bands_.order(distance + radius)) return put(cube, order);
     const std::int32_t half = cube.edge / 2;
     for (int part = 0; part < 8; ++part) {
-      const Index3 min{cube.min.x + (part & 1) * half, cube.min.y + (part >> 1 & 1) * half,
-                       cube.min.z + (part >> 2) * half};
-      fill({min, half}, distance + std::sqrt(3.0) * 0.5 * half);
+      const Cube eighth{{cube.min.x + (part & 1) * half, cube.min.y + (part >> 1 & 1) * half, cube.min.z + (part >> 2) * half},
+                        half};
+      if (is_solid(eighth)) continue;  // settled later
+      fill(eighth, tree_.nearest_with_guess(eighth.centre_vox(), nearest.triangle));
     }
+  }
+  /// Whether every voxel is interior or boundary, as far as small cubes go.
+  bool is_solid(const Cube& cube) const {
+    if (cube.edge > 4) return false;
+    const VoxelBox& box = solid_.box;
+    const Index3 low{cube.min.x - box.min.x, cube.min.y - box.min.y, cube.min.z - box.min.z};
+    if (low.x < 0 || low.y < 0 || low.z < 0 || low.x + cube.edge > box.size[0] || low.y + cube.edge > box.size[1] ||
+        low.z + cube.edge > box.size[2]) {
+      return false;
+    }
+    for (std::int32_t z = low.z; z < low.z + cube.edge; ++z) {
+      for (std::int32_t y = low.y; y < low.y + cube.edge; ++y) {
+        for (std::int32_t x = low.x; x < low.x + cube.edge; ++x) {
+          if (!solid_.boundary.get(x, y, z) && !solid_.interior.get(x, y, z)) return false;
+        }
+      }
+    }
+    return true;
   }
   void put(const Cube& cube, std::int8_t order) {
     if (order == kOrderFree) return;
@@ -93,6 +114,7 @@ class BrickOfSurface {
 
   const detail::TriangleTree& tree_;
   const Bands& bands_;
+  const SolidVoxels& solid_;
   std::unique_ptr<std::int8_t[]> orders_;
 };
 
@@ -147,7 +169,7 @@ ObjectBricks surface_bricks(const geometry::TriangleMesh& mesh_W, const SolidVox
   std::atomic<std::size_t> done = 0;
   core::parallel_for(options.threads, ny * nz, [&](std::size_t row, std::size_t worker) {
     if (stopped) return;
-    BrickOfSurface brick(tree, bands);
+    BrickOfSurface brick(tree, bands, solid);
     for (std::size_t x = 0; x < nx; ++x) {
       const BrickKey key{first.x + static_cast<std::int32_t>(x), first.y + static_cast<std::int32_t>(row % ny),
                          first.z + static_cast<std::int32_t>(row / ny)};

@@ -1,6 +1,7 @@
 #include "common/voxel/triangle_tree.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "common/geometry/point_triangle.hpp"
@@ -60,8 +61,18 @@ std::uint32_t TriangleTree::build(std::vector<std::uint32_t>& order, std::size_t
   return index;
 }
 
-NearestPoint TriangleTree::nearest(const Eigen::Vector3d& p_vox, double limit_vox) const {
-  NearestPoint best;
+NearestPoint TriangleTree::on_triangle(const Eigen::Vector3d& p_vox, std::uint32_t triangle) const {
+  const auto& t = corners_[triangle];
+  const Eigen::Vector3d point = geometry::closest_point_on_triangle(p_vox, t[0], t[1], t[2]);
+  return {(point - p_vox).squaredNorm(), point, triangle};
+}
+
+NearestPoint TriangleTree::nearest_with_guess(const Eigen::Vector3d& p_vox, std::uint32_t guess) const {
+  const NearestPoint there = on_triangle(p_vox, guess);
+  return search(p_vox, std::sqrt(there.distance_vox), there);
+}
+
+NearestPoint TriangleTree::search(const Eigen::Vector3d& p_vox, double limit_vox, NearestPoint best) const {
   if (nodes_.empty()) return best;
   constexpr double kRounding = 1.0 + 1e-12;  // never cut off what is as near
   double least = limit_vox * limit_vox * kRounding;
@@ -78,12 +89,10 @@ NearestPoint TriangleTree::nearest(const Eigen::Vector3d& p_vox, double limit_vo
     const Node& node = nodes_[next.node];
     if (node.count > 0) {
       for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-        const auto& t = corners_[i];
-        const Eigen::Vector3d point = geometry::closest_point_on_triangle(p_vox, t[0], t[1], t[2]);
-        const double square = (point - p_vox).squaredNorm();
-        if (square > least) continue;
-        least = square;
-        best = {square, point};
+        const NearestPoint there = on_triangle(p_vox, i);
+        if (there.distance_vox > least) continue;
+        least = there.distance_vox;
+        best = there;
       }
       continue;
     }

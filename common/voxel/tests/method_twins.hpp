@@ -94,7 +94,9 @@ inline double surface_distance(const geometry::TriangleMesh& mesh, const GridSpe
 /// Order of an interior voxel with layers inside the body.
 inline std::int8_t inside_order(const SolidVoxels& solid, const LayerProfile& profile, Index3 v) {
   double d = 1e30;
-  for_each(solid.box, [&](Index3 n) {
+  const int depth = profile.inside_depth_vox();  // farther ones do not matter
+  const VoxelBox near{{v.x - depth, v.y - depth, v.z - depth}, {2 * depth + 1, 2 * depth + 1, 2 * depth + 1}};
+  for_each(near.intersection(solid.box), [&](Index3 n) {
     if (!is_solid(solid, n) || is_boundary(solid, n)) d = std::min(d, std::hypot(v.x - n.x, v.y - n.y, v.z - n.z));
   });
   double until = 0;
