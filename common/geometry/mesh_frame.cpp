@@ -28,8 +28,8 @@ std::string head_of_member(const std::filesystem::path& path, std::string_view e
   if (!archive || unzGoToFirstFile(archive.get()) != UNZ_OK) return {};
   do {
     char name[512] = {};
-    if (unzGetCurrentFileInfo(archive.get(), nullptr, name, sizeof name - 1, nullptr, 0, nullptr, 0) !=
-            UNZ_OK ||
+    unz_file_info info{};  // minizip 1.1 writes to it unasked
+    if (unzGetCurrentFileInfo(archive.get(), &info, name, sizeof name - 1, nullptr, 0, nullptr, 0) != UNZ_OK ||
         !std::string_view(name).ends_with(ending)) {
       continue;
     }
