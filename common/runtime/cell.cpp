@@ -15,6 +15,13 @@ void refuse_duplicates(const ConfigReader& file, const std::string& key, const I
   }
 }
 
+voxel::MergeLaw read_merge_law(const ConfigReader& workspace) {
+  const std::string law =
+      workspace.choice("merge", "highest_viscosity", {"highest_viscosity", "latest_object", "object_priority"});
+  if (law == "latest_object") return voxel::MergeLaw::kLatestObject;
+  return law == "object_priority" ? voxel::MergeLaw::kObjectPriority : voxel::MergeLaw::kHighestViscosity;
+}
+
 }  // namespace
 
 const ArmConfig& CellConfig::arm(const std::string& arm_name) const {
@@ -36,6 +43,7 @@ CellConfig load_cell(const std::filesystem::path& path) {
   cell.min_m = workspace.vector3("min_m");
   cell.max_m = workspace.vector3("max_m");
   cell.voxel_size_m = workspace.number("voxel_size_m", {0.0001, 1.0, "m"});
+  cell.merge = read_merge_law(workspace);
   for (int axis = 0; axis < 3; ++axis) {
     const double voxels = (cell.max_m[axis] - cell.min_m[axis]) / cell.voxel_size_m;
     if (voxels < 1 || voxels > 8192) {

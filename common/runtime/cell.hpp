@@ -7,6 +7,7 @@
 
 #include "common/runtime/cell_arms.hpp"
 #include "common/runtime/cell_objects.hpp"
+#include "common/voxel/merge.hpp"
 
 namespace phantom::runtime {
 
@@ -17,6 +18,7 @@ struct CellConfig {
   Eigen::Vector3d min_m;  ///< the workspace box in W
   Eigen::Vector3d max_m;
   double voxel_size_m = 0.005;
+  voxel::MergeLaw merge = voxel::MergeLaw::kHighestViscosity;  ///< whose voxel it is where objects meet
   voxel::LayerProfile profile;        ///< of objects that have none of their own
   std::vector<ObjectConfig> objects;  ///< object id on topics and in voxels = index + 1
   std::vector<ArmConfig> arms;

@@ -51,6 +51,7 @@ ObjectConfig read_object(const ConfigReader& reader, const voxel::LayerProfile& 
   object.X_WO = reader.pose("pose");
   object.X_deviation = reader.pose("real_deviation");
   object.profile = reader.has("profile") ? read_profile(reader.section("profile"), voxel_size_m) : cell_profile;
+  object.priority = reader.integer("priority", 0, {-1'000'000, 1'000'000, ""});
   if (reader.has("colour")) {
     const auto rgb = reader.numbers("colour", {0, 1, ""});
     if (rgb.size() != 3) throw reader.error("colour", "needs three numbers, [red, green, blue], 0 to 1");

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "common/geometry/implicit.hpp"
 #include "common/geometry/pose.hpp"
@@ -24,6 +23,7 @@ struct ObjectConfig {
   geometry::ImplicitPtr solid_O;     ///< the solid by formula, scaled; null for a mesh
   geometry::Pose X_WO;               ///< object frame in the workspace frame
   voxel::LayerProfile profile;       ///< the cell's, unless the object has its own
+  int priority = 0;  ///< where the cell merges by object_priority: the greater prevails
   std::array<float, 3> colour{0.7F, 0.7F, 0.7F};  ///< linear RGB, 0…1
   /// Real pose = X_WO · X_deviation: what the simulated world does not tell the model.
   geometry::Pose X_deviation;

@@ -67,7 +67,7 @@ core::Expected<WorkspaceChange> LiveWorkspace::add(std::span<const LiveBody> bod
     next.emplace(body.id, *std::move(object));
     if (on_body) on_body(body, change.reports.back(), i + 1);
   }
-  auto applied = apply(std::move(next), std::move(touched), std::move(change), version, options.threads);
+  auto applied = apply(std::move(next), std::move(touched), std::move(change), version, options);
   if (applied) latest_ = latest;
   return applied;
 }
@@ -86,7 +86,7 @@ core::Expected<WorkspaceChange> LiveWorkspace::move(const Body& body, std::uint6
   append(touched, object->bricks->keys());
   Objects next = objects_;
   next[body.id] = *std::move(object);
-  auto applied = apply(std::move(next), std::move(touched), std::move(change), version, options.threads);
+  auto applied = apply(std::move(next), std::move(touched), std::move(change), version, options);
   if (applied) ++latest_;
   return applied;
 }
@@ -99,11 +99,13 @@ core::Expected<WorkspaceChange> LiveWorkspace::remove(std::uint16_t id, std::uin
   std::vector<BrickKey> touched = present->second.bricks->keys();
   Objects next = objects_;
   next.erase(id);
-  return apply(std::move(next), std::move(touched), {}, version, options.threads);
+  return apply(std::move(next), std::move(touched), {}, version, options);
 }
 
 core::Expected<WorkspaceChange> LiveWorkspace::apply(Objects next, std::vector<BrickKey> touched, WorkspaceChange change,
-                                                     std::uint64_t version, int threads) {
+                                                     std::uint64_t version, const ActivationOptions& options) {
+  const auto now_s = [&options] { return options.stopwatch ? options.stopwatch() : 0.0; };
+  const double from_s = now_s();
   std::vector<LayerProfile> profiles;
   for (const auto& [id, object] : next) profiles.push_back(object.profile);
   auto palette = make_palette(profiles);
@@ -117,7 +119,7 @@ core::Expected<WorkspaceChange> LiveWorkspace::apply(Objects next, std::vector<B
     for (const auto& [id, object] : next) append(all, object.bricks->keys());
     sort_unique(all);
     recoded.reserve_bricks(all.size());
-    merge(next, all, recoded, threads);
+    merge(next, all, recoded, options.threads);
     touched = workspace_.bricks();
     append(touched, all);
     sort_unique(touched);
@@ -125,10 +127,11 @@ core::Expected<WorkspaceChange> LiveWorkspace::apply(Objects next, std::vector<B
     reserved_bricks_ = all.size();
   } else {
     reserve_for(touched);  // the last thing that can fail
-    merge(next, touched, workspace_, threads);
+    merge(next, touched, workspace_, options.threads);
   }
   objects_ = std::move(next);
   workspace_.version = version;
+  change.merge_s = now_s() - from_s;
   take_hashes(touched, change);
   return change;
 }

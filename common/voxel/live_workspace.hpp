@@ -21,6 +21,7 @@ struct WorkspaceChange {
   std::vector<BrickKey> removed;     ///< bricks that exist no more, rising
   std::vector<BodyReport> reports;   ///< of the bodies that were activated for it
   bool palette_changed = false;      ///< codes mean other viscosities: `changed` may be all bricks
+  double merge_s = 0.0;              ///< by the options' stopwatch
 };
 
 /// A body to be added; outlives the call only.
@@ -55,6 +56,8 @@ class LiveWorkspace {
   core::Expected<WorkspaceChange> remove(std::uint16_t id, std::uint64_t version, const ActivationOptions& options = {});
 
   const Workspace& workspace() const { return workspace_; }
+  /// The workspace alone, for who wants no more changes.
+  Workspace take() && { return std::move(workspace_); }
   /// workspace().content_hash(), without a look at the voxels.
   std::uint64_t content_hash() const { return content_hash_; }
   std::size_t object_count() const { return objects_.size(); }
@@ -72,7 +75,7 @@ class LiveWorkspace {
 
   core::Expected<Object> activated(const Body& body, const ActivationOptions& options, WorkspaceChange& change) const;
   core::Expected<WorkspaceChange> apply(Objects next, std::vector<BrickKey> touched, WorkspaceChange change,
-                                        std::uint64_t version, int threads);
+                                        std::uint64_t version, const ActivationOptions& options);
   void merge(const Objects& objects, std::span<const BrickKey> keys, Workspace& workspace, int threads) const;
   void reserve_for(std::span<const BrickKey> keys);
   void take_hashes(std::span<const BrickKey> keys, WorkspaceChange& change);

@@ -10,6 +10,7 @@
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
 #include "common/voxel/nrrd.hpp"
+#include "components/wva_server/pose_text.hpp"
 #include "components/wva_server/wva_server.hpp"
 
 namespace phantom::wva_server {
@@ -24,21 +25,10 @@ ConfigError wrong(const std::string& option, const std::string& problem) {
   return ConfigError("activate: " + option + ": " + problem);
 }
 
-geometry::Pose parse_pose(const std::string& text) {
-  std::string spaced = text;
-  std::replace(spaced.begin(), spaced.end(), ',', ' ');
-  std::istringstream numbers(spaced);
-  std::vector<double> values;
-  for (double value; numbers >> value;) values.push_back(value);
-  const bool all_finite =
-      std::all_of(values.begin(), values.end(), [](double v) { return std::abs(v) < 1e6; });
-  if (values.size() != 6 || !numbers.eof() || !all_finite) {
-    throw wrong("--pose",
-                "'" + text + "'; allowed: six numbers, \"x y z roll pitch yaw\", in metres and degrees");
-  }
-  constexpr double kDegree = std::numbers::pi / 180.0;
-  return {geometry::rotation_from_rpy(values[3] * kDegree, values[4] * kDegree, values[5] * kDegree),
-          {values[0], values[1], values[2]}};
+geometry::Pose pose_of(const std::string& text) {
+  const auto pose = parse_pose(text);
+  if (!pose) throw wrong("--pose", pose.status().message());
+  return *pose;
 }
 
 void check_method(const ActivateRequest& request) {
@@ -117,7 +107,7 @@ struct Outcome {
 Outcome activate_mesh(const ActivateRequest& request, const WvaServerConfig& config) {
   Outcome outcome;
   const voxel::LayerProfile profile = profile_of(request);
-  const geometry::Pose X_WO = request.pose.empty() ? geometry::Pose{} : parse_pose(request.pose);
+  const geometry::Pose X_WO = request.pose.empty() ? geometry::Pose{} : pose_of(request.pose);
   const double start_s = stopwatch_s();
   geometry::MeshImportOptions options = config.mesh_import;
   options.scale = request.scale == 0 ? 1.0 : request.scale;
@@ -150,15 +140,15 @@ Outcome activate_cell(const ActivateRequest& request, const WvaServerConfig& con
   Outcome outcome;
   const auto cell = runtime::load_cell(request.cell);
   const double start_s = stopwatch_s();
-  const auto bodies = runtime::load_bodies(cell, config.mesh_import);
+  auto bodies = runtime::load_bodies(cell, config.mesh_import);
   outcome.load_s = stopwatch_s() - start_s;
-  auto activated = activate(
-      grid_of(cell), bodies, 1, stopwatch_s, [](const auto&...) {}, [] { return true; });
-  outcome.workspace = *activated.workspace;
-  outcome.merge_s = activated.merge_s;
-  for (const ActivatedObject& object : activated.objects) {
-    outcome.add(object.name, object.id, object.vertices, object.report);
-  }
+  LiveCell live(cell, config.mesh_import);
+  const auto change = live.activate(std::move(bodies), 1, {.stopwatch = stopwatch_s}, [](const auto&...) {});
+  if (!change) throw ConfigError("object " + change.status().message());
+  outcome.merge_s = change->merge_s;
+  for (const auto& [id, object] : live.objects())
+    outcome.add(object.config.name, id, object.mesh_O.vertices_m.size(), object.report);
+  outcome.workspace = std::move(live).take_workspace();
   return outcome;
 }
 

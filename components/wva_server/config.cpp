@@ -1,5 +1,8 @@
 #include "components/wva_server/config.hpp"
 
+#include <algorithm>
+#include <thread>
+
 #include "common/runtime/config_reader.hpp"
 
 namespace phantom::wva_server {
@@ -17,6 +20,9 @@ WvaServerConfig load_config(const std::filesystem::path& path) {
   config.mesh_chunk_bytes =
       static_cast<std::size_t>(file.integer("mesh_chunk_kib", 256, {1, 256, "KiB"})) * 1024;
   config.status_rate_hz = file.number("status_rate_hz", 2.0, {1.0, 50.0, "Hz"});
+  config.accept_commands = file.flag("accept_commands", true);
+  config.threads = file.integer("threads", 0, {0, 256, ""});
+  if (config.threads == 0) config.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   file.finish();
   return config;
 }

@@ -12,6 +12,8 @@ struct WvaServerConfig {
   geometry::MeshImportOptions mesh_import;  ///< limits only; scale and up-axis are each object's own
   std::size_t mesh_chunk_bytes = 256 * 1024;
   double status_rate_hz = 2.0;
+  bool accept_commands = true;
+  int threads = 1;  ///< of an activation
 };
 
 /// Reads and checks a configuration. Throws runtime::ConfigError (file, line, key, value, what is allowed).

@@ -1,32 +1,35 @@
 #pragma once
 
 #include <memory>
-#include <vector>
+#include <optional>
 
 #include "common/core/health.hpp"
 #include "common/core/network.hpp"
-#include "common/runtime/cell.hpp"
-#include "common/voxel/workspace.hpp"
-#include "common/runtime/cell_bodies.hpp"
+#include "components/wva_server/command_desk.hpp"
 
 namespace phantom::wva_server {
 
-/// The component's ends in the data space: workspace_brick, workspace_version, workspace_object, mesh_chunk
-/// and component_status out. What was published stays with the writers, so that late joiners get all of it.
-/// One thread.
+/// The component's ends in the data space: workspace_brick, workspace_version, workspace_object, mesh_chunk,
+/// workspace_reply and component_status out, workspace_command in. What was published stays with the writers, so that
+/// late joiners get all of it. One thread.
 class DdsAdapter {
  public:
-  /// Throws dds::DdsError.
-  explicit DdsAdapter(const core::NetworkOptions& network);
+  /// `accept_commands`: else every command is refused. Throws dds::DdsError.
+  DdsAdapter(const core::NetworkOptions& network, bool accept_commands);
   ~DdsAdapter();
 
-  /// Objects, and their meshes once each however many objects share one.
-  void publish_objects(const runtime::CellConfig& cell, const std::vector<runtime::CellBody>& bodies,
-                       std::size_t chunk_bytes);
-  /// All bricks, then the version that commits them. Bricks of an earlier version that are gone are disposed.
-  void publish_workspace(const std::string& cell_name, const voxel::Workspace& workspace);
+  /// An object that is new or stands elsewhere, and its mesh if no object had that before.
+  void publish_object(const ServedObject& object, std::size_t chunk_bytes);
+  /// Disposes an object, and its mesh with the last object that has it.
+  void withdraw_object(std::uint16_t id);
+  /// What a change made of the workspace: changed bricks, disposals of removed ones, then the version that commits them.
+  void publish_change(const LiveCell& cell, const voxel::WorkspaceChange& change);
   /// Publishes component_status.
   void report(const core::Health& health);
+
+  /// The next command, waiting for one at most `wait_s`. Each was told that it is accepted, and waits for reply().
+  std::optional<Request> next_command(double wait_s);
+  void reply(const Request& request, const Reply& reply);
 
  private:
   struct Impl;

@@ -5,21 +5,25 @@
 #include "common/runtime/deployment.hpp"
 #include "common/runtime/process.hpp"
 #include "components/wva_server/activate_command.hpp"
+#include "components/wva_server/change_command.hpp"
 #include "components/wva_server/service.hpp"
 
 int main(int argc, char** argv) {
   using namespace phantom;
   wva_server::ActivateRequest request;
-  CLI::App* activate = nullptr;
+  wva_server::ChangeRequest change;
+  CLI::App *activate = nullptr, *command = nullptr;
   runtime::ProcessDescription description;
   description.name = "wva_server";
   description.summary =
       "Turns the cell's CAD models into graded, viscous space: reads every object's mesh, voxelises it at "
       "its pose, wraps "
       "it in neighbour layers, merges all into one workspace and publishes it. Stays for those who join "
-      "later.";
+      "later, and to add, move and remove objects on command.";
   description.details =
-      "Topics out: workspace_brick, workspace_version, workspace_object, mesh_chunk, component_status.\n"
+      "Topics out: workspace_brick, workspace_version, workspace_object, mesh_chunk, workspace_reply, component_status; "
+      "in: workspace_command.\n"
+      "Example while it runs: wva_server command move --object pump --pose \"0.4 -0.1 0.301 0 0 30\"\n"
       "Example without DDS: wva_server activate --mesh part.stl --scale 0.001 --voxel-size-m 0.005 "
       "--layers 4,4,4,4,4,4 --mu 32,20,13,11,10,9 --export part.nrrd";
   description.add_options = [&](CLI::App& app) {
@@ -27,19 +31,24 @@ int main(int argc, char** argv) {
         "activate", "activate one mesh or a cell, export it as NRRD, print a line of JSON; no DDS");
     activate->fallthrough();
     wva_server::add_options(*activate, request);
+    command = app.add_subcommand(
+        "command", "tell the running wva_server of the deployment to add, move or remove an object, or what it has");
+    command->fallthrough();
+    wva_server::add_options(*command, change);
   };
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto config = wva_server::load_config(options.config);
     if (activate->parsed()) return wva_server::run_activate(request, config, std::cout);
     const auto deployment = runtime::load_deployment(options);
+    if (command->parsed()) return wva_server::run_change(change, deployment.network, std::cout);
     const auto cell = runtime::load_cell(deployment.cell);
     dds::check_qos_profiles(deployment.network.qos_profiles);
-    const auto bodies = runtime::load_bodies(cell, config.mesh_import);
+    auto bodies = runtime::load_bodies(cell, config.mesh_import);
     if (options.check) {
       std::cout << "configuration is valid: " << bodies.size() << " objects in cell " << cell.name << '\n';
       return static_cast<int>(runtime::kExitDone);
     }
-    wva_server::run_service(config, deployment.network, cell, bodies, options.report_dir);
+    wva_server::run_service(config, deployment.network, cell, std::move(bodies), options.report_dir);
     return static_cast<int>(runtime::kExitDone);
   };
   return runtime::process_main(argc, argv, description);

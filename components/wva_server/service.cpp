@@ -3,92 +3,197 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "common/core/clock.hpp"
+#include "common/core/errors.hpp"
 #include "common/runtime/process.hpp"
 #include "components/wva_server/dds_adapter.hpp"
-#include "components/wva_server/wva_server.hpp"
 
 namespace phantom::wva_server {
 namespace {
 
-double stopwatch_s() { return core::seconds(core::monotonic_ns()); }
+constexpr double kLongestWait_s = 0.2;  // a stop that is requested meanwhile must not wait longer
 
-core::Health starting(std::size_t done, std::size_t all, const std::string& message) {
-  const double share = all == 0 ? 1.0 : static_cast<double>(done) / static_cast<double>(all);
-  return {core::ComponentState::kStarting, message, {}, {{"progress", share, ""}}};
+double now_s() { return core::seconds(core::monotonic_ns()); }
+
+void warn_of(const ServedObject& object) {
+  for (const std::string& note : object.notes) spdlog::warn("{}: {}", object.config.name, note);
+  if (!object.report.mesh.closed)
+    spdlog::warn("{}: the mesh is not closed; check the activated shape", object.config.name);
 }
 
-core::Health running(const ActivatedCell& cell) {
-  const voxel::Workspace& workspace = *cell.workspace;
+/// The running server: one cell, served until a stop is requested.
+class Service {
+ public:
+  Service(const WvaServerConfig& config, const core::NetworkOptions& network, const runtime::CellConfig& cell,
+          const std::filesystem::path& report_dir)
+      : config_(config),
+        cell_(cell, config.mesh_import),
+        adapter_(network, config.accept_commands),
+        report_dir_(report_dir) {}
+
+  void run(std::vector<runtime::CellBody> bodies) {
+    report_progress(0.0, "activating the workspace");
+    if (!activate(std::move(bodies))) return;
+    leave_report();
+    while (!runtime::stop_requested()) {
+      if (now_s() >= next_report_s_) report(health("", 1.0));
+      const double wait_s = std::clamp(next_report_s_ - now_s(), 0.0, kLongestWait_s);
+      if (const auto request = adapter_.next_command(wait_s)) carry_out(*request);
+    }
+    leave_report();
+    core::Health stopped = health("stopped on request", 1.0);
+    stopped.state = core::ComponentState::kStopped;
+    adapter_.report(stopped);
+  }
+
+ private:
+  bool activate(std::vector<runtime::CellBody> bodies);
+  void carry_out(const Request& request);
+  voxel::ActivationOptions options(const std::string& doing);
+  std::uint64_t next_version() const;
+  core::Health health(const std::string& doing, double progress) const;
+  void report_progress(double share, const std::string& doing);
+  void report(const core::Health& health);
+  void leave_report() const;
+
+  const WvaServerConfig& config_;
+  LiveCell cell_;
+  DdsAdapter adapter_;
+  std::filesystem::path report_dir_;
+  double build_s_ = 0.0, next_report_s_ = 0.0;
+  std::size_t changes_ = 0;
+};
+
+/// Versions rise across restarts too, so that consumers can tell a dead server's bricks from ours: milliseconds since
+/// 1970.
+std::uint64_t Service::next_version() const {
+  const auto now_ms = static_cast<std::uint64_t>(core::utc_ns() / core::kNsPerMillisecond);
+  return std::max(now_ms, cell_.workspace().version + 1);
+}
+
+voxel::ActivationOptions Service::options(const std::string& doing) {
+  voxel::ActivationOptions options;
+  options.threads = config_.threads;
+  options.stopwatch = now_s;
+  options.keep_going = [] { return !runtime::stop_requested(); };
+  options.on_progress = [this, doing](double share) { report_progress(share, doing); };
+  return options;
+}
+
+bool Service::activate(std::vector<runtime::CellBody> bodies) {
+  const double from_s = now_s();
+  const std::size_t all = bodies.size();
+  const auto on_object = [&](const ServedObject& object, std::size_t done) {
+    spdlog::info("{} of {}: {}", done, all, describe(object));
+    warn_of(object);
+    adapter_.publish_object(object, config_.mesh_chunk_bytes);  // viewers show it while others are activated
+    report_progress(static_cast<double>(done) / static_cast<double>(all),
+                    fmt::format("activated {} of {} objects", done, all));
+  };
+  const auto change =
+      cell_.activate(std::move(bodies), next_version(), options("activating the workspace"), on_object);
+  if (!change && runtime::stop_requested()) return false;
+  if (!change) throw core::ConfigError("object " + change.status().message());
+  build_s_ = now_s() - from_s;
+  adapter_.publish_change(cell_, *change);
+  const voxel::Workspace& workspace = cell_.workspace();
+  spdlog::info("workspace of cell {}: {} objects, {} bricks, {:.1f} MiB, built in {:.2f} s; version {} published {:.2f} s "
+               "after the start",
+               cell_.cell().name, cell_.objects().size(), workspace.brick_count(),
+               static_cast<double>(workspace.bytes()) / (1 << 20), build_s_, workspace.version, now_s() - from_s);
+  return true;
+}
+
+void Service::carry_out(const Request& request) {
+  const double from_s = now_s();
+  const CellCommand& command = request.command;
+  const std::string doing = fmt::format(
+      "{} {}", name_of(command.operation), command.object.empty() ? "an object" : "'" + command.object + "'");
+  const auto change = cell_.apply(command, next_version(), options(doing));
+  Reply reply;
+  reply.object = command.object;
+  reply.object_id = command.id;
+  if (change) {
+    adapter_.publish_change(cell_, change->workspace);
+    if (command.operation == Operation::kRemove) {
+      adapter_.withdraw_object(change->id);
+    } else {
+      adapter_.publish_object(cell_.objects().at(change->id), config_.mesh_chunk_bytes);
+    }
+    ++changes_;
+    if (command.operation == Operation::kAdd) warn_of(cell_.objects().at(change->id));
+    reply = {Outcome::kDone, change->said, change->id, change->name, change->workspace.version,
+             change->workspace.changed.size(), change->workspace.removed.size(), 0.0};
+  } else {
+    reply.outcome = Outcome::kRefused;
+    reply.message = change.status().message();
+  }
+  reply.seconds = now_s() - from_s;
+  adapter_.reply(request, reply);
+  if (change) {
+    spdlog::info("{} (asked by {}): {} bricks changed, {} removed; version {} published after {:.0f} ms", reply.message,
+                 request.requester, reply.changed_bricks, reply.removed_bricks, reply.version, 1e3 * reply.seconds);
+  } else {
+    spdlog::warn("refused to {} (asked by {}): {}", doing, request.requester, reply.message);
+  }
+  report(health("", 1.0));
+}
+
+core::Health Service::health(const std::string& doing, double progress) const {
+  const voxel::Workspace& workspace = cell_.workspace();
+  if (workspace.version == 0) return {core::ComponentState::kStarting, doing, {}, {{"progress", progress, ""}}};
   const auto figure = [](const char* name, auto value, const char* unit) {
     return core::HealthFigure{name, static_cast<double>(value), unit};
   };
   return {core::ComponentState::kRunning,
-          fmt::format("{} objects in {} bricks are published", cell.objects.size(), workspace.brick_count()),
+          doing.empty() ? fmt::format("{} objects in {} bricks are published", cell_.objects().size(),
+                                      workspace.brick_count())
+                        : doing,
           {},
-          {figure("progress", 1.0, ""), figure("version", workspace.version, ""),
-           figure("objects", cell.objects.size(), ""), figure("bricks", workspace.brick_count(), ""),
-           figure("bytes", workspace.bytes(), "B"), figure("build_seconds", cell.build_s, "s")}};
+          {figure("progress", progress, ""), figure("version", workspace.version, ""),
+           figure("objects", cell_.objects().size(), ""), figure("bricks", workspace.brick_count(), ""),
+           figure("bytes", workspace.bytes(), "B"), figure("build_seconds", build_s_, "s"),
+           figure("changes", changes_, "")}};
 }
 
-void leave_report(const std::filesystem::path& folder, const std::string& cell_name,
-                  const ActivatedCell& cell) {
+void Service::report_progress(double share, const std::string& doing) {
+  if (now_s() >= next_report_s_) report(health(doing, share));
+}
+
+void Service::report(const core::Health& health) {
+  adapter_.report(health);
+  next_report_s_ = now_s() + 1.0 / config_.status_rate_hz;
+}
+
+void Service::leave_report() const {
+  if (report_dir_.empty()) return;
   nlohmann::json objects = nlohmann::json::array();
-  for (const ActivatedObject& object : cell.objects) {
-    objects.push_back({{"id", object.id},
-                       {"name", object.name},
+  for (const auto& [id, object] : cell_.objects()) {
+    objects.push_back({{"id", id},
+                       {"name", object.config.name},
                        {"triangles", object.report.mesh.triangles},
                        {"closed", object.report.mesh.closed},
                        {"boundary_voxels", object.report.boundary_voxels},
                        {"interior_voxels", object.report.interior_voxels}});
   }
-  const nlohmann::json report = {{"cell", cell_name},
-                                 {"version", cell.workspace->version},
-                                 {"bricks", cell.workspace->brick_count()},
-                                 {"bytes", cell.workspace->bytes()},
-                                 {"build_seconds", cell.build_s},
+  const voxel::Workspace& workspace = cell_.workspace();
+  const nlohmann::json report = {{"cell", cell_.cell().name},          {"version", workspace.version},
+                                 {"bricks", workspace.brick_count()},  {"bytes", workspace.bytes()},
+                                 {"build_seconds", build_s_},          {"changes", changes_},
                                  {"objects", objects}};
-  std::filesystem::create_directories(folder);
-  std::ofstream(folder / "wva_server.json") << report.dump(2) << '\n';
+  std::filesystem::create_directories(report_dir_);
+  std::ofstream(report_dir_ / "wva_server.json") << report.dump(2) << '\n';
 }
 
 }  // namespace
 
-void run_service(const WvaServerConfig& config, const core::NetworkOptions& network,
-                 const runtime::CellConfig& cell, const std::vector<runtime::CellBody>& bodies,
-                 const std::filesystem::path& report_dir) {
-  DdsAdapter adapter(network);
-  adapter.report(starting(0, bodies.size(), "activating the workspace"));
-  adapter.publish_objects(cell, bodies, config.mesh_chunk_bytes);
-  // Versions rise across restarts too, so that consumers can tell a dead server's bricks from ours: seconds
-  // since 1970.
-  const auto version = static_cast<std::uint64_t>(core::utc_ns() / core::kNsPerSecond);
-  const auto on_progress = [&](const ActivatedObject& object, std::size_t done, std::size_t all) {
-    spdlog::info("{} of {}: {}", done, all, describe(object));
-    if (!object.report.mesh.closed)
-      spdlog::warn("{}: the mesh is not closed; check the activated shape", object.name);
-    adapter.report(starting(done, all, fmt::format("activated {} of {} objects", done, all)));
-  };
-  const ActivatedCell activated = activate(grid_of(cell), bodies, version, stopwatch_s, on_progress,
-                                           [] { return !runtime::stop_requested(); });
-  if (!activated.workspace) return;
-  adapter.publish_workspace(cell.name, *activated.workspace);
-  const voxel::Workspace& workspace = *activated.workspace;
-  spdlog::info(
-      "workspace of cell {}: {} objects, {} bricks, {:.1f} MiB, built in {:.2f} s; version {} published",
-      cell.name, activated.objects.size(), workspace.brick_count(),
-      static_cast<double>(workspace.bytes()) / (1 << 20), activated.build_s, workspace.version);
-  if (!report_dir.empty()) leave_report(report_dir, cell.name, activated);
-  do {
-    adapter.report(running(activated));
-  } while (runtime::sleep_unless_stopped(1.0 / config.status_rate_hz));
-  core::Health stopped = running(activated);
-  stopped.state = core::ComponentState::kStopped;
-  stopped.message = "stopped on request";
-  adapter.report(stopped);
+void run_service(const WvaServerConfig& config, const core::NetworkOptions& network, const runtime::CellConfig& cell,
+                 std::vector<runtime::CellBody> bodies, const std::filesystem::path& report_dir) {
+  Service(config, network, cell, report_dir).run(std::move(bodies));
 }
 
 }  // namespace phantom::wva_server

@@ -2,59 +2,169 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
+#include <new>
+
 #include "common/core/errors.hpp"
-#include "common/voxel/merge.hpp"
 
 namespace phantom::wva_server {
 namespace {
 
-void merge_all(const std::vector<runtime::CellBody>& bodies, const std::vector<voxel::ObjectBricks>& bricks,
-               voxel::Workspace& workspace) {
-  std::vector<voxel::CodeTable> codes;
-  for (const runtime::CellBody& body : bodies) codes.push_back(voxel::code_table(body.body.profile, workspace.palette()));
-  std::vector<voxel::MergeEntry> entries;
-  for (std::size_t i = 0; i < bodies.size(); ++i) entries.push_back({&bricks[i], bodies[i].body.id, &codes[i]});
-  voxel::merge_bricks(voxel::MergeLaw::kHighestViscosity, entries, voxel::keys_of(entries), workspace);
+using core::ConfigError;
+
+constexpr std::size_t kLongestName = 64;  // idl: string<64>
+constexpr std::uint32_t kGreatestId = 65534;
+
+template <class T>
+T value_or_throw(core::Expected<T> made) {
+  if (!made) throw ConfigError(made.status().message());
+  return std::move(*made);
+}
+
+/// What comes by topic names files of the cell's own folder only.
+void check_within(const std::filesystem::path& file, const std::filesystem::path& folder) {
+  const auto inner = std::filesystem::weakly_canonical(file);
+  const auto outer = std::filesystem::canonical(folder);
+  const auto [outer_end, inner_at] = std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end());
+  if (outer_end == outer.end()) return;
+  throw ConfigError("mesh: " + file.string() + " is not in the cell's folder; allowed: files in " + outer.string());
+}
+
+std::string about(const std::string& name, std::uint16_t id) { return fmt::format("'{}' (object {})", name, id); }
+
+std::string place_text(const geometry::Pose& X_WO) {
+  const Eigen::Vector3d& p = X_WO.translation_m;
+  return fmt::format("({:.3f}, {:.3f}, {:.3f}) m", p.x(), p.y(), p.z());
+}
+
+ServedObject served(std::uint16_t id, const runtime::ObjectConfig& config, runtime::CellBody&& body) {
+  ServedObject object{id, config, std::move(body.mesh_O), 0, std::move(body.notes), {}};
+  object.mesh_hash = object.mesh_O.content_hash();
+  return object;
 }
 
 }  // namespace
 
-ActivatedCell activate(const voxel::GridSpec& grid, const std::vector<runtime::CellBody>& bodies,
-                       std::uint64_t version, const voxel::Stopwatch& stopwatch,
-                       const OnProgress& on_progress, const std::function<bool()>& go_on) {
-  const double start_s = stopwatch();
-  std::vector<voxel::LayerProfile> profiles;
-  for (const runtime::CellBody& body : bodies) profiles.push_back(body.body.profile);
-  const auto palette = voxel::make_palette(profiles);
-  if (!palette) throw core::ConfigError(palette.status().message());
-  ActivatedCell cell;
-  std::vector<voxel::ObjectBricks> bricks;
-  voxel::ActivationOptions options;
-  options.stopwatch = stopwatch;
-  for (const runtime::CellBody& body : bodies) {
-    if (!go_on()) return cell;
-    auto activated = voxel::activate_object(body.body, grid, options);
-    if (!activated) throw core::ConfigError("object " + activated.status().message());
-    bricks.push_back(std::move(activated->bricks));
-    cell.objects.push_back({body.body.name, body.body.id, body.mesh_O.vertices_m.size(), activated->report});
-    on_progress(cell.objects.back(), cell.objects.size(), bodies.size());
+const char* name_of(Operation operation) {
+  switch (operation) {
+    case Operation::kAdd:
+      return "add";
+    case Operation::kMove:
+      return "move";
+    case Operation::kRemove:
+      return "remove";
   }
-  const double merge_from_s = stopwatch();
-  auto workspace = std::make_shared<voxel::Workspace>(grid, *palette);
-  merge_all(bodies, bricks, *workspace);
-  cell.merge_s = stopwatch() - merge_from_s;
-  workspace->version = version;
-  cell.workspace = std::move(workspace);
-  cell.build_s = stopwatch() - start_s;
-  return cell;
+  return "?";
 }
 
-std::string describe(const ActivatedObject& object) {
+LiveCell::LiveCell(const runtime::CellConfig& cell, const geometry::MeshImportOptions& limits)
+    : cell_(cell), limits_(limits), live_(runtime::grid_of(cell), cell.merge) {}
+
+core::Expected<voxel::WorkspaceChange> LiveCell::activate(std::vector<runtime::CellBody> bodies, std::uint64_t version,
+                                                          const voxel::ActivationOptions& options,
+                                                          const OnObject& on_object) {
+  std::map<std::uint16_t, ServedObject> objects;
+  std::vector<voxel::LiveBody> live;
+  for (runtime::CellBody& body : bodies) {
+    const runtime::ObjectConfig& config = cell_.objects.at(body.body.id - 1U);
+    live.push_back({&body.body, config.priority});
+    objects.emplace(body.body.id, served(body.body.id, config, std::move(body)));
+  }
+  auto change = live_.add(live, version, options,
+                          [&](const voxel::Body& body, const voxel::BodyReport& report, std::size_t done) {
+                            ServedObject& object = objects.at(body.id);
+                            object.report = report;
+                            on_object(object, done);
+                          });
+  if (!change) return change;
+  objects_ = std::move(objects);
+  next_id_ = static_cast<std::uint32_t>(cell_.objects.size()) + 1;
+  return change;
+}
+
+core::Expected<CellChange> LiveCell::apply(const CellCommand& command, std::uint64_t version,
+                                           const voxel::ActivationOptions& options) {
+  try {
+    switch (command.operation) {
+      case Operation::kAdd:
+        return add(command, version, options);
+      case Operation::kMove:
+        return move(command, version, options);
+      case Operation::kRemove:
+        return remove(command, version, options);
+    }
+    return core::Status::invalid_argument("no such operation; allowed: add, move, remove");
+  } catch (const ConfigError& problem) {
+    return core::Status::invalid_argument(problem.what());
+  } catch (const std::bad_alloc&) {
+    return core::Status(core::ErrorCode::kResourceExhausted, "not enough memory for this change");
+  }
+}
+
+core::Expected<std::uint16_t> LiveCell::find(const CellCommand& command) const {
+  if (command.object.empty()) {
+    if (objects_.contains(command.id)) return command.id;
+    return core::Status::not_found(fmt::format("no object {} in cell {}", command.id, cell_.name));
+  }
+  std::string known;
+  for (const auto& [id, object] : objects_) {
+    if (object.config.name.substr(0, kLongestName) == command.object) return id;
+    known += (known.empty() ? "" : ", ") + object.config.name;
+  }
+  return core::Status::not_found(
+      fmt::format("no object '{}' in cell {}; there are: {}", command.object, cell_.name, known));
+}
+
+CellChange LiveCell::add(const CellCommand& command, std::uint64_t version, const voxel::ActivationOptions& options) {
+  const runtime::ObjectConfig config = runtime::read_object_text(command.description, cell_);
+  if (config.name.empty() || config.name.size() > kLongestName)
+    throw ConfigError(fmt::format("name: has {} bytes; allowed: 1 to {}", config.name.size(), kLongestName));
+  for (const auto& [id, object] : objects_) {
+    if (object.config.name == config.name)
+      throw ConfigError(about(config.name, id) + " is there already; move it, or give the new one another name");
+  }
+  if (!config.mesh.empty()) check_within(config.mesh, cell_.file.parent_path());
+  if (next_id_ > kGreatestId) throw ConfigError("all 65534 object ids were given away; start wva_server anew");
+  const auto id = static_cast<std::uint16_t>(next_id_);
+  runtime::CellBody body = runtime::load_body(config, id, cell_, limits_);
+  const voxel::LiveBody added[] = {{&body.body, config.priority}};
+  voxel::WorkspaceChange change = value_or_throw(live_.add(added, version, options));
+  ServedObject object = served(id, config, std::move(body));
+  object.report = change.reports.front();
+  const std::string said =
+      fmt::format("added {} at {}: {}", about(config.name, id), place_text(config.X_WO), describe(object));
+  objects_.emplace(id, std::move(object));
+  ++next_id_;
+  return {id, config.name, said, std::move(change)};
+}
+
+CellChange LiveCell::move(const CellCommand& command, std::uint64_t version, const voxel::ActivationOptions& options) {
+  ServedObject& object = objects_.at(value_or_throw(find(command)));
+  runtime::ObjectConfig config = object.config;
+  config.X_WO = command.X_WO;
+  config.place = cell_.name;
+  const voxel::Body body = runtime::place_body(config, object.id, object.mesh_O, cell_);
+  voxel::WorkspaceChange change = value_or_throw(live_.move(body, version, options));
+  object.report = change.reports.front();
+  object.config.X_WO = command.X_WO;
+  return {object.id, config.name,
+          fmt::format("moved {} to {}", about(config.name, object.id), place_text(command.X_WO)), std::move(change)};
+}
+
+CellChange LiveCell::remove(const CellCommand& command, std::uint64_t version,
+                            const voxel::ActivationOptions& options) {
+  const std::uint16_t id = value_or_throw(find(command));
+  voxel::WorkspaceChange change = value_or_throw(live_.remove(id, version, options));
+  const std::string name = objects_.at(id).config.name;
+  objects_.erase(id);
+  return {id, name, "removed " + about(name, id), std::move(change)};
+}
+
+std::string describe(const ServedObject& object) {
   const voxel::BodyReport& report = object.report;
-  std::string text =
-      fmt::format("{} (object {}): {} triangles, {} boundary and {} interior voxels, {:.0f} ms", object.name,
-                  object.id, report.mesh.triangles, report.boundary_voxels, report.interior_voxels,
-                  1e3 * (report.voxelise_s + report.layers_s));
+  std::string text = fmt::format("{} (object {}): {} triangles, {} boundary and {} interior voxels, {:.0f} ms",
+                                 object.config.name, object.id, report.mesh.triangles, report.boundary_voxels,
+                                 report.interior_voxels, 1e3 * (report.voxelise_s + report.layers_s));
   if (report.mesh.duplicate_triangles > 0) {
     text += fmt::format("; {} triangles came twice and were left out", report.mesh.duplicate_triangles);
   }

@@ -1,41 +1,84 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
-#include <memory>
+#include <map>
 #include <string>
 #include <vector>
 
-#include "common/voxel/activation.hpp"
+#include "common/geometry/mesh_io.hpp"
 #include "common/runtime/cell_bodies.hpp"
+#include "common/voxel/live_workspace.hpp"
 
 namespace phantom::wva_server {
 
-/// What was activated, for logs, status and reports.
-struct ActivatedObject {
-  std::string name;
+/// A wish to change the cell while it is served.
+enum class Operation { kAdd, kMove, kRemove };
+struct CellCommand {
+  Operation operation = Operation::kMove;
+  std::string object;       ///< move, remove: its name; empty: named by id
+  std::uint16_t id = 0;     ///< move, remove: its id, if the name is empty
+  geometry::Pose X_WO;      ///< move: where it stands now
+  std::string description;  ///< add: YAML, as an entry of a cell file's objects
+};
+const char* name_of(Operation operation);
+
+/// An object as it is served: what viewers show and reports tell.
+struct ServedObject {
   std::uint16_t id = 0;
-  std::size_t vertices = 0;
+  runtime::ObjectConfig config;     ///< its pose is where it stands now
+  geometry::TriangleMesh mesh_O;    ///< object frame, metres
+  std::uint64_t mesh_hash = 0;
+  std::vector<std::string> notes;   ///< what had to be assumed about its mesh
   voxel::BodyReport report;
 };
 
-/// The activated cell: one whole version.
-struct ActivatedCell {
-  std::shared_ptr<const voxel::Workspace> workspace;
-  std::vector<ActivatedObject> objects;
-  double merge_s = 0.0, build_s = 0.0;
+/// What a command did.
+struct CellChange {
+  std::uint16_t id = 0;
+  std::string name;
+  std::string said;  ///< in words, for who asked and for the log
+  voxel::WorkspaceChange workspace;
 };
 
-/// Called after each object with how many of how many are done.
-using OnProgress = std::function<void(const ActivatedObject& object, std::size_t done, std::size_t all)>;
+/// The cell as it is served: the objects of the cell file, then as commands add, move and remove them. An id that was
+/// given away is not given to another object. Touches files and child processes only to read the mesh of an object
+/// that is added. One thread; not real-time safe.
+class LiveCell {
+ public:
+  /// `limits`: for the meshes of objects that will be added.
+  LiveCell(const runtime::CellConfig& cell, const geometry::MeshImportOptions& limits);
 
-/// Activates the cell: bodies in, workspace of version `version` out. Pure but for the stopwatch that the
-/// reports are made with. `go_on` is asked before each object; when it says no, the result's workspace is
-/// null. Not real-time safe. Throws runtime::ConfigError for a body that cannot be activated.
-ActivatedCell activate(const voxel::GridSpec& grid, const std::vector<runtime::CellBody>& bodies,
-                       std::uint64_t version, const voxel::Stopwatch& stopwatch,
-                       const OnProgress& on_progress, const std::function<bool()>& go_on);
+  /// Called after each object with how many are done.
+  using OnObject = std::function<void(const ServedObject& object, std::size_t done)>;
+  /// Activates the cell's objects, all or none: the first version. `bodies`: as load_bodies() gives them.
+  core::Expected<voxel::WorkspaceChange> activate(std::vector<runtime::CellBody> bodies, std::uint64_t version,
+                                                  const voxel::ActivationOptions& options, const OnObject& on_object);
+  /// Carries out a command, or says why not and what is allowed, with everything as before.
+  core::Expected<CellChange> apply(const CellCommand& command, std::uint64_t version,
+                                   const voxel::ActivationOptions& options);
+
+  const runtime::CellConfig& cell() const { return cell_; }
+  const std::map<std::uint16_t, ServedObject>& objects() const { return objects_; }
+  const voxel::Workspace& workspace() const { return live_.workspace(); }
+  std::uint64_t content_hash() const { return live_.content_hash(); }
+  /// The workspace alone, for who wants no more changes.
+  voxel::Workspace take_workspace() && { return std::move(live_).take(); }
+
+ private:
+  core::Expected<std::uint16_t> find(const CellCommand& command) const;
+  CellChange add(const CellCommand& command, std::uint64_t version, const voxel::ActivationOptions& options);
+  CellChange move(const CellCommand& command, std::uint64_t version, const voxel::ActivationOptions& options);
+  CellChange remove(const CellCommand& command, std::uint64_t version, const voxel::ActivationOptions& options);
+
+  runtime::CellConfig cell_;
+  geometry::MeshImportOptions limits_;
+  voxel::LiveWorkspace live_;
+  std::map<std::uint16_t, ServedObject> objects_;
+  std::uint32_t next_id_ = 1;
+};
 
 /// One line for the log: what an object's activation found.
-std::string describe(const ActivatedObject& object);
+std::string describe(const ServedObject& object);
 
 }  // namespace phantom::wva_server

@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <filesystem>
+
 #include "common/runtime/config_reader.hpp"
 #include "components/wva_server/tests/test_cell.hpp"
 
@@ -9,34 +11,24 @@ namespace phantom::wva_server {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 class WvaServer : public TestCell {
  protected:
-  static ActivatedCell activated(const std::filesystem::path& file) {
-    const auto cell = runtime::load_cell(file);
-    double time_s = 0.0;  // a clock that ticks with every look
-    return activate(
-        grid_of(cell), load_bodies(cell, {}), 7, [&time_s] { return time_s += 1.0; }, [](const auto&...) {},
-        [] { return true; });
-  }
   static std::string refusal(const std::filesystem::path& file) {
     try {
-      load_bodies(runtime::load_cell(file), {});
+      runtime::load_bodies(runtime::load_cell(file), {});
     } catch (const runtime::ConfigError& error) {
       return error.what();
     }
     return "accepted";
   }
-  static std::int8_t order_at(const voxel::Workspace& workspace, double x, double y, double z) {
-    return workspace.order(workspace.grid().index_of({x, y, z}));
-  }
 };
 
 TEST_F(WvaServer, ActivatesEveryObjectWhereTheModelHasIt) {
-  const ActivatedCell result = activated(cell());
-  ASSERT_TRUE(result.workspace);
-  const voxel::Workspace& w = *result.workspace;
+  const LiveCell live = activated(cell(), 7);
+  const voxel::Workspace& w = live.workspace();
   EXPECT_EQ(w.version, 7U);
   EXPECT_EQ(w.grid().size_vox, (std::array<std::int32_t, 3>{80, 80, 50}));
   EXPECT_EQ(order_at(w, 0.001, 0.001, 0.301), voxel::kOrderInterior);  // not at its real deviation
@@ -47,27 +39,26 @@ TEST_F(WvaServer, ActivatesEveryObjectWhereTheModelHasIt) {
   EXPECT_EQ(order_at(w, 0.235, 0.105, 0.155), voxel::kOrderGuard);
   EXPECT_EQ(w.mu(w.grid().index_of({0.235, 0.105, 0.155})), 25.0F);
   EXPECT_EQ(w.palette(), (std::vector<float>{0, 20, 25, 32, 90, 100}));
-  EXPECT_GT(result.build_s, 0.0);
-  ASSERT_EQ(result.objects.size(), 3U);
-  EXPECT_THAT(describe(result.objects[0]), AllOf(HasSubstr("ball (object 1)"), HasSubstr("1280 triangles")));
+  EXPECT_EQ(live.content_hash(), w.content_hash());
+  ASSERT_EQ(live.objects().size(), 3U);
+  EXPECT_THAT(describe(live.objects().at(1)), AllOf(HasSubstr("ball (object 1)"), HasSubstr("1280 triangles")));
 }
 
 TEST_F(WvaServer, TheSameCellGivesTheSameWorkspace) {
-  EXPECT_EQ(activated(cell()).workspace->content_hash(), activated(cell()).workspace->content_hash());
+  EXPECT_EQ(activated(cell()).content_hash(), activated(cell()).content_hash());
 }
 
 TEST_F(WvaServer, TellsItsProgressAndEndsWhenAskedTo) {
   const auto loaded = runtime::load_cell(cell());
-  const auto bodies = load_bodies(loaded, {});
+  LiveCell live(loaded, {});
   std::vector<std::size_t> done;
-  const auto on_progress = [&](const ActivatedObject&, std::size_t n, std::size_t all) {
-    EXPECT_EQ(all, 3U);
-    done.push_back(n);
-  };
-  const auto result = activate(
-      grid_of(loaded), bodies, 1, [] { return 0.0; }, on_progress, [&] { return done.size() < 2; });
-  EXPECT_EQ(done, (std::vector<std::size_t>{1, 2}));
-  EXPECT_EQ(result.workspace, nullptr);  // nothing half-made
+  const auto ended = live.activate(
+      runtime::load_bodies(loaded, {}), 1, {.keep_going = [&] { return done.size() < 2; }},
+      [&](const ServedObject&, std::size_t n) { done.push_back(n); });
+  EXPECT_THAT(done, ElementsAre(1, 2));
+  EXPECT_FALSE(ended);  // nothing half-made
+  EXPECT_TRUE(live.objects().empty());
+  EXPECT_EQ(live.workspace().brick_count(), 0U);
 }
 
 TEST_F(WvaServer, SaysThatAMeshIsOpen) {
@@ -75,14 +66,14 @@ TEST_F(WvaServer, SaysThatAMeshIsOpen) {
   const auto facet = stl.find("facet", stl.find("endfacet"));
   stl.erase(facet, stl.find("endfacet", facet) + 9 - facet);
   write("ball.stl", stl);
-  const ActivatedCell result = activated(cell());
-  EXPECT_FALSE(result.objects[0].report.mesh.closed);
-  EXPECT_THAT(describe(result.objects[0]), HasSubstr("not closed"));
+  const LiveCell live = activated(cell());
+  EXPECT_FALSE(live.objects().at(1).report.mesh.closed);
+  EXPECT_THAT(describe(live.objects().at(1)), HasSubstr("not closed"));
 }
 
 TEST_F(WvaServer, RefusesAMeshThatIsNone) {
   write("post.stl", "this is no mesh");
-  EXPECT_THAT(refusal(cell()), AllOf(HasSubstr("cell.yaml: objects[1] 'left post'"), HasSubstr("post.stl")));
+  EXPECT_THAT(refusal(cell()), AllOf(HasSubstr("cell.yaml"), HasSubstr("'left post'"), HasSubstr("post.stl")));
 }
 
 TEST_F(WvaServer, RefusesAnObjectOutsideOfTheWorkspace) {
@@ -95,15 +86,114 @@ TEST_F(WvaServer, AcceptsAnObjectOutsideWhoseLayersReachIn) {
   EXPECT_EQ(refusal(cell_with("xyz_m: [0.2, 0.1, 0.15]", "xyz_m: [0.43, 0.1, 0.15]")), "accepted");
 }
 
-TEST_F(WvaServer, RefusesLayersThatReachTooFar) {
-  EXPECT_THAT(refusal(cell_with("thickness_vox: [3]", "thickness_vox: [300]")),
-              AllOf(HasSubstr("'right post'"), HasSubstr("allowed: at most 254")));
-}
-
 TEST_F(WvaServer, RefusesAMeshInTheWrongUnit) {
   EXPECT_THAT(refusal(cell_with("mesh_scale: 0.001, pose: {xyz_m: [-0.2, 0.1, 0.15]",
                                 "mesh_scale: 1, pose: {xyz_m: [900.0, 0.1, 0.15]")),
               AllOf(HasSubstr("'left post'"), HasSubstr("mesh_scale")));
+}
+
+// What commands do, with everything as before where they are refused.
+class Commands : public WvaServer {
+ protected:
+  void SetUp() override {
+    WvaServer::SetUp();
+    live_.emplace(activated(cell(), 7));
+    hash_ = live_->content_hash();
+  }
+  core::Expected<CellChange> apply(const CellCommand& command) { return live_->apply(command, 8, {}); }
+  std::string refused(const CellCommand& command) {
+    const auto change = apply(command);
+    EXPECT_EQ(live_->workspace().version, change ? 8U : 7U);
+    if (change) return "accepted";
+    EXPECT_EQ(live_->content_hash(), hash_);
+    EXPECT_EQ(live_->workspace().content_hash(), hash_);
+    EXPECT_EQ(live_->objects().size(), 3U);
+    return change.status().message();
+  }
+  std::uint64_t hash_of(const std::filesystem::path& file) { return activated(file).content_hash(); }
+  static CellCommand add(const std::string& yaml) { return {Operation::kAdd, "", 0, {}, yaml}; }
+  static CellCommand move(const std::string& object, const Eigen::Vector3d& to_m) {
+    return {Operation::kMove, object, 0, {Eigen::Matrix3d::Identity(), to_m}, ""};
+  }
+  static CellCommand remove(const std::string& object) { return {Operation::kRemove, object, 0, {}, ""}; }
+
+  std::optional<LiveCell> live_;
+  std::uint64_t hash_ = 0;
+};
+
+TEST_F(Commands, MoveEndsInTheCellWhoseFileHasItThere) {
+  const auto change = apply(move("ball", {0.1, -0.1, 0.2}));
+  ASSERT_TRUE(change) << change.status().message();
+  EXPECT_EQ(change->id, 1);
+  EXPECT_EQ(change->workspace.version, 8U);
+  EXPECT_THAT(change->said, AllOf(HasSubstr("moved 'ball' (object 1)"), HasSubstr("(0.100, -0.100, 0.200) m")));
+  EXPECT_EQ(order_at(live_->workspace(), 0.101, -0.101, 0.201), voxel::kOrderInterior);
+  EXPECT_EQ(live_->content_hash(), hash_of(cell_with("xyz_m: [0.0, 0.0, 0.3]", "xyz_m: [0.1, -0.1, 0.2]")));
+  EXPECT_EQ(live_->objects().at(1).config.X_WO.translation_m, Eigen::Vector3d(0.1, -0.1, 0.2));
+}
+
+TEST_F(Commands, AnObjectIsFoundByItsIdToo) {
+  const auto change = live_->apply({Operation::kMove, "", 3, {Eigen::Matrix3d::Identity(), {0.2, 0.0, 0.15}}, ""}, 8, {});
+  ASSERT_TRUE(change);
+  EXPECT_EQ(change->name, "right post");
+}
+
+TEST_F(Commands, RemoveEndsInTheCellWhoseFileLacksIt) {
+  ASSERT_TRUE(apply(remove("right post")));
+  EXPECT_FALSE(live_->objects().contains(3));
+  EXPECT_EQ(live_->workspace().palette(), (std::vector<float>{0, 20, 32, 100}));  // 25 and 90 were its own
+  EXPECT_EQ(order_at(live_->workspace(), 0.201, 0.101, 0.15), voxel::kOrderFree);
+}
+
+TEST_F(Commands, AddReadsAnObjectAsACellFileHasItAndGivesItAFreshId) {
+  ASSERT_TRUE(live_->apply(remove("right post"), 8, {}));
+  const auto change = live_->apply(
+      add("{name: right post, mesh: post.stl, mesh_scale: 0.001, pose: {xyz_m: [0.2, -0.2, 0.15]}}"), 9, {});
+  ASSERT_TRUE(change) << change.status().message();
+  EXPECT_EQ(change->id, 4);  // ids that were given away stay so
+  EXPECT_THAT(change->said, HasSubstr("added 'right post' (object 4)"));
+  EXPECT_EQ(order_at(live_->workspace(), 0.201, -0.201, 0.15), voxel::kOrderInterior);
+  EXPECT_EQ(live_->workspace().object(live_->workspace().grid().index_of({0.201, -0.201, 0.15})), 4);
+  EXPECT_EQ(live_->objects().at(4).mesh_hash, live_->objects().at(2).mesh_hash);
+}
+
+TEST_F(Commands, AddTakesASolidByFormula) {
+  const auto change = apply(add("{name: dome, primitive: {sphere: {radius_m: 0.06}}, pose: {xyz_m: [0.2, -0.2, 0.2]}}"));
+  ASSERT_TRUE(change) << change.status().message();
+  EXPECT_EQ(order_at(live_->workspace(), 0.201, -0.201, 0.201), voxel::kOrderInterior);
+  const auto moved = live_->apply(move("dome", {-0.2, -0.2, 0.2}), 9, {});
+  ASSERT_TRUE(moved);
+  EXPECT_EQ(order_at(live_->workspace(), -0.201, -0.201, 0.201), voxel::kOrderInterior);
+  EXPECT_EQ(order_at(live_->workspace(), 0.201, -0.201, 0.201), voxel::kOrderFree);
+}
+
+TEST_F(Commands, AreRefusedWithOneClearSentence) {
+  EXPECT_THAT(refused(move("bell", {0, 0, 0.2})),
+              AllOf(HasSubstr("no object 'bell' in cell desk"), HasSubstr("ball, left post, right post")));
+  EXPECT_THAT(refused({Operation::kRemove, "", 9, {}, ""}), HasSubstr("no object 9"));
+  EXPECT_THAT(refused(move("ball", {5, 0, 0.2})), AllOf(HasSubstr("'ball'"), HasSubstr("outside of the workspace")));
+  EXPECT_THAT(refused(add("{name: [")), HasSubstr("YAML"));
+  EXPECT_THAT(refused(add("name: box")), HasSubstr("mesh"));
+  EXPECT_THAT(refused(add("{name: box, mesh: nowhere.stl}")), HasSubstr("nowhere.stl"));
+  EXPECT_THAT(refused(add("{name: box, mesh: post.stl, mesh_scale: 0.001, spin: 3}")), HasSubstr("spin"));
+  EXPECT_THAT(refused(add("{name: ball, mesh: post.stl, mesh_scale: 0.001}")), HasSubstr("is there already"));
+  EXPECT_THAT(refused(add("{name: far, mesh: post.stl, mesh_scale: 0.001, pose: {xyz_m: [9, 0, 0]}}")),
+              HasSubstr("outside of the workspace"));
+  EXPECT_THAT(refused(add("{name: " + std::string(65, 'x') + ", mesh: post.stl}")), HasSubstr("65 bytes"));
+  write("garbage.stl", "this is no mesh");
+  EXPECT_THAT(refused(add("{name: box, mesh: garbage.stl}")), HasSubstr("garbage.stl"));
+}
+
+TEST_F(Commands, MeshesOutsideOfTheCellsFolderAreNotRead) {
+  std::filesystem::copy(folder_ / "post.stl", folder_.string() + "_elsewhere.stl");
+  const std::string name = std::filesystem::path(folder_.string() + "_elsewhere.stl").filename();
+  for (const std::string& path : {folder_.string() + "_elsewhere.stl", "../" + name}) {
+    EXPECT_THAT(refused(add("{name: box, mesh_scale: 0.001, mesh: " + path + "}")),
+                HasSubstr("not in the cell's folder"));
+  }
+  std::filesystem::create_symlink(folder_.string() + "_elsewhere.stl", folder_ / "link.stl");
+  EXPECT_THAT(refused(add("{name: box, mesh_scale: 0.001, mesh: link.stl}")), HasSubstr("not in the cell's folder"));
+  std::filesystem::remove(folder_.string() + "_elsewhere.stl");
 }
 
 }  // namespace

@@ -1,0 +1,108 @@
+#include "components/wva_server/change_command.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <CLI/CLI.hpp>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+
+#include "common/runtime/process.hpp"
+#include "components/wva_server/dds_adapter_client.hpp"
+#include "components/wva_server/pose_text.hpp"
+
+namespace phantom::wva_server {
+namespace {
+
+using core::ConfigError;
+
+std::string text_of(const std::string& file) {
+  std::ifstream stream(file);
+  if (file != "-" && !stream) throw ConfigError("command add: --file: " + file + " cannot be read");
+  std::istream& from = file == "-" ? std::cin : stream;
+  return {std::istreambuf_iterator<char>(from), {}};
+}
+
+CellCommand command_of(const ChangeRequest& request) {
+  CellCommand command;
+  if (request.what == "add") {
+    command.operation = Operation::kAdd;
+    command.description = text_of(request.file);
+    return command;
+  }
+  command.operation = request.what == "move" ? Operation::kMove : Operation::kRemove;
+  if (request.object.empty() == (request.id == 0))
+    throw ConfigError("command " + request.what + ": exactly one of --object and --id must be given");
+  command.object = request.object;
+  command.id = static_cast<std::uint16_t>(request.id);
+  if (command.operation == Operation::kMove) {
+    const auto pose = parse_pose(request.pose);
+    if (!pose) throw ConfigError("command move: --pose: " + pose.status().message());
+    command.X_WO = *pose;
+  }
+  return command;
+}
+
+int missing(std::ostream& print, const core::NetworkOptions& network, double timeout_s) {
+  print << fmt::format("no word from a wva_server in domain {} for {} s; is it running, and is this its deployment?\n",
+                       network.domain, timeout_s);
+  return runtime::kExitMissing;
+}
+
+int list(const Listing& listing, std::ostream& print) {
+  print << fmt::format("cell {}, version {}: {} objects in {} bricks\n", listing.cell, listing.version,
+                       listing.objects.size(), listing.bricks);
+  for (const ListedObject& object : listing.objects) {
+    print << fmt::format("{:5}  {:<24}  \"{}\"\n", object.id, object.name, pose_text(object.X_WO));
+  }
+  return runtime::kExitDone;
+}
+
+void add_object_options(CLI::App& command, ChangeRequest& request) {
+  command.add_option("--object", request.object, "the object's name");
+  command.add_option("--id", request.id, "its id, instead of the name")->check(CLI::Range(1, 65534));
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, ChangeRequest& request) {
+  command.add_option("--timeout-s", request.timeout_s, "how long to wait for a word of wva_server")
+      ->check(CLI::Range(0.1, 3600.0));
+  const auto sub = [&](const char* name, const char* summary) {
+    CLI::App* app = command.add_subcommand(name, summary);
+    app->fallthrough();
+    app->callback([&request, name] { request.what = name; });
+    return app;
+  };
+  sub("add", "add an object to the workspace")
+      ->add_option("--file", request.file, "YAML of the object, as an entry of a cell file's objects; -: standard input")
+      ->required();
+  CLI::App* move = sub("move", "move an object of the workspace");
+  add_object_options(*move, request);
+  move->add_option("--pose", request.pose, "\"x y z roll pitch yaw\": where it stands now in W, metres and degrees")
+      ->required();
+  add_object_options(*sub("remove", "remove an object from the workspace"), request);
+  sub("list", "tell what stands where");
+  command.require_subcommand(1);
+}
+
+int run_change(const ChangeRequest& request, const core::NetworkOptions& network, std::ostream& print) {
+  CommandClient client(network);
+  if (request.what == "list") {
+    const auto listing = client.list(request.timeout_s);
+    return listing ? list(*listing, print) : missing(print, network, request.timeout_s);
+  }
+  const auto reply = client.ask(command_of(request), request.timeout_s, [&print](const Reply& accepted) {
+    print << "accepted: " << accepted.message << std::endl;
+  });
+  if (!reply) return missing(print, network, request.timeout_s);
+  if (reply->outcome == Outcome::kRefused) {
+    print << "refused: " << reply->message << '\n';
+    return runtime::kExitFailed;
+  }
+  print << fmt::format("done: {}\nversion {}: {} bricks changed, {} removed, in {:.0f} ms\n", reply->message,
+                       reply->version, reply->changed_bricks, reply->removed_bricks, 1e3 * reply->seconds);
+  return runtime::kExitDone;
+}
+
+}  // namespace phantom::wva_server

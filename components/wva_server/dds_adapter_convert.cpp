@@ -1,0 +1,157 @@
+#include "components/wva_server/dds_adapter_convert.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <cmath>
+
+namespace phantom::wva_server {
+namespace {
+
+constexpr std::size_t kNameBound = 64, kMessageBound = 1024, kDescriptionBound = 16384;  // idl
+
+msg::Vector3 vector_of(const Eigen::Vector3d& v) {
+  msg::Vector3 message;
+  message.x(v.x());
+  message.y(v.y());
+  message.z(v.z());
+  return message;
+}
+
+Eigen::Vector3d place_of(const msg::Pose& pose) {
+  return {pose.position_m().x(), pose.position_m().y(), pose.position_m().z()};
+}
+Eigen::Vector4d quaternion_of(const msg::Pose& pose) { return {pose.qx(), pose.qy(), pose.qz(), pose.qw()}; }
+
+std::string refusal(const msg::Pose& pose) {
+  constexpr double kFarthest_m = 1e6;
+  const Eigen::Vector3d p = place_of(pose);
+  if (!(p.cwiseAbs().array() < kFarthest_m).all())
+    return fmt::format("X_WO.position_m is ({}, {}, {}); allowed: finite, less than 1e6 m", p.x(), p.y(), p.z());
+  const double norm = quaternion_of(pose).norm();
+  if (!(std::abs(norm - 1.0) <= 1e-3)) return fmt::format("X_WO's quaternion has length {}; allowed: 1", norm);
+  return {};
+}
+
+}  // namespace
+
+msg::Pose to_message(const geometry::Pose& X) {
+  const Eigen::Vector4d q = geometry::quaternion_xyzw(X.rotation);
+  msg::Pose message;
+  message.position_m(vector_of(X.translation_m));
+  message.qx(q[0]);
+  message.qy(q[1]);
+  message.qz(q[2]);
+  message.qw(q[3]);
+  return message;
+}
+
+geometry::Pose pose_of(const msg::Pose& message) {
+  return {geometry::rotation_from_quaternion(quaternion_of(message)), place_of(message)};
+}
+
+msg::WorkspaceObject to_message(const ServedObject& object) {
+  msg::WorkspaceObject message;
+  message.id(object.id);
+  message.name(object.config.name.substr(0, kNameBound));
+  message.mesh_hash(object.mesh_hash);
+  message.X_WO(to_message(object.config.X_WO));
+  message.red(object.config.colour[0]);
+  message.green(object.config.colour[1]);
+  message.blue(object.config.colour[2]);
+  return message;
+}
+
+msg::WorkspaceVersion version_message(const std::string& cell, const voxel::Workspace& workspace, std::uint64_t hash) {
+  const voxel::GridSpec& grid = workspace.grid();
+  msg::WorkspaceVersion message;
+  message.cell(cell.substr(0, kNameBound));
+  message.version(workspace.version);
+  message.origin_m(vector_of(grid.origin_m));
+  message.voxel_size_m(grid.voxel_size_m);
+  message.size_x_vox(static_cast<std::uint32_t>(grid.size_vox[0]));
+  message.size_y_vox(static_cast<std::uint32_t>(grid.size_vox[1]));
+  message.size_z_vox(static_cast<std::uint32_t>(grid.size_vox[2]));
+  message.palette(workspace.palette());
+  message.brick_count(static_cast<std::uint32_t>(workspace.brick_count()));
+  message.content_hash(hash);
+  return message;
+}
+
+std::string refusal(const msg::WorkspaceCommand& message) {
+  if (message.stamp().sequence_number() == 0) return "stamp.sequence_number is 0; allowed: 1 or more";
+  const auto operation = static_cast<std::uint32_t>(message.operation());
+  if (operation > static_cast<std::uint32_t>(msg::WORKSPACE_REMOVE))
+    return fmt::format("operation is {}; allowed: 0 (add), 1 (move), 2 (remove)", operation);
+  if (message.operation() == msg::WORKSPACE_ADD)
+    return message.description().size() == 0 ? "description is empty; allowed: an object as in a cell file" : "";
+  if (message.object().size() == 0 && (message.id() == 0 || message.id() == 65535))
+    return fmt::format("object is empty and id is {}; allowed: a name, or an id of 1 to 65534", message.id());
+  return message.operation() == msg::WORKSPACE_MOVE ? refusal(message.X_WO()) : "";
+}
+
+Request to_request(const msg::WorkspaceCommand& message) {
+  Request request;
+  request.id = {message.stamp().session(), message.stamp().sequence_number()};
+  request.monotonic_ns = message.stamp().monotonic_ns();
+  request.requester = message.requester().c_str();
+  CellCommand& command = request.command;
+  command.operation = static_cast<Operation>(message.operation());
+  command.object = message.object().c_str();
+  command.id = message.id();
+  command.description = message.description().c_str();
+  if (message.operation() == msg::WORKSPACE_MOVE && refusal(message.X_WO()).empty())
+    command.X_WO = pose_of(message.X_WO());
+  return request;
+}
+
+msg::WorkspaceCommand to_message(const CellCommand& command, const std::string& requester) {
+  if (command.description.size() > kDescriptionBound) {
+    throw core::ConfigError(fmt::format("the description has {} bytes; allowed: at most {}",
+                                        command.description.size(), kDescriptionBound));
+  }
+  if (command.object.size() > kNameBound)
+    throw core::ConfigError("object '" + command.object + "': allowed: a name of at most 64 bytes");
+  msg::WorkspaceCommand message;
+  message.requester(requester.substr(0, kNameBound));
+  message.operation(static_cast<msg::WorkspaceOperation>(command.operation));
+  message.object(command.object);
+  message.id(command.id);
+  message.X_WO(to_message(command.X_WO));
+  message.description(command.description);
+  return message;
+}
+
+msg::WorkspaceReply to_message(const Request& request, const Reply& reply) {
+  msg::WorkspaceReply message;
+  message.command().session(request.id.session);
+  message.command().sequence_number(request.id.number);
+  message.command().monotonic_ns(request.monotonic_ns);
+  message.requester(request.requester.substr(0, kNameBound));
+  message.operation(static_cast<msg::WorkspaceOperation>(request.command.operation));
+  message.object(reply.object.substr(0, kNameBound));
+  message.id(reply.object_id);
+  message.outcome(static_cast<msg::WorkspaceOutcome>(reply.outcome));
+  message.message(reply.message.substr(0, kMessageBound));
+  message.version(reply.version);
+  message.changed_bricks(static_cast<std::uint32_t>(reply.changed_bricks));
+  message.removed_bricks(static_cast<std::uint32_t>(reply.removed_bricks));
+  message.seconds(reply.seconds);
+  return message;
+}
+
+Reply to_reply(const msg::WorkspaceReply& message) {
+  Reply reply;
+  const auto outcome = static_cast<std::uint32_t>(message.outcome());
+  reply.outcome = outcome <= static_cast<std::uint32_t>(msg::WORKSPACE_REFUSED) ? static_cast<Outcome>(outcome)
+                                                                                : Outcome::kRefused;
+  reply.message = message.message().c_str();
+  reply.object = message.object().c_str();
+  reply.object_id = message.id();
+  reply.version = message.version();
+  reply.changed_bricks = message.changed_bricks();
+  reply.removed_bricks = message.removed_bricks();
+  reply.seconds = message.seconds();
+  return reply;
+}
+
+}  // namespace phantom::wva_server

@@ -1,0 +1,29 @@
+#pragma once
+
+// Conversion between topic types and what the component works with. Part of the DDS adapter: nothing else sees idl.
+
+#include <string>
+
+#include "common/dds/stamp.hpp"
+#include "common/dds/topics.hpp"
+#include "common/voxel/workspace_assembler.hpp"
+#include "components/wva_server/command_desk.hpp"
+
+namespace phantom::wva_server {
+
+msg::Pose to_message(const geometry::Pose& X);
+geometry::Pose pose_of(const msg::Pose& message);
+msg::WorkspaceObject to_message(const ServedObject& object);
+/// The version that commits `workspace`, whose content hash is `hash`.
+msg::WorkspaceVersion version_message(const std::string& cell, const voxel::Workspace& workspace, std::uint64_t hash);
+
+/// Why a command cannot be used, naming the field and what is allowed; empty if it can.
+std::string refusal(const msg::WorkspaceCommand& message);
+/// Of a message without refusal; of one with, only who asked for what.
+Request to_request(const msg::WorkspaceCommand& message);
+/// All but the stamp.
+msg::WorkspaceCommand to_message(const CellCommand& command, const std::string& requester);
+msg::WorkspaceReply to_message(const Request& request, const Reply& reply);
+Reply to_reply(const msg::WorkspaceReply& message);
+
+}  // namespace phantom::wva_server
