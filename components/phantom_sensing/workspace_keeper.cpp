@@ -2,8 +2,6 @@
 
 #include <chrono>
 
-#include "common/percept/closeness.hpp"
-
 namespace phantom::phantom_sensing {
 
 WorkspaceKeeper::WorkspaceKeeper(std::function<void(const std::string&)> on_refused)
@@ -48,15 +46,26 @@ void WorkspaceKeeper::hand_over() {
   const auto& current = assembler_.current();
   if (!current || (!alive_.empty() && alive_.back().workspace == current)) return;
   const std::uint64_t generation = alive_.empty() ? 1 : alive_.back().generation + 1;
-  alive_.push_back({current, generation});
-  handed_over_.write({{current.get(), percept::greatest_neighbour_mu(*current)}, generation});
+  {
+    const std::lock_guard lock(alive_mutex_);
+    alive_.push_back({current, generation});
+  }
+  handed_over_.write({{current.get(), assembler_.greatest_neighbour_mu()}, generation});
   version_.store(current->version, std::memory_order_relaxed);
 }
 
 void WorkspaceKeeper::let_go() {
   const std::uint64_t acknowledged = acknowledged_.load(std::memory_order_acquire);
-  while (!alive_.empty() && alive_.front().generation < acknowledged) alive_.pop_front();
+  {
+    const std::lock_guard lock(alive_mutex_);
+    while (!alive_.empty() && alive_.front().generation < acknowledged) alive_.pop_front();
+  }
   kept_.store(alive_.size(), std::memory_order_relaxed);
+}
+
+std::shared_ptr<const voxel::Workspace> WorkspaceKeeper::share() const {
+  const std::lock_guard lock(alive_mutex_);
+  return alive_.empty() ? nullptr : alive_.back().workspace;
 }
 
 void WorkspaceKeeper::work() {
@@ -72,12 +81,17 @@ void WorkspaceKeeper::work() {
     std::deque<Job> jobs;
     jobs.swap(jobs_);
     lock.unlock();
+    let_go();
     for (const Job& job : jobs) {
       apply(job);
       hand_over();
     }
-    let_go();
     lock.lock();
+    if (!stop_ && jobs_.empty() && alive_.size() < 2) {  // time to make the next version cheap
+      lock.unlock();
+      assembler_.prepare();
+      lock.lock();
+    }
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -20,7 +21,8 @@ namespace phantom::phantom_sensing {
 
 /// Assembles the workspace from bricks on a thread of its own and hands whole versions to the sensing thread
 /// without a lock: the sensing thread gets a bare pointer, this keeps the version alive until the sensing
-/// thread has moved on.
+/// thread has moved on. Holds two buffers of a workspace, so that a version that changes some bricks costs
+/// those only: it is handed over within milliseconds of its last brick.
 class WorkspaceKeeper {
  public:
   /// `on_refused` is called on the keeper's thread for each sample that cannot be used, with what is wrong
@@ -39,6 +41,9 @@ class WorkspaceKeeper {
   /// safe: yes.
   SensedWorkspace newest() noexcept;
 
+  /// The version that was handed over last, for a look at leisure; null: none. The next version but one costs more
+  /// while it is held. Thread-safe; not real-time safe.
+  std::shared_ptr<const voxel::Workspace> share() const;
   /// Version that was handed over last; 0: none. Thread-safe.
   std::uint64_t version() const noexcept { return version_.load(std::memory_order_relaxed); }
   /// Versions kept alive: 1, or 2 while the sensing thread still uses the one before. Thread-safe.
@@ -73,7 +78,8 @@ class WorkspaceKeeper {
 
   // Keeper's thread only.
   voxel::WorkspaceAssembler assembler_;
-  std::deque<Kept> alive_;
+  std::deque<Kept> alive_;  // changed under alive_mutex_
+  mutable std::mutex alive_mutex_;
 
   core::Snapshot<HandOver> handed_over_;
   HandOver in_use_;  // sensing thread only
