@@ -1,0 +1,83 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "common/robot/skin.hpp"
+#include "common/voxel/workspace.hpp"
+
+namespace phantom::robot {
+
+/// How much of the voxel at offset (x,y,z), in voxels, lies inside the sphere of radius `radius_vox` around the
+/// centre of the voxel at (0,0,0); 0…1, to about 1e-9.
+double fraction_in_sphere(int x, int y, int z, double radius_vox);
+
+/// Transfer function on μ of a cluster sensor (the thesis's response shaper): straight between the points, level
+/// beyond the first and the last; without points μ itself.
+class ResponseCurve {
+ public:
+  ResponseCurve() = default;
+  /// Points (μ, response), both Pa·s/m, μ strictly rising, response ≥ 0. Throws std::invalid_argument.
+  explicit ResponseCurve(std::vector<std::pair<double, double>> points);
+  double operator()(double mu) const noexcept;
+
+ private:
+  std::vector<std::pair<double, double>> points_;
+};
+
+/// Response by μ code.
+using ResponseTable = std::array<double, 256>;
+/// Real-time safe: yes.
+void fill_response(const ResponseCurve& curve, const std::vector<float>& palette, ResponseTable& table) noexcept;
+
+/// What a cluster sensor reads at a place.
+struct ClusterReading {
+  double mean = 0.0;          ///< Σ(SLA·SSA) / ΣSSA: times the speed it is the thesis's F_r (eq. 6.1)
+  std::uint8_t greatest = 0;  ///< greatest code among the voxels that count
+};
+
+/// The zone of a cluster sensor. Constant after construction.
+class ClusterStencil {
+ public:
+  explicit ClusterStencil(const ClusterSpec& spec);
+
+  std::size_t voxel_count() const noexcept { return voxels_; }  ///< voxels that count
+  double total_weight() const noexcept { return total_; }       ///< ΣSSA
+  /// Voxels outside the grid are free space. Cost: one byte and one table entry for each voxel that counts, and
+  /// twice to thrice that where the zone reaches over the grid's border. Real-time safe: yes.
+  ClusterReading read(const voxel::Workspace& workspace, voxel::Index3 centre,
+                      const ResponseTable& response) const noexcept;
+  /// Calls visit(voxel, weight) for each voxel that counts.
+  template <class Visit>
+  void for_each(voxel::Index3 centre, Visit&& visit) const {
+    for (const Row& row : rows_) {
+      for (int x = -row.reach; x <= row.reach; ++x) {
+        visit(voxel::Index3{centre.x + x, centre.y + row.y, centre.z + row.z}, weight(row, x));
+      }
+    }
+  }
+
+ private:
+  /// Voxels −reach…reach along x at offset y, z.
+  struct Row {
+    int y, z, reach;
+    std::size_t first_weight;
+  };
+  double weight(const Row& row, int x) const noexcept {
+    return weights_.empty() ? 1.0 : weights_[row.first_weight + static_cast<std::size_t>(x + row.reach)];
+  }
+  template <bool kWeighted>
+  ClusterReading read_inside(const voxel::Workspace& workspace, voxel::Index3 centre,
+                             const ResponseTable& response) const noexcept;
+
+  int reach_;
+  std::vector<Row> rows_;
+  std::vector<double> weights_;  // of all rows; empty if all are 1
+  std::size_t voxels_ = 0;
+  double total_ = 0.0;
+};
+
+}  // namespace phantom::robot
