@@ -102,10 +102,24 @@ std::optional<Listing> CommandClient::list(double timeout_s) {
                                                 listing.version = version.version();
                                                 listing.bricks = version.brick_count();
                                               }));
+  std::map<dds::InstanceId, std::uint16_t> ids;  // a disposed instance comes without its key
   dds::Reader<msg::WorkspaceObject> objects_reader(
-      impl_->participant, dds::kWorkspaceObject, under_lock([&](const msg::WorkspaceObject& object) {
-        objects[object.id()] = {object.id(), object.name().c_str(), pose_of(object.X_WO())};
-      }));
+      impl_->participant, dds::kWorkspaceObject,
+      [&](const msg::WorkspaceObject& object, const dds::SampleInfo& info) {
+        {
+          const std::lock_guard lock(mutex);
+          ids[info.instance] = object.id();
+          objects[object.id()] = {object.id(), object.name().c_str(), pose_of(object.X_WO())};
+        }
+        changed.notify_one();
+      },
+      [&](const dds::InstanceId& gone) {
+        {
+          const std::lock_guard lock(mutex);
+          if (const auto id = ids.find(gone); id != ids.end()) objects.erase(id->second);
+        }
+        changed.notify_one();
+      });
   dds::Reader<msg::ComponentStatus> statuses(impl_->participant, dds::kComponentStatus,
                                              under_lock([&](const msg::ComponentStatus& status) {
                                                if (status.component_name() != "wva_server") return;

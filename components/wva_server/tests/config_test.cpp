@@ -32,6 +32,8 @@ TEST_F(Config, TheShippedFileIsValidAndSaysTheDefaults) {
   EXPECT_EQ(shipped.mesh_import.max_memory_bytes, defaults.mesh_import.max_memory_bytes);
   EXPECT_EQ(shipped.mesh_import.max_triangles, defaults.mesh_import.max_triangles);
   EXPECT_EQ(shipped.status_rate_hz, defaults.status_rate_hz);
+  EXPECT_TRUE(shipped.accept_commands && defaults.accept_commands);
+  EXPECT_GE(shipped.threads, 1);
 }
 
 TEST_F(Config, AnUnknownKey) { expect_refused("mesh_chunk_kb: 3", {"mesh_chunk_kb", "mesh_chunk_kib"}); }

@@ -1,16 +1,21 @@
 #include "components/wva_server/dds_adapter.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <zstd.h>
 
+#include <cmath>
 #include <map>
+#include <thread>
+#include <utility>
 
 #include "common/dds/endpoint.hpp"
+#include "common/dds/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
 #include "common/voxel/workspace_assembler.hpp"
+#include "components/wva_server/dds_adapter_client.hpp"
 #include "components/wva_server/mesh_chunks.hpp"
 #include "components/wva_server/tests/test_cell.hpp"
-#include "components/wva_server/wva_server.hpp"
 #include "phantom_idl/workspace.h"
 
 namespace phantom::wva_server {
@@ -51,6 +56,7 @@ class Consumer {
               waiter_.change([&] {
                 const voxel::BrickKey key{b.bx(), b.by(), b.bz()};
                 keys_[info.instance] = key;
+                ++bricks_heard_;
                 EXPECT_TRUE(assembler_.put_brick(key, b.version(), b.voxels_zstd()));
               });
             },
@@ -76,13 +82,26 @@ class Consumer {
                       EXPECT_TRUE(assembler_.commit(d));
                     });
                   }),
-        objects_(participant_, dds::kWorkspaceObject,
-                 [this](const msg::WorkspaceObject& o, const dds::SampleInfo&) {
-                   waiter_.change([&] { seen_objects_[o.id()] = o; });
-                 }),
-        chunks_(participant_, dds::kMeshChunk, [this](const msg::MeshChunk& c, const dds::SampleInfo&) {
-          waiter_.change([&] { seen_chunks_[{c.mesh_hash(), c.chunk()}] = c; });
-        }) {}
+        objects_(
+            participant_, dds::kWorkspaceObject,
+            [this](const msg::WorkspaceObject& o, const dds::SampleInfo& info) {
+              waiter_.change([&] {
+                object_ids_[info.instance] = o.id();
+                seen_objects_[o.id()] = o;
+              });
+            },
+            [this](const dds::InstanceId& gone) {
+              waiter_.change([&] { seen_objects_.erase(object_ids_[gone]); });
+            }),
+        chunks_(
+            participant_, dds::kMeshChunk,
+            [this](const msg::MeshChunk& c, const dds::SampleInfo& info) {
+              waiter_.change([&] {
+                chunk_keys_[info.instance] = {c.mesh_hash(), c.chunk()};
+                seen_chunks_[{c.mesh_hash(), c.chunk()}] = c;
+              });
+            },
+            [this](const dds::InstanceId& gone) { waiter_.change([&] { seen_chunks_.erase(chunk_keys_[gone]); }); }) {}
 
   bool has_version(std::uint64_t version) {
     return waiter_.wait([&] { return assembler_.current() && assembler_.current()->version == version; });
@@ -91,6 +110,7 @@ class Consumer {
     return waiter_.wait([&] { return seen_objects_.size() == objects && seen_chunks_.size() == chunks; });
   }
   const voxel::Workspace& workspace() const { return *assembler_.current(); }
+  std::size_t take_bricks_heard() { return std::exchange(bricks_heard_, 0); }
   const std::map<std::uint16_t, msg::WorkspaceObject>& objects() const { return seen_objects_; }
   const std::map<std::pair<std::uint64_t, std::uint32_t>, msg::MeshChunk>& chunks() const {
     return seen_chunks_;
@@ -100,6 +120,9 @@ class Consumer {
   dds::Waiter waiter_;
   voxel::WorkspaceAssembler assembler_;
   std::map<dds::InstanceId, voxel::BrickKey> keys_;
+  std::size_t bricks_heard_ = 0;
+  std::map<dds::InstanceId, std::uint16_t> object_ids_;
+  std::map<dds::InstanceId, std::pair<std::uint64_t, std::uint32_t>> chunk_keys_;
   std::map<std::uint16_t, msg::WorkspaceObject> seen_objects_;
   std::map<std::pair<std::uint64_t, std::uint32_t>, msg::MeshChunk> seen_chunks_;
   dds::Participant participant_;  // the readers below end before what they write to
@@ -109,32 +132,33 @@ class Consumer {
   dds::Reader<msg::MeshChunk> chunks_;
 };
 
+/// A served cell and what it says.
 class DdsAdapterTest : public TestCell {
  protected:
-  static ActivatedCell activated(const runtime::CellConfig& cell, const std::vector<runtime::CellBody>& bodies,
-                                 std::uint64_t version) {
-    return activate(
-        grid_of(cell), bodies, version, [] { return 0.0; }, [](const auto&...) {}, [] { return true; });
+  /// Everything of a cell that was just activated.
+  static void publish(DdsAdapter& adapter, const LiveCell& cell, std::size_t chunk_bytes = 1024) {
+    for (const auto& [id, object] : cell.objects()) adapter.publish_object(object, chunk_bytes);
+    voxel::WorkspaceChange all;
+    all.version = cell.workspace().version;
+    all.changed = cell.workspace().bricks();
+    adapter.publish_change(cell, all);
   }
+  static std::size_t chunk_count(const ServedObject& object) { return mesh_chunks(object.mesh_O, 1024).size(); }
 };
 
 TEST_F(DdsAdapterTest, EarlyAndLateConsumersHaveTheWholeCell) {
-  const auto cell_config = runtime::load_cell(cell());
-  const auto bodies = load_bodies(cell_config, {});
-  const auto result = activated(cell_config, bodies, 41);
+  const LiveCell cell_41 = activated(cell(), 41);
   Consumer early(dds::test_network());
-  DdsAdapter adapter(dds::test_network());
-  adapter.publish_objects(cell_config, bodies, 1024);
-  adapter.publish_workspace(cell_config.name, *result.workspace);
+  DdsAdapter adapter(dds::test_network(), true);
+  publish(adapter, cell_41);
   Consumer late(dds::test_network());
 
-  std::size_t chunks = 0;
-  for (const std::size_t i : {0U, 1U})
-    chunks += mesh_chunks(bodies[i].mesh_O, 1024).size();  // both posts share one mesh
+  const auto& ball = cell_41.objects().at(1);
+  const std::size_t chunks = chunk_count(ball) + chunk_count(cell_41.objects().at(2));  // both posts share one mesh
   for (Consumer* consumer : {&early, &late}) {
     ASSERT_TRUE(consumer->has_version(41));
-    EXPECT_EQ(consumer->workspace().content_hash(), result.workspace->content_hash());
-    EXPECT_EQ(consumer->workspace().bricks(), result.workspace->bricks());
+    EXPECT_EQ(consumer->workspace().content_hash(), cell_41.content_hash());
+    EXPECT_EQ(consumer->workspace().bricks(), cell_41.workspace().bricks());
     ASSERT_TRUE(consumer->has_objects(3, chunks));
   }
   const msg::WorkspaceObject& left = late.objects().at(2);
@@ -147,49 +171,206 @@ TEST_F(DdsAdapterTest, EarlyAndLateConsumersHaveTheWholeCell) {
   std::vector<std::vector<std::uint8_t>> pieces;
   msg::MeshChunk last;
   for (const auto& [key, chunk] : late.chunks()) {
-    if (key.first != bodies[0].mesh_O.content_hash()) continue;
+    if (key.first != ball.mesh_hash) continue;
     pieces.push_back(chunk.data());
     last = chunk;
   }
   ASSERT_EQ(pieces.size(), last.chunk_count());
-  EXPECT_EQ(unpack(pieces, last.vertex_count(), last.triangle_count()).content_hash(),
-            bodies[0].mesh_O.content_hash());
+  EXPECT_EQ(unpack(pieces, last.vertex_count(), last.triangle_count()).content_hash(), ball.mesh_hash);
 }
 
-TEST_F(DdsAdapterTest, BricksThatAreGoneAreDisposed) {
-  const auto cell_config = runtime::load_cell(cell());
-  auto bodies = load_bodies(cell_config, {});
-  const auto full = activated(cell_config, bodies, 41);
+TEST_F(DdsAdapterTest, AChangeSendsItsBricksOnlyAndEndsRightForEarlyAndLateConsumers) {
+  LiveCell live = activated(cell(), 41);
   Consumer early(dds::test_network());
-  DdsAdapter adapter(dds::test_network());
-  adapter.publish_workspace(cell_config.name, *full.workspace);
+  DdsAdapter adapter(dds::test_network(), true);
+  publish(adapter, live);
   ASSERT_TRUE(early.has_version(41));
-  bodies.erase(bodies.begin(), bodies.begin() + 2);
-  const auto fewer = activated(cell_config, bodies, 42);
-  ASSERT_LT(fewer.workspace->brick_count(), full.workspace->brick_count());
-  adapter.publish_workspace(cell_config.name, *fewer.workspace);
-  Consumer late(dds::test_network());
+  early.take_bricks_heard();
+
+  const auto moved = live.apply({Operation::kMove, "ball", 0, {Eigen::Matrix3d::Identity(), {0.1, -0.2, 0.3}}, ""}, 42, {});
+  ASSERT_TRUE(moved);
+  adapter.publish_change(live, moved->workspace);
+  adapter.publish_object(live.objects().at(1), 1024);
+  ASSERT_TRUE(early.has_version(42));
+  EXPECT_EQ(early.take_bricks_heard(), moved->workspace.changed.size());
+  EXPECT_LT(moved->workspace.changed.size(), live.workspace().brick_count());
+
+  const auto removed = live.apply({Operation::kRemove, "right post", 0, {}, ""}, 43, {});
+  ASSERT_TRUE(removed);
+  EXPECT_FALSE(removed->workspace.removed.empty());
+  adapter.publish_change(live, removed->workspace);
+  adapter.withdraw_object(removed->id);
+
+  Consumer late(dds::test_network());  // hears of the disposal of bricks that it never saw
+  const std::size_t chunks = chunk_count(live.objects().at(1)) + chunk_count(live.objects().at(2));
   for (Consumer* consumer : {&early, &late}) {
-    ASSERT_TRUE(consumer->has_version(42));
-    EXPECT_EQ(consumer->workspace().content_hash(), fewer.workspace->content_hash());
+    ASSERT_TRUE(consumer->has_version(43));
+    EXPECT_EQ(consumer->workspace().content_hash(), live.content_hash());
+    EXPECT_EQ(consumer->workspace().bricks(), live.workspace().bricks());
+    ASSERT_TRUE(consumer->has_objects(2, chunks));  // the left post still has the mesh
+    EXPECT_DOUBLE_EQ(consumer->objects().at(1).X_WO().position_m().y(), -0.2);
   }
+}
+
+TEST_F(DdsAdapterTest, AMeshGoesWithTheLastObjectThatHasIt) {
+  LiveCell live = activated(cell(), 41);
+  Consumer consumer(dds::test_network());
+  DdsAdapter adapter(dds::test_network(), true);
+  publish(adapter, live);
+  const std::size_t ball = chunk_count(live.objects().at(1));
+  for (const std::uint16_t id : {std::uint16_t{2}, std::uint16_t{3}}) {
+    const auto removed = live.apply({Operation::kRemove, "", id, {}, ""}, 40U + id, {});
+    ASSERT_TRUE(removed);
+    adapter.publish_change(live, removed->workspace);
+    adapter.withdraw_object(id);
+  }
+  EXPECT_TRUE(consumer.has_objects(1, ball));
 }
 
 TEST_F(DdsAdapterTest, ASuccessorsCellReplacesThatOfAServerThatDied) {
-  const auto cell_config = runtime::load_cell(cell());
-  auto bodies = load_bodies(cell_config, {});
+  LiveCell live = activated(cell(), 41);
   Consumer consumer(dds::test_network());
   {
-    DdsAdapter first(dds::test_network());
-    first.publish_workspace(cell_config.name, *activated(cell_config, bodies, 41).workspace);
-    ASSERT_TRUE(consumer.has_version(41));
+    DdsAdapter first(dds::test_network(), true);
+    publish(first, live);
+    const auto moved = live.apply({Operation::kMove, "ball", 0, {Eigen::Matrix3d::Identity(), {0.1, -0.2, 0.3}}, ""}, 42, {});
+    ASSERT_TRUE(moved);
+    first.publish_change(live, moved->workspace);
+    ASSERT_TRUE(consumer.has_version(42));
   }
-  bodies.erase(bodies.begin(), bodies.begin() + 2);
-  const auto fewer = activated(cell_config, bodies, 50);
-  DdsAdapter second(dds::test_network());
-  second.publish_workspace(cell_config.name, *fewer.workspace);
+  const LiveCell fewer = activated(cell_with("xyz_m: [0.2, 0.1, 0.15]", "xyz_m: [0.25, -0.2, 0.15]"), 50);
+  DdsAdapter second(dds::test_network(), true);
+  publish(second, fewer);
   ASSERT_TRUE(consumer.has_version(50));
-  EXPECT_EQ(consumer.workspace().content_hash(), fewer.workspace->content_hash());
+  EXPECT_EQ(consumer.workspace().content_hash(), fewer.content_hash());
+}
+
+/// Who sends commands byte by byte, right and wrong ones.
+class Asker {
+ public:
+  explicit Asker(const core::NetworkOptions& network) : participant_("asker", network) {
+    EXPECT_TRUE(dds::eventually([this] { return writer_.matched() > 0 && reader_.matched() > 0; }));
+  }
+  /// Sends it until something is said about it, as a volatile topic asks for.
+  msg::WorkspaceReply ask(msg::WorkspaceCommand command) {
+    if (command.stamp().sequence_number() == 0 && !unstamped) command.stamp(stamper_.next());
+    EXPECT_TRUE(dds::eventually([&] {
+      writer_.write(command);
+      return waiter_.wait([&] { return replies_.contains(command.stamp().sequence_number()); }, std::chrono::seconds(1));
+    }));
+    return replies_[command.stamp().sequence_number()];
+  }
+  bool unstamped = false;
+
+ private:
+  dds::Waiter waiter_;
+  std::map<std::uint64_t, msg::WorkspaceReply> replies_;  // the newest
+  dds::Participant participant_;
+  dds::Stamper stamper_{participant_};
+  dds::Writer<msg::WorkspaceCommand> writer_{participant_, dds::kWorkspaceCommand};
+  dds::Reader<msg::WorkspaceReply> reader_{
+      participant_, dds::kWorkspaceReply, [this](const msg::WorkspaceReply& reply, const dds::SampleInfo&) {
+        waiter_.change([&] { replies_[reply.command().sequence_number()] = reply; });
+      }};
+};
+
+msg::WorkspaceCommand move_command() {
+  msg::WorkspaceCommand command;
+  command.operation(msg::WORKSPACE_MOVE);
+  command.object("ball");
+  command.X_WO().position_m().x(0.1);
+  command.X_WO().qw(1.0);
+  command.requester("test");
+  return command;
+}
+
+TEST(WorkspaceCommands, ComeInOrderAndAreAnswered) {
+  DdsAdapter adapter(dds::test_network(), true);
+  Asker asker(dds::test_network());
+  const auto accepted = asker.ask(move_command());
+  EXPECT_EQ(accepted.outcome(), msg::WORKSPACE_ACCEPTED);
+  EXPECT_EQ(accepted.requester(), "test");
+  const auto request = adapter.next_command(10.0);
+  ASSERT_TRUE(request);
+  EXPECT_EQ(request->command.operation, Operation::kMove);
+  EXPECT_EQ(request->command.object, "ball");
+  EXPECT_EQ(request->command.X_WO.translation_m.x(), 0.1);
+  Reply done;
+  done.outcome = Outcome::kDone;
+  done.version = 77;
+  done.changed_bricks = 5;
+  adapter.reply(*request, done);
+  msg::WorkspaceCommand again = move_command();
+  again.stamp().session(request->id.session);
+  again.stamp().sequence_number(request->id.number);
+  EXPECT_TRUE(dds::eventually([&] { return asker.ask(again).outcome() == msg::WORKSPACE_DONE; }));
+  EXPECT_EQ(asker.ask(again).version(), 77U);
+  EXPECT_FALSE(adapter.next_command(0.0)) << "what is sent again is not carried out again";
+}
+
+TEST(WorkspaceCommands, WhatCannotBeUsedIsRefusedAtOnceWithTheField) {
+  DdsAdapter adapter(dds::test_network(), true);
+  Asker asker(dds::test_network());
+  const auto refused = [&](auto change) {
+    msg::WorkspaceCommand command = move_command();
+    change(command);
+    const auto reply = asker.ask(command);
+    EXPECT_EQ(reply.outcome(), msg::WORKSPACE_REFUSED);
+    return reply.message().to_string();
+  };
+  const double nan = std::nan("");
+  EXPECT_THAT(refused([](auto& c) { c.object(""); }), testing::HasSubstr("object is empty and id is 0"));
+  EXPECT_THAT(refused([&](auto& c) { c.X_WO().position_m().y(nan); }), testing::HasSubstr("X_WO.position_m"));
+  EXPECT_THAT(refused([](auto& c) { c.X_WO().position_m().z(1e9); }), testing::HasSubstr("X_WO.position_m"));
+  EXPECT_THAT(refused([](auto& c) { c.X_WO().qw(0.0); }), testing::HasSubstr("quaternion"));
+  EXPECT_THAT(refused([&](auto& c) { c.X_WO().qx(nan); }), testing::HasSubstr("quaternion"));
+  EXPECT_THAT(refused([](auto& c) { c.operation(static_cast<msg::WorkspaceOperation>(9)); }),
+              testing::HasSubstr("operation is 9"));
+  EXPECT_THAT(refused([](auto& c) { c.operation(msg::WORKSPACE_ADD); }), testing::HasSubstr("description is empty"));
+  asker.unstamped = true;
+  EXPECT_THAT(refused([](auto&) {}), testing::HasSubstr("stamp.sequence_number is 0"));
+  EXPECT_FALSE(adapter.next_command(0.0));
+}
+
+TEST(WorkspaceCommands, AServerThatTakesNoneSaysSo) {
+  DdsAdapter adapter(dds::test_network(), false);
+  Asker asker(dds::test_network());
+  const auto reply = asker.ask(move_command());
+  EXPECT_EQ(reply.outcome(), msg::WORKSPACE_REFUSED);
+  EXPECT_THAT(reply.message().to_string(), testing::HasSubstr("accept_commands"));
+  EXPECT_FALSE(adapter.next_command(0.0));
+}
+
+TEST_F(DdsAdapterTest, TheClientHearsTheLastWordAndListsWhatIsServed) {
+  LiveCell live = activated(cell(), 41);
+  DdsAdapter adapter(dds::test_network(), true);
+  publish(adapter, live);
+  adapter.withdraw_object(2);
+  std::thread server([&] {
+    const auto request = adapter.next_command(30.0);
+    ASSERT_TRUE(request);
+    Reply done;
+    done.outcome = Outcome::kDone;
+    done.message = "done so";
+    adapter.reply(*request, done);
+  });
+  CommandClient client(dds::test_network());
+  std::vector<std::string> accepted;
+  const auto reply = client.ask({Operation::kRemove, "ball", 0, {}, ""}, 30.0,
+                                [&](const Reply& said) { accepted.push_back(said.message); });
+  server.join();
+  ASSERT_TRUE(reply);
+  EXPECT_EQ(reply->message, "done so");
+  EXPECT_FALSE(client.ask({Operation::kRemove, "ball", 0, {}, ""}, 0.5, [](const Reply&) {})) << "nobody replies";
+
+  adapter.report({core::ComponentState::kRunning, "", {}, {{"version", 41, ""}, {"objects", 2, ""}}});
+  const auto listing = client.list(30.0);
+  ASSERT_TRUE(listing);
+  EXPECT_EQ(listing->cell, "desk");
+  EXPECT_EQ(listing->version, 41U);
+  ASSERT_EQ(listing->objects.size(), 2U);
+  EXPECT_EQ(listing->objects[1].name, "right post");
+  EXPECT_EQ(listing->objects[1].X_WO.translation_m.x(), 0.2);
 }
 
 }  // namespace

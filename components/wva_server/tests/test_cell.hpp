@@ -9,6 +9,7 @@
 
 #include "common/geometry/mesh.hpp"
 #include "common/geometry/primitives.hpp"
+#include "components/wva_server/wva_server.hpp"
 
 namespace phantom::wva_server {
 
@@ -39,6 +40,20 @@ class TestCell : public ::testing::Test {
     return write("cell.yaml", text);
   }
   std::filesystem::path cell() const { return folder_ / "cell.yaml"; }
+
+  /// A cell file's cell, activated.
+  static LiveCell activated(const std::filesystem::path& file, std::uint64_t version = 7) {
+    const auto loaded = runtime::load_cell(file);
+    LiveCell live(loaded, {});
+    double time_s = 0.0;  // a clock that ticks with every look
+    const auto change = live.activate(runtime::load_bodies(loaded, {}), version,
+                                      {.stopwatch = [&time_s] { return time_s += 1.0; }}, [](const auto&...) {});
+    EXPECT_TRUE(change) << change.status().message();
+    return live;
+  }
+  static std::int8_t order_at(const voxel::Workspace& workspace, double x, double y, double z) {
+    return workspace.order(workspace.grid().index_of({x, y, z}));
+  }
 
   static std::string ascii_stl(const geometry::TriangleMesh& mesh) {
     std::ostringstream text;
