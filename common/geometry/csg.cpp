@@ -8,6 +8,33 @@ namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
+/// Of the parts whose least value (with `greatest`: greatest) makes the solid, those that can make it in the region, with
+/// their own parts thinned out likewise; nothing if that is all of them as they are.
+std::vector<ImplicitPtr> parts_within(const std::vector<ImplicitPtr>& parts, const Region& region, bool greatest) {
+  std::vector<Interval> bounds;
+  double decides = greatest ? -kInf : kInf;
+  for (const ImplicitPtr& part : parts) {
+    bounds.push_back(part->bounds(region));
+    decides = greatest ? std::max(decides, bounds.back().lo) : std::min(decides, bounds.back().hi);
+  }
+  std::vector<ImplicitPtr> kept;
+  bool changed = false;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const bool matters = greatest ? bounds[i].hi >= decides : bounds[i].lo <= decides;
+    ImplicitPtr fewer = matters ? parts[i]->within(region) : nullptr;
+    changed = changed || !matters || fewer;
+    if (matters) kept.push_back(fewer ? std::move(fewer) : parts[i]);
+  }
+  if (!changed) kept.clear();
+  return kept;
+}
+
+template <class Combination>
+ImplicitPtr combined(std::vector<ImplicitPtr> parts) {
+  if (parts.empty()) return nullptr;
+  return parts.size() == 1 ? parts.front() : std::make_shared<Combination>(std::move(parts));
+}
+
 class Union final : public ImplicitSolid {
  public:
   explicit Union(std::vector<ImplicitPtr> parts) : parts_(std::move(parts)) {}
@@ -21,6 +48,9 @@ class Union final : public ImplicitSolid {
     Interval found{kInf, kInf};
     for (const auto& part : parts_) found = min(found, part->bounds(region));
     return found;
+  }
+  ImplicitPtr within(const Region& region) const override {
+    return combined<Union>(parts_within(parts_, region, false));
   }
   Box bounding_box() const override {
     Box box{Eigen::Vector3d::Constant(kInf), Eigen::Vector3d::Constant(-kInf)};
@@ -50,6 +80,9 @@ class Intersection final : public ImplicitSolid {
     for (const auto& part : parts_) found = max(found, part->bounds(region));
     return found;
   }
+  ImplicitPtr within(const Region& region) const override {
+    return combined<Intersection>(parts_within(parts_, region, true));
+  }
   Box bounding_box() const override {
     Box box = parts_.front()->bounding_box();
     for (const auto& part : parts_) {
@@ -63,24 +96,21 @@ class Intersection final : public ImplicitSolid {
   std::vector<ImplicitPtr> parts_;
 };
 
-class Difference final : public ImplicitSolid {
+/// What is not in a solid; for Difference only: it has no box of its own.
+class Complement final : public ImplicitSolid {
  public:
-  explicit Difference(std::vector<ImplicitPtr> parts) : parts_(std::move(parts)) {}
+  explicit Complement(ImplicitPtr solid) : solid_(std::move(solid)) {}
 
-  double value(const Eigen::Vector3d& p) const override {
-    double most = parts_.front()->value(p);
-    for (std::size_t i = 1; i < parts_.size(); ++i) most = std::max(most, -parts_[i]->value(p));
-    return most;
+  double value(const Eigen::Vector3d& p) const override { return -solid_->value(p); }
+  Interval bounds(const Region& region) const override { return -solid_->bounds(region); }
+  ImplicitPtr within(const Region& region) const override {
+    ImplicitPtr fewer = solid_->within(region);
+    return fewer ? std::make_shared<Complement>(std::move(fewer)) : nullptr;
   }
-  Interval bounds(const Region& region) const override {
-    Interval found = parts_.front()->bounds(region);
-    for (std::size_t i = 1; i < parts_.size(); ++i) found = max(found, -parts_[i]->bounds(region));
-    return found;
-  }
-  Box bounding_box() const override { return parts_.front()->bounding_box(); }
+  Box bounding_box() const override { return {Eigen::Vector3d::Constant(-kInf), Eigen::Vector3d::Constant(kInf)}; }
 
  private:
-  std::vector<ImplicitPtr> parts_;
+  ImplicitPtr solid_;
 };
 
 }  // namespace
@@ -90,7 +120,8 @@ ImplicitPtr implicit_intersection(std::vector<ImplicitPtr> parts) {
   return std::make_shared<Intersection>(std::move(parts));
 }
 ImplicitPtr implicit_difference(std::vector<ImplicitPtr> parts) {
-  return std::make_shared<Difference>(std::move(parts));
+  for (std::size_t i = 1; i < parts.size(); ++i) parts[i] = std::make_shared<Complement>(std::move(parts[i]));
+  return std::make_shared<Intersection>(std::move(parts));
 }
 
 }  // namespace phantom::geometry

@@ -165,13 +165,10 @@ class Placed final : public ImplicitSolid {
       : solid_(std::move(solid)), X_AB_(X_AB), X_BA_(X_AB.inverse()), turn_(X_BA_.rotation.cwiseAbs()), scale_(scale) {}
 
   double value(const Eigen::Vector3d& p) const override { return scale_ * solid_->value((X_BA_ * p) / scale_); }
-  Interval bounds(const Region& region) const override {
-    // Widened a little, for the rounding of the transform.
-    const double slack = 1e-14 * (region.centre_m.cwiseAbs().sum() + X_AB_.translation_m.cwiseAbs().sum());
-    const Region there{(X_BA_ * region.centre_m) / scale_,
-                       (turn_ * region.half_m + Eigen::Vector3d::Constant(slack)) / scale_,
-                       (region.radius_m + slack) / scale_};
-    return solid_->bounds(there) * Interval(scale_);
+  Interval bounds(const Region& region) const override { return solid_->bounds(there(region)) * Interval(scale_); }
+  ImplicitPtr within(const Region& region) const override {
+    ImplicitPtr fewer = solid_->within(there(region));
+    return fewer ? implicit_placed(std::move(fewer), X_AB_, scale_) : nullptr;
   }
   Box bounding_box() const override {
     const Box box = solid_->bounding_box();
@@ -187,6 +184,13 @@ class Placed final : public ImplicitSolid {
   }
 
  private:
+  /// The region in the solid's frame, widened a little for the rounding of the transform.
+  Region there(const Region& region) const {
+    const double slack = 1e-14 * (region.centre_m.cwiseAbs().sum() + X_AB_.translation_m.cwiseAbs().sum());
+    return {(X_BA_ * region.centre_m) / scale_, (turn_ * region.half_m + Eigen::Vector3d::Constant(slack)) / scale_,
+            (region.radius_m + slack) / scale_};
+  }
+
   ImplicitPtr solid_;
   Pose X_AB_, X_BA_;
   Eigen::Matrix3d turn_;

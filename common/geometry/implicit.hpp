@@ -46,6 +46,8 @@ class ImplicitSolid {
   virtual Interval bounds(const Region& region) const = 0;
   /// Holds the whole solid; empty if the solid certainly is.
   virtual Box bounding_box() const = 0;
+  /// A solid with the same values within the region, made of fewer parts; null if there is none. Allocates.
+  virtual std::shared_ptr<const ImplicitSolid> within(const Region& /*region*/) const { return nullptr; }
   /// The solid's surface as a mesh of its own making, if it is a plain shape; polygonise() serves all others.
   virtual std::optional<TriangleMesh> tessellation() const { return std::nullopt; }
 };

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <unordered_map>
+#include <utility>
 
 namespace phantom::geometry {
 namespace {
@@ -23,7 +24,7 @@ struct Crossing {
 
 class Polygoniser {
  public:
-  Polygoniser(const ImplicitSolid& solid, const Box& box, int cells) : solid_(solid) {
+  Polygoniser(const ImplicitSolid& solid, const Box& box, int cells) : solid_(&solid) {
     edge_m_ = box.size_m().maxCoeff() / cells;
     // An odd margin, so that faces of the box do not fall on samples.
     origin_m_ = box.min_m - Eigen::Vector3d::Constant(1.37 * edge_m_);
@@ -48,7 +49,7 @@ class Polygoniser {
   };
 
   Eigen::Vector3d corner_m(const Cell& c) const { return origin_m_ + edge_m_ * Eigen::Vector3d(c[0], c[1], c[2]); }
-  bool inside(const Eigen::Vector3d& p) const { return solid_.value(p) < 0.0; }
+  bool inside(const Eigen::Vector3d& p) const { return solid_->value(p) < 0.0; }
   static std::uint64_t key(const Cell& c) {
     return static_cast<std::uint64_t>(c[0]) | static_cast<std::uint64_t>(c[1]) << 21 | static_cast<std::uint64_t>(c[2]) << 42;
   }
@@ -58,9 +59,16 @@ class Polygoniser {
       if (first[axis] >= size_[axis]) return;
     }
     const Eigen::Vector3d half = Eigen::Vector3d::Constant(0.5 * size * edge_m_);
-    const Interval bounds = solid_.bounds(Region::box(corner_m(first) + half, half));
+    const Interval bounds = solid_->bounds(Region::box(corner_m(first) + half, half));
     if (bounds.lo >= 0.0 || bounds.hi < 0.0) return;
-    if (size == kBrick) return sample(first);
+    if (size == kBrick) {
+      // Normals are taken from a little beyond the brick.
+      const ImplicitPtr fewer = solid_->within(Region::box(corner_m(first) + half, 1.01 * half));
+      const ImplicitSolid* const whole = std::exchange(solid_, fewer ? fewer.get() : solid_);
+      sample(first);
+      solid_ = whole;
+      return;
+    }
     for (int i = 0; i < 8; ++i)
       visit({first[0] + (i & 1) * size / 2, first[1] + (i >> 1 & 1) * size / 2, first[2] + (i >> 2) * size / 2}, size / 2);
   }
@@ -101,7 +109,7 @@ class Polygoniser {
   /// A point between two that are on the same side which is on the other.
   std::optional<Eigen::Vector3d> find_other_side(const Eigen::Vector3d& a, const Eigen::Vector3d& b, bool in, int depth) const {
     const Eigen::Vector3d middle = 0.5 * (a + b);
-    const Interval bounds = solid_.bounds(Region::box(middle, 0.5 * (b - a).cwiseAbs()));
+    const Interval bounds = solid_->bounds(Region::box(middle, 0.5 * (b - a).cwiseAbs()));
     if (bounds.lo >= 0.0 || bounds.hi < 0.0) return std::nullopt;
     if (inside(middle) != in) return middle;
     if (depth == 0) return std::nullopt;
@@ -121,7 +129,7 @@ class Polygoniser {
     for (int axis = 0; axis < 3; ++axis) {
       Eigen::Vector3d step = Eigen::Vector3d::Zero();
       step[axis] = h;
-      crossing.normal[axis] = solid_.value(crossing.p_m + step) - solid_.value(crossing.p_m - step);
+      crossing.normal[axis] = solid_->value(crossing.p_m + step) - solid_->value(crossing.p_m - step);
     }
     const double norm = crossing.normal.norm();
     crossing.normal = norm > 0.0 && std::isfinite(norm) ? Eigen::Vector3d(crossing.normal / norm) : Eigen::Vector3d::Zero();
@@ -191,7 +199,7 @@ class Polygoniser {
     }
   }
 
-  const ImplicitSolid& solid_;
+  const ImplicitSolid* solid_;  // near a brick, what of it matters there
   double edge_m_ = 0.0;
   Eigen::Vector3d origin_m_;
   Cell size_{};

@@ -28,7 +28,7 @@ class Voxeliser {
   void run() {
     std::int32_t size = 1;
     while (size < *std::max_element(voxels_.box.size.begin(), voxels_.box.size.end())) size *= 2;
-    visit({0, 0, 0}, size);
+    visit(solid_, {0, 0, 0}, size);
   }
 
  private:
@@ -39,40 +39,44 @@ class Voxeliser {
     return Region::box(centre, Eigen::Vector3d::Constant(half_m));
   }
 
-  void visit(Index3 v, std::int32_t size) {
+  void visit(const ImplicitSolid& solid, Index3 v, std::int32_t size) {
     const auto& limit = voxels_.box.size;
     if (v.x >= limit[0] || v.y >= limit[1] || v.z >= limit[2]) return;
     const Region cube = region(v, size);
-    const Interval bounds = solid_.bounds(cube);
+    const Interval bounds = solid.bounds(cube);
     if (bounds.lo > 0.0) return;
     if (bounds.hi < 0.0) return fill(v, size);
-    if (size > 1) {
-      const std::int32_t half = size / 2;
-      for (int i = 0; i < 8; ++i) visit({v.x + (i & 1) * half, v.y + (i >> 1 & 1) * half, v.z + (i >> 2) * half}, half);
-      return;
-    }
-    if (solid_.value(cube.centre_m + shift_m_) < 0.0) voxels_.inside.set(v.x, v.y, v.z);
-    if (corners_differ(cube) || may_hold_surface(cube, kPartDepth)) voxels_.boundary.set(v.x, v.y, v.z);
+    if (size == 1) return mark(solid, cube, v);
+    // Now and then parts of the solid that are far from here are left out.
+    const geometry::ImplicitPtr fewer = size == 32 || size == 8 ? solid.within(cube) : nullptr;
+    const ImplicitSolid& here = fewer ? *fewer : solid;
+    const std::int32_t half = size / 2;
+    for (int i = 0; i < 8; ++i) visit(here, {v.x + (i & 1) * half, v.y + (i >> 1 & 1) * half, v.z + (i >> 2) * half}, half);
+  }
+
+  void mark(const ImplicitSolid& solid, const Region& cube, Index3 v) {
+    if (solid.value(cube.centre_m + shift_m_) < 0.0) voxels_.inside.set(v.x, v.y, v.z);
+    if (corners_differ(solid, cube) || may_hold_surface(solid, cube, kPartDepth)) voxels_.boundary.set(v.x, v.y, v.z);
   }
 
   /// The cheap proof that the surface passes: points of the voxel on either side.
-  bool corners_differ(const Region& cube) const {
-    const bool inside = solid_.value(cube.centre_m) < 0.0;
+  static bool corners_differ(const ImplicitSolid& solid, const Region& cube) {
+    const bool inside = solid.value(cube.centre_m) < 0.0;
     for (int i = 0; i < 8; ++i) {
       const Eigen::Vector3d sign((i & 1) * 2 - 1, (i >> 1 & 1) * 2 - 1, (i >> 2) * 2 - 1);
-      if ((solid_.value(cube.centre_m + cube.half_m.cwiseProduct(sign)) < 0.0) != inside) return true;
+      if ((solid.value(cube.centre_m + cube.half_m.cwiseProduct(sign)) < 0.0) != inside) return true;
     }
     return false;
   }
 
-  bool may_hold_surface(const Region& part, int depth) const {
-    const Interval bounds = solid_.bounds(part);
+  static bool may_hold_surface(const ImplicitSolid& solid, const Region& part, int depth) {
+    const Interval bounds = solid.bounds(part);
     if (bounds.lo > 0.0 || bounds.hi < 0.0) return false;
     if (depth == 0) return true;
     const Eigen::Vector3d half = 0.5 * part.half_m;
     for (int i = 0; i < 8; ++i) {
       const Eigen::Vector3d sign((i & 1) * 2 - 1, (i >> 1 & 1) * 2 - 1, (i >> 2) * 2 - 1);
-      if (may_hold_surface(Region::box(part.centre_m + half.cwiseProduct(sign), half), depth - 1)) return true;
+      if (may_hold_surface(solid, Region::box(part.centre_m + half.cwiseProduct(sign), half), depth - 1)) return true;
     }
     return false;
   }

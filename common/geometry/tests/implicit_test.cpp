@@ -79,6 +79,24 @@ TEST(ImplicitSolid, BoundsHoldEveryValueOfTheRegion) {
   }
 }
 
+TEST(ImplicitSolid, WhatIsLeftWithinARegionHasTheSameValues) {
+  Dice dice;
+  int thinned = 0;
+  for (const ImplicitPtr& solid : many_solids()) {
+    for (int i = 0; i < 300; ++i) {
+      const Region region = Region::box(dice.point(0.5), dice.point(0.05).cwiseAbs());
+      const ImplicitPtr fewer = solid->within(region);
+      if (!fewer) continue;
+      ++thinned;
+      for (int k = 0; k < 20; ++k) {
+        const Vector3d p = region.centre_m + region.half_m.cwiseProduct(dice.point(1.0));
+        ASSERT_EQ(fewer->value(p), solid->value(p));
+      }
+    }
+  }
+  EXPECT_GT(thinned, 2000);
+}
+
 TEST(ImplicitSolid, EverythingInsideLiesInTheBox) {
   Dice dice;
   for (const ImplicitPtr& solid : many_solids()) {
