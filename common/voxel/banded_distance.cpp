@@ -1,6 +1,8 @@
 #include "common/voxel/banded_distance.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cassert>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
@@ -21,6 +23,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 constexpr hn::ScalableTag<std::uint8_t> kBytes;
 constexpr hn::ScalableTag<std::uint16_t> kShorts;
 constexpr std::size_t kPad = kLongestVector;
+static_assert(kPad == 64, "a word of bits");
+constexpr std::size_t kMostWords = (kMostBricksAlongX * kBrickEdge + 2 * 256) / 64;
 
 /// Sizes of one block with its surroundings.
 struct Extent {
@@ -31,13 +35,15 @@ struct Extent {
         ny(static_cast<std::size_t>(block.ny) * kBrickEdge),
         nz(static_cast<std::size_t>(block.nz) * kBrickEdge),
         rows(ny + 2 * reach),
-        slices(nz + 2 * reach),
         length((nx + 2 * halo + kPad - 1) / kPad * kPad),
-        width(length + kPad) {}
+        width(length + kPad / 2),
+        slice((rows * length / kPad | 1) * kPad) {}
   std::size_t reach, halo;  // along x what lies around begins at a whole byte of bits
   std::size_t nx, ny, nz;
-  std::size_t rows, slices;   // with what lies within reach
-  std::size_t length, width;  // of a row: with what lies within reach, and in memory
+  std::size_t rows;           // along y, with what lies within reach
+  std::size_t length;         // of a row, with what lies within reach: whole words and vectors
+  std::size_t width, slice;   // from a row of squares to the next, from a slice of distances along z to the next:
+                              // odd numbers of cache lines, so that neighbours do not fall into the same few sets
 };
 
 /// Squared distance that stands for "farther than the reach".
@@ -52,52 +58,66 @@ HWY_INLINE hn::Mask<decltype(kBytes)> solid_at(const std::uint8_t* bits, std::si
 #endif
 }
 
-/// Whether any of the slices has something in the kPad voxels from x on.
-bool any_solid(const Extent& e, const std::uint8_t* const* bits, std::size_t x) {
-  std::uint64_t any = 0;
-  for (std::size_t slice = 0; slice < e.slices; ++slice) {
-    std::uint64_t word;
-    std::memcpy(&word, bits[slice] + x / 8, sizeof word);
-    any |= word;
+/// The block's slices that rows of the solid stand at, counted from the block's first slice within reach.
+struct Rows {
+  const std::uint8_t* bits;
+  std::size_t stride, first, last;
+};
+
+/// Bits of all rows in one, in words of 64 along x.
+void merge_rows(const Extent& e, const Rows& rows, std::uint64_t* merged) {
+  const std::size_t words = e.length / 64;
+  std::fill_n(merged, words, 0);
+  const std::uint8_t* bits = rows.bits;
+  for (std::size_t slice = rows.first; slice < rows.last; ++slice, bits += rows.stride) {
+    for (std::size_t i = 0; i < words; ++i) {
+      std::uint64_t word;
+      std::memcpy(&word, bits + 8 * i, sizeof word);
+      merged[i] |= word;
+    }
   }
-  return any != 0;
 }
 
 /// Distance along z of a vector of lines, for all slices of the block.
-HWY_INLINE void distances_along_lines(const Extent& e, const std::uint8_t* const* bits, std::size_t x, std::uint8_t* to) {
-  const std::size_t stride = e.rows * e.width;
+HWY_INLINE void distances_along_lines(const Extent& e, const Rows& rows, std::size_t x, std::uint8_t* out) {
+  const std::size_t stride = e.slice, begin = e.reach, end = e.reach + e.nz;
   const auto one = hn::Set(kBytes, std::uint8_t{1}), top = hn::Set(kBytes, static_cast<std::uint8_t>(e.reach + 1));
-  const auto step = [&](auto close, std::size_t slice) HWY_ATTR {
-    return hn::IfThenElse(solid_at(bits[slice], x), top, hn::SaturatedSub(close, one));
+  const auto close_at = [&](auto close, std::size_t slice) HWY_ATTR {
+    close = hn::SaturatedSub(close, one);
+    if (slice < rows.first || slice >= rows.last) return close;
+    return hn::IfThenElse(solid_at(rows.bits + (slice - rows.first) * rows.stride, x), top, close);
   };
   auto close = hn::Zero(kBytes);
-  std::size_t slice = 0;
-  for (; slice < e.reach; ++slice) close = step(close, slice);
-  for (; slice < e.reach + e.nz; ++slice, to += stride) {
-    close = step(close, slice);
+  for (std::size_t slice = rows.first; slice < begin; ++slice) close = close_at(close, slice);
+  std::uint8_t* to = out;
+  for (std::size_t slice = begin; slice < end; ++slice, to += stride) {
+    close = close_at(close, slice);
     hn::StoreU(close, kBytes, to);
   }
   close = hn::Zero(kBytes);
-  for (slice = e.slices; slice-- > e.reach + e.nz;) close = step(close, slice);
-  for (; slice + 1 > e.reach; --slice) {
+  for (std::size_t slice = rows.last; slice-- > end;) close = close_at(close, slice);
+  for (std::size_t slice = end; slice-- > begin;) {
     to -= stride;
-    close = step(close, slice);
+    close = close_at(close, slice);
     hn::StoreU(hn::Max(close, hn::LoadU(kBytes, to)), kBytes, to);
   }
 }
 
 /// Distance along z of one row, for all slices of the block; false (and nothing written) if all are beyond reach.
-bool distances_along_z(const Extent& e, const std::uint8_t* const* bits, std::uint8_t* out) {
+bool distances_along_z(const Extent& e, const Rows& rows, std::uint8_t* out) {
   bool any = false;
+  const auto clear = [&](std::size_t x, std::size_t length) {
+    for (std::size_t slice = 0; slice < e.nz; ++slice) std::memset(out + slice * e.slice + x, 0, length);
+  };
+  std::array<std::uint64_t, kMostWords> merged;
+  merge_rows(e, rows, merged.data());
   for (std::size_t part = 0; part < e.length; part += kPad) {
-    if (any_solid(e, bits, part)) {
-      if (!any && part > 0) {
-        for (std::size_t slice = 0; slice < e.nz; ++slice) std::memset(out + slice * e.rows * e.width, 0, part);
-      }
+    if (merged[part / 64] != 0) {
+      if (!any && part > 0) clear(0, part);
       any = true;
-      for (std::size_t x = part; x < part + kPad; x += hn::Lanes(kBytes)) distances_along_lines(e, bits, x, out + x);
+      for (std::size_t x = part; x < part + kPad; x += hn::Lanes(kBytes)) distances_along_lines(e, rows, x, out + x);
     } else if (any) {
-      for (std::size_t slice = 0; slice < e.nz; ++slice) std::memset(out + slice * e.rows * e.width + part, 0, kPad);
+      clear(part, kPad);
     }
   }
   return any;
@@ -108,7 +128,7 @@ HWY_INLINE std::uint16_t squares_of_columns(const Extent& e, const BandedDistanc
   const hn::Rebind<std::uint8_t, decltype(kShorts)> half_bytes;
   const auto top = hn::Set(kShorts, static_cast<std::uint16_t>(e.reach + 1));
   auto least = hn::Mul(top, top);
-  for (std::size_t y = 0; y < e.rows; ++y, closeness += e.width, squares += e.width) {
+  for (std::size_t y = 0; y < e.rows; ++y, closeness += e.length, squares += e.width) {
     if (work.filled[y] == 0) continue;
     const auto d = hn::Sub(top, hn::PromoteTo(kShorts, hn::LoadU(half_bytes, closeness)));
     const auto square = hn::Mul(d, d);
@@ -119,15 +139,19 @@ HWY_INLINE std::uint16_t squares_of_columns(const Extent& e, const BandedDistanc
 }
 
 /// The least of centre + 0 and, for 1 ≤ k ≤ reach, the neighbours at ±k·stride plus k². Ends as soon as no farther
-/// neighbour can be nearer. Saturation keeps what is too far from wrapping.
-HWY_INLINE hn::Vec<decltype(kShorts)> nearest(const std::uint16_t* centre, std::ptrdiff_t stride, std::size_t reach) {
+/// neighbour can be nearer. Saturation keeps what is too far from wrapping. `squares`: k² as a vector, kLongestVector
+/// bytes each.
+HWY_INLINE hn::Vec<decltype(kShorts)> nearest(const std::uint16_t* centre, std::ptrdiff_t stride, std::size_t reach,
+                                              const std::uint16_t* squares) {
+  constexpr std::size_t kStep = kLongestVector / sizeof(std::uint16_t);
   auto best = hn::LoadU(kShorts, centre);
+  const std::uint16_t *before = centre, *behind = centre;
   for (std::size_t k = 1; k <= reach; ++k) {
-    const auto square = hn::Set(kShorts, static_cast<std::uint16_t>(k * k));
+    const auto square = hn::LoadU(kShorts, squares + k * kStep);
     if ((k & 3) == 1 && hn::AllTrue(kShorts, hn::Eq(best, hn::Min(best, square)))) break;
-    const std::ptrdiff_t away = static_cast<std::ptrdiff_t>(k) * stride;
-    const auto neighbour = hn::Min(hn::LoadU(kShorts, centre - away), hn::LoadU(kShorts, centre + away));
-    best = hn::Min(best, hn::SaturatedAdd(neighbour, square));
+    before -= stride;
+    behind += stride;
+    best = hn::Min(best, hn::SaturatedAdd(hn::Min(hn::LoadU(kShorts, before), hn::LoadU(kShorts, behind)), square));
   }
   return best;
 }
@@ -143,7 +167,7 @@ std::uint16_t distances_along_y(const Extent& e, BandedDistance& work, std::size
   auto least = hn::Set(kShorts, far_of(e.reach));
   const std::uint16_t* row = work.squares.data() + (y + e.reach) * e.width;
   for (std::size_t x = 0; x < e.length; x += hn::Lanes(kShorts)) {
-    const auto best = nearest(row + x, static_cast<std::ptrdiff_t>(e.width), work.reach_of[x / hn::Lanes(kShorts)]);
+    const auto best = nearest(row + x, static_cast<std::ptrdiff_t>(e.width), work.reach_of[x / hn::Lanes(kShorts)], work.k_squares.data());
     hn::StoreU(best, kShorts, work.line.data() + x);
     least = hn::Min(least, best);
   }
@@ -153,14 +177,15 @@ std::uint16_t distances_along_y(const Extent& e, BandedDistance& work, std::size
 /// Orders of a row from its distances in the plane y, z.
 void orders_along_x(const Extent& e, BandedDistance& work, std::size_t reach) {
   const hn::Rebind<std::uint8_t, decltype(kShorts)> half_bytes;
-  const OrderSteps& steps = work.steps();
+  constexpr std::size_t kStep = kLongestVector / sizeof(std::uint16_t);
+  const std::uint16_t* changes = work.changes.data();
+  const std::size_t borders = work.steps().above.size();
   for (std::size_t x = 0; x < e.nx; x += hn::Lanes(kShorts)) {
-    const auto best = nearest(work.line.data() + e.halo + x, 1, reach);
-    auto order = hn::Set(kShorts, static_cast<std::uint16_t>(steps.order[0]));
-    for (std::size_t i = 0; i < steps.above.size(); ++i) {
-      const auto change = static_cast<std::uint16_t>(steps.order[i + 1] - steps.order[i]);
-      const auto above = hn::Gt(best, hn::Set(kShorts, steps.above[i]));
-      order = hn::Add(order, hn::IfThenElseZero(above, hn::Set(kShorts, change)));
+    const auto best = nearest(work.line.data() + e.halo + x, 1, reach, work.k_squares.data());
+    auto order = hn::LoadU(kShorts, changes);
+    for (std::size_t i = 0; i < borders; ++i) {
+      const auto above = hn::Gt(best, hn::LoadU(kShorts, changes + (2 * i + 1) * kStep));
+      order = hn::Add(order, hn::IfThenElseZero(above, hn::LoadU(kShorts, changes + (2 * i + 2) * kStep)));
     }
     const auto low = hn::And(order, hn::Set(kShorts, std::uint16_t{255}));
     hn::StoreU(hn::DemoteTo(half_bytes, hn::BitCast(hn::RebindToSigned<decltype(kShorts)>(), low)), half_bytes,
@@ -183,12 +208,12 @@ void put_row(const BrickBlock& block, const std::uint8_t* orders, std::size_t y,
 bool load(const Extent& e, const BrickBlock& block, BandedDistance& work) {
   bool any = false;
   const auto reach = static_cast<std::int32_t>(e.reach);
+  const std::int32_t from_z = block.min.z - reach, to_z = from_z + static_cast<std::int32_t>(e.nz) + 2 * reach;
   for (std::size_t y = 0; y < e.rows; ++y) {
-    for (std::size_t z = 0; z < e.slices; ++z) {
-      work.bits[z] = work.solid().row(block.min.x - static_cast<std::int32_t>(e.halo), block.min.y - reach + static_cast<std::int32_t>(y),
-                                      block.min.z - reach + static_cast<std::int32_t>(z));
-    }
-    work.filled[y] = distances_along_z(e, work.bits.data(), work.closeness.data() + y * e.width) ? 1 : 0;
+    const SolidRows::Lines lines =
+        work.solid().lines(block.min.x - static_cast<std::int32_t>(e.halo), block.min.y - reach + static_cast<std::int32_t>(y), from_z, to_z);
+    const Rows rows{lines.bits, lines.stride, static_cast<std::size_t>(lines.first - from_z), static_cast<std::size_t>(lines.last - from_z)};
+    work.filled[y] = lines.bits != nullptr && distances_along_z(e, rows, work.closeness.data() + y * e.length) ? 1 : 0;
     any |= work.filled[y] != 0;
   }
   return any;
@@ -200,7 +225,7 @@ bool load_slice(const Extent& e, BandedDistance& work, std::size_t z) {
   std::uint16_t least_of_all = far;
   for (std::size_t x = 0; x < e.length; x += hn::Lanes(kShorts)) {
     const std::uint16_t least =
-        squares_of_columns(e, work, work.closeness.data() + z * e.rows * e.width + x, work.squares.data() + x);
+        squares_of_columns(e, work, work.closeness.data() + z * e.slice + x, work.squares.data() + x);
     work.reach_of[x / hn::Lanes(kShorts)] = useful_reach(e.reach, least);
     least_of_all = std::min(least_of_all, least);
   }
@@ -208,15 +233,15 @@ bool load_slice(const Extent& e, BandedDistance& work, std::size_t z) {
 }
 
 void run_block(const BrickBlock& block, BandedDistance& work) {
+  assert(block.nx <= static_cast<std::int32_t>(kMostBricksAlongX));
   const Extent e(block, work.steps().reach);
   const std::uint16_t far = far_of(e.reach);
-  work.bits.resize(e.slices);
-  work.closeness.resize(e.nz * e.rows * e.width);
+  work.closeness.resize(e.nz * e.slice);
   work.filled.resize(e.rows);
   work.squares.assign(e.rows * e.width, far);  // rows without anything stay far
-  work.line.assign(e.width, far);
-  work.reach_of.resize(e.width);
-  work.orders.resize(e.width);
+  work.line.assign(e.length + kPad, far);
+  work.reach_of.resize(e.length);
+  work.orders.resize(e.length);
   const auto beyond = static_cast<std::uint8_t>(work.steps().order.back());
   const bool any = load(e, block, work);
   for (std::size_t z = 0; z < e.nz; ++z) {
@@ -241,40 +266,54 @@ namespace phantom::voxel::detail {
 
 namespace {
 
-/// Ors a row of bits into another that begins `shift` bits later.
-void put_bits(const std::uint64_t* from, std::size_t words, std::size_t shift, std::uint8_t* to) {
+void put_word(std::uint64_t word, std::uint8_t*& to) {
+  std::memcpy(to, &word, sizeof word);
+  to += sizeof word;
+}
+
+/// Writes `bytes` bytes: a row of the solid that begins `shift` bits later, and free space around it.
+void put_row(const std::uint64_t* boundary, const std::uint64_t* interior, std::size_t words, std::size_t shift, std::uint8_t* to,
+             std::size_t bytes) {
+  const std::uint8_t* const end = to + bytes;
+  std::memset(to, 0, shift / 64 * 8);
   to += shift / 64 * 8;
   shift %= 64;
   std::uint64_t carried = 0;
-  for (std::size_t i = 0; i < words; ++i, to += 8) {
-    const std::uint64_t word = from[i] << shift | carried;
-    carried = shift == 0 ? 0 : from[i] >> (64 - shift);
-    std::uint64_t there;
-    std::memcpy(&there, to, sizeof there);
-    there |= word;
-    std::memcpy(to, &there, sizeof there);
+  for (std::size_t i = 0; i < words; ++i) {
+    const std::uint64_t word = boundary[i] | interior[i];
+    put_word(word << shift | carried, to);
+    carried = shift == 0 ? 0 : word >> (64 - shift);
   }
-  std::uint64_t there;
-  std::memcpy(&there, to, sizeof there);
-  there |= carried;
-  std::memcpy(to, &there, sizeof there);
+  put_word(carried, to);
+  std::memset(to, 0, static_cast<std::size_t>(end - to));
 }
 
 }  // namespace
+
+BandedDistance::BandedDistance(const SolidRows& solid, const OrderSteps& steps) : solid_(solid), steps_(steps) {
+  constexpr std::size_t kStep = kLongestVector / sizeof(std::uint16_t);
+  const auto add = [](LineVector<std::uint16_t>& vectors, int value) { vectors.insert(vectors.end(), kStep, static_cast<std::uint16_t>(value)); };
+  for (int k = 0; k <= steps.reach; ++k) add(k_squares, k * k);
+  add(changes, steps.order[0]);
+  for (std::size_t i = 0; i < steps.above.size(); ++i) {
+    add(changes, steps.above[i]);
+    add(changes, steps.order[i + 1] - steps.order[i]);
+  }
+}
 
 SolidRows::SolidRows(const SolidVoxels& solid, std::int32_t margin_vox, int threads) : box_(solid.box) {
   const std::int32_t before = (margin_vox + kBrickEdge - 1) / kBrickEdge * kBrickEdge;
   first_x_ = (box_.min.x >> 5) * kBrickEdge - before;
   const std::int32_t behind = box_.min.x + box_.size[0] + margin_vox + 2 * static_cast<std::int32_t>(kLongestVector);
   row_bytes_ = static_cast<std::size_t>(behind - first_x_ + 63) / 64 * 8 + 8;
-  const auto rows_per_slice = static_cast<std::size_t>(box_.size[1]);
-  bits_ = std::make_unique<std::uint8_t[]>(row_bytes_ * (1 + rows_per_slice * static_cast<std::size_t>(box_.size[2])));
-  core::parallel_for(threads, static_cast<std::size_t>(box_.size[2]), [&](std::size_t z, std::size_t) {
-    std::uint8_t* to = bits_.get() + (1 + z * rows_per_slice) * row_bytes_;
-    for (std::int32_t y = 0; y < box_.size[1]; ++y, to += row_bytes_) {
-      for (const BitVolume* volume : {&solid.boundary, &solid.interior}) {
-        put_bits(volume->row(y, static_cast<std::int32_t>(z)), volume->words_per_row(), static_cast<std::size_t>(box_.min.x - first_x_), to);
-      }
+  const auto slices = static_cast<std::size_t>(box_.size[2]);
+  bits_ = std::make_unique_for_overwrite<std::uint8_t[]>(row_bytes_ * slices * static_cast<std::size_t>(box_.size[1]));
+  core::parallel_for(threads, slices, [&](std::size_t z, std::size_t) {
+    for (std::int32_t y = 0; y < box_.size[1]; ++y) {
+      std::uint8_t* to = bits_.get() + (static_cast<std::size_t>(y) * slices + z) * row_bytes_;
+      const auto slice = static_cast<std::int32_t>(z);
+      put_row(solid.boundary.row(y, slice), solid.interior.row(y, slice), solid.boundary.words_per_row(),
+              static_cast<std::size_t>(box_.min.x - first_x_), to, row_bytes_);
     }
   });
 }

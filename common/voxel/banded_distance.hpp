@@ -4,8 +4,10 @@
 // by block. Blocks are whole bricks; each looks at the solid within B around it, so that blocks do not depend on each
 // other and memory does not depend on the object's size.
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <new>
 #include <vector>
 
 #include "common/voxel/voxelise.hpp"
@@ -14,6 +16,21 @@ namespace phantom::voxel::detail {
 
 /// Bytes of the longest vector; rows are padded to it.
 inline constexpr std::size_t kLongestVector = 64;
+
+/// Memory whose rows begin where cache lines do, for whole vectors to be loaded from one line.
+template <class T>
+struct LineAllocator {
+  using value_type = T;
+  LineAllocator() = default;
+  template <class U>
+  LineAllocator(const LineAllocator<U>&) {}  // NOLINT: implicit by intent
+  T* allocate(std::size_t count) { return static_cast<T*>(::operator new(count * sizeof(T), kAlignment)); }
+  void deallocate(T* memory, std::size_t) { ::operator delete(memory, kAlignment); }
+  friend bool operator==(const LineAllocator&, const LineAllocator&) { return true; }
+  static constexpr std::align_val_t kAlignment{kLongestVector};
+};
+template <class T>
+using LineVector = std::vector<T, LineAllocator<T>>;
 
 /// Neighbour order as a function of the squared distance d² in voxels: `order[i]` for above[i−1] < d² ≤ above[i], the
 /// last one beyond the last border. `above` rises, begins with 0 and ends with reach²; one `order` more than `above`.
@@ -30,22 +47,32 @@ class SolidRows {
   /// `margin_vox`: how far outside of the solid's bricks rows can be asked for.
   SolidRows(const SolidVoxels& solid, std::int32_t margin_vox, int threads);
 
-  /// Bits from voxel x on, 8 a byte, in addresses of the grid; x a multiple of 8. Free rows outside of the solid.
-  const std::uint8_t* row(std::int32_t x, std::int32_t y, std::int32_t z) const noexcept {
-    const std::int32_t in_y = y - box_.min.y, in_z = z - box_.min.z;
-    const bool inside = in_y >= 0 && in_z >= 0 && in_y < box_.size[1] && in_z < box_.size[2];
-    const std::size_t line = inside ? 1 + static_cast<std::size_t>(in_z) * static_cast<std::size_t>(box_.size[1]) + static_cast<std::size_t>(in_y) : 0;
-    return bits_.get() + line * row_bytes_ + (x - first_x_) / 8;
+  /// Rows of one y, for z in [first, last): that of `first` begins at `bits`, each further one `stride` bytes later.
+  struct Lines {
+    const std::uint8_t* bits = nullptr;
+    std::size_t stride = 0;
+    std::int32_t first = 0, last = 0;  ///< slices that have rows; all others are free
+  };
+  /// Rows from voxel x on (8 a byte; x a multiple of 8) at y, for slices within [from, to), in addresses of the grid.
+  Lines lines(std::int32_t x, std::int32_t y, std::int32_t from, std::int32_t to) const noexcept {
+    const std::int32_t in_y = y - box_.min.y;
+    if (in_y < 0 || in_y >= box_.size[1]) return {};
+    const std::int32_t first = std::max(from, box_.min.z), last = std::min(to, box_.min.z + box_.size[2]);
+    if (first >= last) return {};
+    const std::size_t row = static_cast<std::size_t>(in_y) * static_cast<std::size_t>(box_.size[2]) + static_cast<std::size_t>(first - box_.min.z);
+    return {bits_.get() + row * row_bytes_ + (x - first_x_) / 8, row_bytes_, first, last};
   }
 
  private:
   VoxelBox box_;
   std::int32_t first_x_ = 0;
   std::size_t row_bytes_ = 0;
-  std::unique_ptr<std::uint8_t[]> bits_;  // line 0 is free
+  std::unique_ptr<std::uint8_t[]> bits_;  // z fastest: what is looked at together stands together
 };
 
-/// A block of nx × ny × nz bricks.
+inline constexpr std::size_t kMostBricksAlongX = 8;
+
+/// A block of nx × ny × nz bricks; nx ≤ kMostBricksAlongX.
 struct BrickBlock {
   Index3 min;  ///< its first voxel: a brick's corner
   std::int32_t nx = 1, ny = 1, nz = 1;
@@ -55,7 +82,7 @@ struct BrickBlock {
 /// Work space of one thread.
 class BandedDistance {
  public:
-  BandedDistance(const SolidRows& solid, const OrderSteps& steps) : solid_(solid), steps_(steps) {}
+  BandedDistance(const SolidRows& solid, const OrderSteps& steps);
 
   /// Writes every voxel of every brick wanted; boundary voxels count as solid (order[0]) here.
   void run(const BrickBlock& block);
@@ -63,13 +90,14 @@ class BandedDistance {
   // For the kernel.
   const SolidRows& solid() const { return solid_; }
   const OrderSteps& steps() const { return steps_; }
-  std::vector<const std::uint8_t*> bits;    // [z] of one y: solid along x
-  std::vector<std::uint8_t> closeness;      // [z][y][x]: B + 1 − distance along z, 0 for "farther than B"
+  LineVector<std::uint16_t> k_squares;     // k² for 0 ≤ k ≤ B, a vector each
+  LineVector<std::uint16_t> changes;       // order[0], then above[i], order[i + 1] − order[i], …, a vector each
+  LineVector<std::uint8_t> closeness;      // [z][y][x]: B + 1 − distance along z, 0 for "farther than B"
   std::vector<std::uint8_t> filled;         // [y]: whether the row has any closeness above 0
-  std::vector<std::uint16_t> squares;       // [y][x] of one z: squared distance along z
-  std::vector<std::uint16_t> line;          // [x]: squared distance in the plane y, z
+  LineVector<std::uint16_t> squares;       // [y][x] of one z: squared distance along z
+  LineVector<std::uint16_t> line;          // [x]: squared distance in the plane y, z
   std::vector<std::uint16_t> reach_of;      // per vector along x: how far a neighbour along y can matter
-  std::vector<std::uint8_t> orders;         // [x] of one row
+  LineVector<std::uint8_t> orders;         // [x] of one row
 
  private:
   const SolidRows& solid_;

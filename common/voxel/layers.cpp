@@ -39,70 +39,67 @@ OrderSteps steps_of(const LayerProfile& profile) {
   return steps;
 }
 
-/// What a cube of a brick's size holds of the solid, at a brick's place (which may lie beyond the grid).
-struct Cell {
-  bool any = false;
-  bool all_interior = true;
-  std::array<std::int32_t, 3> low{INT32_MAX, INT32_MAX, INT32_MAX}, high{INT32_MIN, INT32_MIN, INT32_MIN};
-};
-
-/// The cells around a solid.
+/// What cubes of a brick's size hold of the solid, at bricks' places (which may lie beyond the grid). One entry per cube,
+/// x fastest; arrays of their own, so that rows are looked at many at a time.
 struct Cells {
-  Index3 min;  // a brick's address
-  std::array<std::int32_t, 3> size{};
-  std::vector<Cell> cells;
-
+  explicit Cells(const VoxelBox& box)
+      : min{brick_of(box.min.x), brick_of(box.min.y), brick_of(box.min.z)},
+        size{brick_of(box.min.x + box.size[0] - 1) - min.x + 1, brick_of(box.min.y + box.size[1] - 1) - min.y + 1,
+             brick_of(box.min.z + box.size[2] - 1) - min.z + 1} {
+    for (auto* values : {&x_bits, &y_bits, &z_bits, &full_rows, &boundary}) values->resize(index(0, 0, size[2]));
+  }
   std::size_t index(std::int32_t x, std::int32_t y, std::int32_t z) const {
     return (static_cast<std::size_t>(z) * static_cast<std::size_t>(size[1]) + static_cast<std::size_t>(y)) *
                static_cast<std::size_t>(size[0]) + static_cast<std::size_t>(x);
   }
+  bool all_interior(std::size_t i) const { return full_rows[i] == kBrickEdge * kBrickEdge && boundary[i] == 0; }
+
+  Index3 min;  // a brick's address
+  std::array<std::int32_t, 3> size{};
+  std::vector<std::uint32_t> x_bits, y_bits, z_bits;  // bit i: something is solid where the coordinate's last 5 bits are i
+  std::vector<std::uint32_t> full_rows;               // rows along x that are solid from end to end
+  std::vector<std::uint32_t> boundary;                // not 0: boundary may pass
 };
 
-Cells cells_around(const VoxelBox& box) {
-  Cells cells;
-  cells.min = {brick_of(box.min.x), brick_of(box.min.y), brick_of(box.min.z)};
-  cells.size = {brick_of(box.min.x + box.size[0] - 1) - cells.min.x + 1, brick_of(box.min.y + box.size[1] - 1) - cells.min.y + 1,
-                brick_of(box.min.z + box.size[2] - 1) - cells.min.z + 1};
-  cells.cells.resize(cells.index(0, 0, cells.size[2]));
-  return cells;
+/// Takes a row of the solid, 32 bits a cell.
+void look_at_row(const std::uint8_t* bits, std::int32_t y, std::int32_t z, Cells& cells, std::size_t first) {
+  const std::uint32_t y_bit = std::uint32_t{1} << (y & 31), z_bit = std::uint32_t{1} << (z & 31);
+  std::uint32_t *x_bits = cells.x_bits.data() + first, *y_bits = cells.y_bits.data() + first, *z_bits = cells.z_bits.data() + first,
+                *full_rows = cells.full_rows.data() + first;
+  for (std::int32_t i = 0; i < cells.size[0]; ++i) {
+    std::uint32_t word;
+    std::memcpy(&word, bits + 4 * i, sizeof word);
+    const std::uint32_t any = word != 0 ? ~std::uint32_t{0} : 0;
+    x_bits[i] |= word;
+    y_bits[i] |= any & y_bit;
+    z_bits[i] |= any & z_bit;
+    full_rows[i] += word == ~std::uint32_t{0} ? 1 : 0;
+  }
 }
 
-void look_at_row(const SolidVoxels& solid, const SolidRows& rows, std::int32_t y, std::int32_t z, Cells& cells) {
-  Cell* row = cells.cells.data() + cells.index(0, brick_of(y) - cells.min.y, brick_of(z) - cells.min.z);
-  const std::int32_t from_x = cells.min.x * kBrickEdge;
-  const std::uint8_t* bytes = rows.row(from_x, y, z);
-  for (std::int32_t i = 0; i < cells.size[0]; ++i) {
-    std::uint32_t bits;
-    std::memcpy(&bits, bytes + 4 * i, sizeof bits);
-    Cell& cell = row[i];
-    cell.all_interior &= bits == ~std::uint32_t{0};
-    if (bits == 0) continue;
-    const std::int32_t x = from_x + i * kBrickEdge;
-    cell.any = true;
-    const std::array<std::int32_t, 3> low{x + std::countr_zero(bits), y, z}, high{x + 31 - std::countl_zero(bits), y, z};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      cell.low[axis] = std::min(cell.low[axis], low[axis]);
-      cell.high[axis] = std::max(cell.high[axis], high[axis]);
-    }
-  }
-  const VoxelBox& box = solid.box;
-  if (y < box.min.y || z < box.min.z || y >= box.min.y + box.size[1] || z >= box.min.z + box.size[2]) return;
-  const std::uint64_t* boundary = solid.boundary.row(y - box.min.y, z - box.min.z);
+void look_at_boundary(const SolidVoxels& solid, std::int32_t y, std::int32_t z, Cells& cells, std::size_t first) {
+  const std::uint64_t* boundary = solid.boundary.row(y - solid.box.min.y, z - solid.box.min.z);
   for (std::size_t i = 0; i < solid.boundary.words_per_row(); ++i) {
     if (boundary[i] == 0) continue;
-    const std::int32_t x = box.min.x + static_cast<std::int32_t>(i * 64);
-    const std::int32_t first = brick_of(x + std::countr_zero(boundary[i])), last = brick_of(x + 63 - std::countl_zero(boundary[i]));
-    for (std::int32_t at = first; at <= last; ++at) row[at - cells.min.x].all_interior = false;
+    const std::int32_t x = solid.box.min.x + static_cast<std::int32_t>(i * 64);
+    const std::int32_t from = brick_of(x + std::countr_zero(boundary[i])), to = brick_of(x + 63 - std::countl_zero(boundary[i]));
+    for (std::int32_t at = from; at <= to; ++at) cells.boundary[first + static_cast<std::size_t>(at - cells.min.x)] = 1;
   }
 }
 
 Cells look_at(const SolidVoxels& solid, const SolidRows& rows, int threads) {
-  Cells cells = cells_around(solid.box);
+  Cells cells(solid.box);
+  const std::int32_t from_x = cells.min.x * kBrickEdge, from_y = solid.box.min.y, to_y = from_y + solid.box.size[1];
   core::parallel_for(threads, static_cast<std::size_t>(cells.size[2]), [&](std::size_t layer, std::size_t) {
-    for (std::int32_t i = 0; i < kBrickEdge; ++i) {
-      const std::int32_t z = (cells.min.z + static_cast<std::int32_t>(layer)) * kBrickEdge + i;
-      for (std::int32_t y = cells.min.y * kBrickEdge; y < (cells.min.y + cells.size[1]) * kBrickEdge; ++y)
-        look_at_row(solid, rows, y, z, cells);
+    const std::int32_t from_z = (cells.min.z + static_cast<std::int32_t>(layer)) * kBrickEdge;
+    for (std::int32_t y = from_y; y < to_y; ++y) {
+      const std::size_t first = cells.index(0, brick_of(y) - cells.min.y, static_cast<std::int32_t>(layer));
+      const SolidRows::Lines lines = rows.lines(from_x, y, from_z, from_z + kBrickEdge);
+      const std::uint8_t* bits = lines.bits;
+      for (std::int32_t z = lines.first; z < lines.last; ++z, bits += lines.stride) {
+        look_at_row(bits, y, z, cells, first);
+        look_at_boundary(solid, y, z, cells, first);
+      }
     }
   });
   return cells;
@@ -126,15 +123,44 @@ struct Plan {
   }
 };
 
-/// Squared distance in voxels between the nearest voxels of a cell's solid and of a brick.
-std::int64_t square_between(const Cell& cell, BrickKey key) {
-  const std::array<std::int32_t, 3> first{key.x * kBrickEdge, key.y * kBrickEdge, key.z * kBrickEdge};
-  std::int64_t square = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::int64_t away = std::max({0, first[axis] - cell.high[axis], cell.low[axis] - (first[axis] + kBrickEdge - 1)});
-    square += away * away;
+/// The smallest box of voxels, in addresses of the grid, that holds a cell's solid.
+struct Bounds {
+  Bounds(const Cells& cells, Index3 cell, std::size_t i) {
+    const std::array<std::int32_t, 3> first{(cells.min.x + cell.x) * kBrickEdge, (cells.min.y + cell.y) * kBrickEdge,
+                                            (cells.min.z + cell.z) * kBrickEdge};
+    const std::array<std::uint32_t, 3> bits{cells.x_bits[i], cells.y_bits[i], cells.z_bits[i]};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = first[axis] + std::countr_zero(bits[axis]);
+      high[axis] = first[axis] + 31 - std::countl_zero(bits[axis]);
+    }
   }
-  return square;
+  /// Squared distance to the nearest voxel of a brick.
+  std::int64_t square_to(BrickKey key) const {
+    const std::array<std::int32_t, 3> brick{key.x * kBrickEdge, key.y * kBrickEdge, key.z * kBrickEdge};
+    std::int64_t square = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::int64_t away = std::max({0, brick[axis] - high[axis], low[axis] - (brick[axis] + kBrickEdge - 1)});
+      square += away * away;
+    }
+    return square;
+  }
+  std::array<std::int32_t, 3> low, high;
+};
+
+void need_around(const Bounds& bounds, int reach, Plan& plan) {
+  const auto first = [&](std::size_t axis, std::int32_t least) { return std::max(brick_of(bounds.low[axis] - reach), least); };
+  const auto last = [&](std::size_t axis, std::int32_t least) {
+    return std::min(brick_of(bounds.high[axis] + reach), least + plan.size[axis] - 1);
+  };
+  BrickKey key;
+  for (key.z = first(2, plan.min.z); key.z <= last(2, plan.min.z); ++key.z) {
+    for (key.y = first(1, plan.min.y); key.y <= last(1, plan.min.y); ++key.y) {
+      for (key.x = first(0, plan.min.x); key.x <= last(0, plan.min.x); ++key.x) {
+        Need& need = plan.at(key);
+        if (need == Need::kNothing && bounds.square_to(key) <= std::int64_t{reach} * reach) need = Need::kOrders;
+      }
+    }
+  }
 }
 
 Plan plan_for(const Cells& cells, int reach, const VoxelBox& part, const VoxelBox& solid_box) {
@@ -145,22 +171,15 @@ Plan plan_for(const Cells& cells, int reach, const VoxelBox& part, const VoxelBo
   plan.size = {brick_of(reached.min.x + reached.size[0] - 1) - plan.min.x + 1, brick_of(reached.min.y + reached.size[1] - 1) - plan.min.y + 1,
                brick_of(reached.min.z + reached.size[2] - 1) - plan.min.z + 1};
   plan.need.resize(static_cast<std::size_t>(plan.size[0]) * static_cast<std::size_t>(plan.size[1]) * static_cast<std::size_t>(plan.size[2]));
-  for (std::int32_t z = 0; z < cells.size[2]; ++z) {
-    for (std::int32_t y = 0; y < cells.size[1]; ++y) {
-      for (std::int32_t x = 0; x < cells.size[0]; ++x) {
-        const Cell& cell = cells.cells[cells.index(x, y, z)];
-        if (!cell.any) continue;
-        BrickKey key;
-        for (key.z = brick_of(cell.low[2] - reach); key.z <= brick_of(cell.high[2] + reach); ++key.z) {
-          for (key.y = brick_of(cell.low[1] - reach); key.y <= brick_of(cell.high[1] + reach); ++key.y) {
-            for (key.x = brick_of(cell.low[0] - reach); key.x <= brick_of(cell.high[0] + reach); ++key.x) {
-              if (!plan.contains(key) || plan.at(key) != Need::kNothing) continue;
-              if (square_between(cell, key) <= std::int64_t{reach} * reach) plan.at(key) = Need::kOrders;
-            }
-          }
-        }
-        const BrickKey own{cells.min.x + x, cells.min.y + y, cells.min.z + z};
-        if (cell.all_interior && plan.contains(own)) plan.at(own) = Need::kInterior;
+  Index3 cell;
+  for (cell.z = 0; cell.z < cells.size[2]; ++cell.z) {
+    for (cell.y = 0; cell.y < cells.size[1]; ++cell.y) {
+      for (cell.x = 0; cell.x < cells.size[0]; ++cell.x) {
+        const std::size_t i = cells.index(cell.x, cell.y, cell.z);
+        if (cells.x_bits[i] == 0) continue;
+        need_around(Bounds(cells, cell, i), reach, plan);
+        const BrickKey own{cells.min.x + cell.x, cells.min.y + cell.y, cells.min.z + cell.z};
+        if (cells.all_interior(i) && plan.contains(own)) plan.at(own) = Need::kInterior;
       }
     }
   }
@@ -172,7 +191,8 @@ struct BlockShape {
   std::int32_t along_x, across;
 };
 BlockShape shape_for(int reach) {
-  return reach <= 32 ? BlockShape{8, 1} : reach <= 96 ? BlockShape{8, 2} : BlockShape{8, 4};
+  constexpr auto kAlong = static_cast<std::int32_t>(detail::kMostBricksAlongX);
+  return reach <= 32 ? BlockShape{kAlong, 1} : reach <= 96 ? BlockShape{kAlong, 2} : BlockShape{kAlong, 4};
 }
 
 /// Runs of bricks along x that need orders. The keys of a block's bricks, x fastest; what is not needed is left out later.
