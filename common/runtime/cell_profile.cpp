@@ -78,7 +78,8 @@ Layers read_function(const ConfigReader& reader, double voxel_size_m) {
   Layers layers;
   for (double d = 0.5 * layer_m; d < reach_m; d += layer_m) {
     const double mu = formula->value(std::span(&d, 1));
-    const std::string place = "gives " + std::to_string(mu) + " at d = " + std::to_string(d) + " m";
+    const std::string value = std::isfinite(mu) ? "gives " + std::to_string(mu) : std::string("has no value");
+    const std::string place = value + " at d = " + std::to_string(d) + " m";
     if (!(std::isfinite(mu) && mu >= kMu.min && mu <= kMu.max)) throw function.error("mu", place + "; allowed: 1e-6 to 1e6 Pa·s/m");
     if (!layers.mu.empty() && !(mu < layers.mu.back()))
       throw function.error("mu", place + ", which is not less than nearer to the object; allowed: a function that falls with d");

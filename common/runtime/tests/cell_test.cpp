@@ -65,7 +65,7 @@ TEST_F(CellFile, LoadsWithUnitsFramesAndDefaults) {
   const CellConfig cell = load();
   EXPECT_EQ(cell.objects.at(0).X_WO.translation_m.x(), 0.3);
   EXPECT_EQ(cell.objects[0].X_deviation.translation_m.x(), 0.004);
-  EXPECT_EQ(cell.objects[0].profile.mu_Pa_s_per_m, (std::vector<double>{32, 20, 13}))
+  EXPECT_EQ(cell.objects[0].profile.mu_Pa_s_per_m, (std::vector<float>{32, 20, 13}))
       << "the cell's profile is inherited";
   const auto& segment = cell.arm().skin.at(0).segments.at(0);
   EXPECT_EQ(segment.sides, 32);

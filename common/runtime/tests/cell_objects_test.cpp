@@ -1,0 +1,242 @@
+#include "common/runtime/cell_objects.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "common/geometry/primitives.hpp"
+#include "common/runtime/cell_bodies.hpp"
+#include "common/runtime/config_reader.hpp"
+
+namespace phantom::runtime {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+/// Objects read from text, in a cell of 2 m with voxels of 5 mm.
+class CellObjects : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / ("phantom_cell_objects_" + std::to_string(getpid()));
+    std::filesystem::create_directories(folder_);
+    cell_.file = folder_ / "cell.yaml";
+    cell_.min_m = Eigen::Vector3d::Constant(-1);
+    cell_.max_m = Eigen::Vector3d::Constant(1);
+    cell_.voxel_size_m = 0.005;
+    cell_.profile.thickness_vox = {4, 4};
+    cell_.profile.mu_Pa_s_per_m = {32, 20};
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  ObjectConfig read(const std::string& shape) const {
+    return read_object_text("name: part\n" + shape + "\n", cell_);
+  }
+  voxel::LayerProfile profile(const std::string& text) const {
+    return read("primitive: {sphere: {radius_m: 0.1}}\nprofile: {" + text + "}").profile;
+  }
+  /// Message of the refusal.
+  std::string refused(const std::string& shape) const {
+    try {
+      read(shape);
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+  std::string profile_refused(const std::string& text) const {
+    return refused("primitive: {sphere: {radius_m: 0.1}}\nprofile: {" + text + "}");
+  }
+  static bool inside(const ObjectConfig& object, double x, double y, double z) {
+    return object.solid_O->value({x, y, z}) < 0.0;
+  }
+
+  std::filesystem::path folder_;
+  CellConfig cell_;
+};
+
+TEST_F(CellObjects, ReadsEveryPrimitive) {
+  EXPECT_NEAR(read("primitive: {sphere: {radius_m: 0.1}}").solid_O->value({0, 0, 0}), -0.1, 1e-12);
+  EXPECT_NEAR(read("primitive: {box: {size_m: [0.2, 0.4, 0.6]}}").solid_O->value({0, 0, 0}), -0.1, 1e-12);
+  EXPECT_NEAR(read("primitive: {cylinder: {radius_m: 0.3, height_m: 0.4}}").solid_O->value({0, 0, 0}), -0.2, 1e-12);
+  EXPECT_NEAR(read("primitive: {torus: {ring_radius_m: 0.3, tube_radius_m: 0.1}}").solid_O->value({0.3, 0, 0}), -0.1, 1e-12);
+  const ObjectConfig cone = read("primitive: {cone: {radius_m: 0.2, height_m: 0.4}}");
+  EXPECT_TRUE(inside(cone, 0.19, 0, -0.199));
+  EXPECT_FALSE(inside(cone, 0.02, 0, 0.199));
+  const ObjectConfig prism = read("primitive: {prism: {corners_m: [0, 0, 0.2, 0, 0, 0.1], height_m: 0.4}}");
+  EXPECT_TRUE(inside(prism, 0.05, 0.05, 0.19));
+  EXPECT_FALSE(inside(prism, 0.15, 0.05, 0));
+}
+
+TEST_F(CellObjects, ReadsNestedCombinationsWithPoses) {
+  const ObjectConfig object = read(R"(
+csg:
+  difference:
+    - box: {size_m: [0.4, 0.2, 0.2]}
+    - cylinder: {radius_m: 0.05, height_m: 1}
+      pose: {xyz_m: [0.1, 0, 0], rpy_deg: [90, 0, 0]}
+    - union:
+        - sphere: {radius_m: 0.04}
+          pose: {xyz_m: [-0.2, 0, 0]}
+        - implicit: {f: "z", min_m: [-0.2, -0.1, -0.1], max_m: [-0.1, 0.1, 0.1]}
+pose: {xyz_m: [0, 0, 0.5]})");
+  EXPECT_TRUE(inside(object, 0.0, 0.0, 0.0)) << "in the object's own frame";
+  EXPECT_FALSE(inside(object, 0.1, 0.09, 0.0)) << "the drilled hole runs along y";
+  EXPECT_TRUE(inside(object, 0.1, 0.0, 0.09));
+  EXPECT_FALSE(inside(object, -0.15, 0.0, -0.05));
+  EXPECT_TRUE(inside(object, -0.15, 0.05, 0.05));
+  EXPECT_EQ(object.X_WO.translation_m.z(), 0.5);
+  EXPECT_TRUE(object.mesh.empty());
+}
+
+TEST_F(CellObjects, ScaleIsAboutTheObjectsOrigin) {
+  const ObjectConfig object = read("implicit: {f: \"x^2 + y^2 + z^2 - 1\", min_m: [-1, -1, -1], max_m: [1, 1, 1]}\nscale: 0.1");
+  EXPECT_TRUE(inside(object, 0.099, 0, 0));
+  EXPECT_FALSE(inside(object, 0.101, 0, 0));
+}
+
+TEST_F(CellObjects, EachFaultOfAShapeIsNamed) {
+  EXPECT_THAT(refused(""), HasSubstr("one of mesh, primitive, csg, implicit"));
+  EXPECT_THAT(refused("mesh: a.stl\nprimitive: {sphere: {radius_m: 1}}"), HasSubstr("primitive: stands beside mesh"));
+  EXPECT_THAT(refused("mesh: gone.stl"), HasSubstr("mesh: 'gone.stl' is not a file"));
+  EXPECT_THAT(refused("primitive: {ball: {radius_m: 1}}"), HasSubstr("primitive: names no shape; allowed: one of sphere"));
+  EXPECT_THAT(refused("primitive: {sphere: {radius_m: 1}, box: {size_m: [1, 1, 1]}}"), HasSubstr("stands beside"));
+  EXPECT_THAT(refused("primitive: {sphere: {radius_m: 0}}"), HasSubstr("primitive.sphere.radius_m: '0' is out of range"));
+  EXPECT_THAT(refused("primitive: {sphere: {radius: 1}}"), HasSubstr("primitive.sphere.radius_m: is missing"));
+  EXPECT_THAT(refused("primitive: {sphere: {radius_m: 1, colour: 2}}"), HasSubstr("primitive.sphere.colour: unknown key"));
+  EXPECT_THAT(refused("primitive: {box: {size_m: [1, 1]}}"), HasSubstr("needs three lengths"));
+  EXPECT_THAT(refused("primitive: {prism: {corners_m: [0, 0, 1, 1, 2, 2], height_m: 1}}"), HasSubstr("are in line"));
+  EXPECT_THAT(refused("primitive: {prism: {corners_m: [0, 0, 1, 1], height_m: 1}}"), HasSubstr("needs three corners"));
+  EXPECT_THAT(refused("csg: {difference: []}"), HasSubstr("csg.difference: is empty"));
+  EXPECT_THAT(refused("csg: {union: {sphere: {radius_m: 1}}}"), HasSubstr("a list of mappings"));
+  EXPECT_THAT(refused("csg: {union: [{sphere: {radius_m: 1}, pos: 2}]}"), HasSubstr("csg.union[0].pos: unknown key (did you mean pose?)"));
+  EXPECT_THAT(refused("implicit: {f: \"x + w\", min_m: [0, 0, 0], max_m: [1, 1, 1]}"),
+              HasSubstr("implicit.f: 'x + w' is not a formula: column 5: 'w' is not known"));
+  EXPECT_THAT(refused("implicit: {f: x, min_m: [0, 0, 0], max_m: [1, 0, 1]}"), HasSubstr("is not above min_m"));
+  EXPECT_THAT(refused("implicit: {f: x, min_m: [0, 0, 0], max_m: [1, 1e5, 1]}"), HasSubstr("out of range"));
+  EXPECT_THAT(refused("implicit: {f: x}"), HasSubstr("implicit.min_m: is missing"));
+  EXPECT_THAT(refused("primitive: {sphere: {radius_m: 1}}\nmesh_scale: 0.1"), HasSubstr("mesh_scale: unknown key"));
+  EXPECT_THAT(refused("primitive: {sphere: {radius_m: 1}}\nscale: 0"), HasSubstr("scale: '0' is out of range"));
+}
+
+TEST_F(CellObjects, NestingHasAnEnd) {
+  std::string deep = "sphere: {radius_m: 1}";
+  for (int i = 0; i < 40; ++i) deep = "union: [{" + deep + "}]";
+  EXPECT_THAT(refused("csg: {" + deep + "}"), HasSubstr("nested too deeply"));
+}
+
+TEST_F(CellObjects, ATextIsReadAsStrictlyAsAFile) {
+  EXPECT_THAT(refused("primitive: {sphere: {radius_m: 1}}\ncolor: [1, 0, 0]"),
+              AllOf(HasSubstr("cell.yaml: object:3"), HasSubstr("color: unknown key (did you mean colour?)")));
+  EXPECT_THAT(refused("primitive: ["), HasSubstr("not valid YAML"));
+  EXPECT_EQ(read("primitive: {sphere: {radius_m: 1}}").profile.mu_Pa_s_per_m, cell_.profile.mu_Pa_s_per_m);
+}
+
+TEST_F(CellObjects, ProfilesByThesisSet) {
+  const auto linear = profile("set: linear");
+  EXPECT_THAT(linear.mu_Pa_s_per_m, ElementsAre(32, 29, 26, 23, 20, 17, 14, 11, 8, 5));
+  EXPECT_EQ(linear.thickness_vox, std::vector<int>(10, 4));
+  EXPECT_THAT(profile("set: nonlinear").mu_Pa_s_per_m, ElementsAre(32, 20, 13, 11, 10, 9, 8));
+  EXPECT_THAT(profile("set: nonlinear_gentle").mu_Pa_s_per_m, ElementsAre(32, 25, 20, 17, 15, 13));
+  const auto shorter = profile("set: nonlinear_short, layer_vox: 2");
+  EXPECT_THAT(shorter.mu_Pa_s_per_m, ElementsAre(32, 20, 13, 11, 10, 8));
+  EXPECT_EQ(shorter.thickness_vox, std::vector<int>(6, 2));
+  EXPECT_EQ(shorter.mu_skin_Pa_s_per_m, 100.0F);
+}
+
+TEST_F(CellObjects, ProfilesByMultiplePassCylinder) {
+  const std::string pipes = "mpc: {cylinder_diameter_m: 0.05, fluid_viscosity_Pa_s: 0.1, gamma: ";
+  const std::string three =
+      ", pipes: [{diameter_m: 0.01, length_m: 0.1, gap_m: 0.01}, {diameter_m: 0.01, length_m: 0.1, gap_m: 0.01},"
+      " {diameter_m: 0.01, length_m: 0.1, gap_m: 0.02}]}";
+  const auto stepped = profile(pipes + "stepped" + three);
+  EXPECT_THAT(stepped.thickness_vox, ElementsAre(2, 2, 4));
+  EXPECT_NEAR(stepped.mu_Pa_s_per_m.at(0), 157.08F, 0.01F);
+  EXPECT_NEAR(stepped.mu_Pa_s_per_m.at(2), 157.08F / 3, 0.01F);
+  EXPECT_EQ(stepped.mu_skin_Pa_s_per_m, stepped.mu_Pa_s_per_m[0]) << "not below the first layer's";
+  const auto smooth = profile(pipes + "interpolated" + three);
+  EXPECT_GT(smooth.mu_Pa_s_per_m.size(), 4U);
+  EXPECT_EQ(smooth.reach_vox(), stepped.reach_vox());
+}
+
+TEST_F(CellObjects, ProfilesByFunctionOfDistance) {
+  const auto found = profile("function: {mu: \"40 * exp(-d / 0.05)\", reach_m: 0.06, layer_vox: 2}");
+  ASSERT_EQ(found.mu_Pa_s_per_m.size(), 6U);
+  EXPECT_EQ(found.thickness_vox, std::vector<int>(6, 2));
+  for (std::size_t i = 0; i < 6; ++i)
+    EXPECT_NEAR(found.mu_Pa_s_per_m[i], 40 * std::exp(-(0.005 + 0.01 * static_cast<double>(i)) / 0.05), 1e-4);
+}
+
+TEST_F(CellObjects, ProfilesSayHowLayersAreMade) {
+  const auto found = profile(
+      "set: linear, method: dilation, element: sphere-contained, guard_vox: 2,"
+      " inside: {thickness_vox: [2, 3], mu_Pa_s_per_m: [50, 80]}");
+  EXPECT_EQ(found.method, voxel::LayerMethod::kDilation);
+  EXPECT_EQ(found.element, voxel::ShapingElement::kSphereContained);
+  EXPECT_EQ(found.guard_vox, 2);
+  EXPECT_THAT(found.inside_thickness_vox, ElementsAre(2, 3));
+  EXPECT_THAT(found.mu_inside_Pa_s_per_m, ElementsAre(50, 80));
+  EXPECT_EQ(profile("set: linear, method: surface").method, voxel::LayerMethod::kSurface);
+  EXPECT_EQ(profile("set: linear, method: dilation, element: cube").element, voxel::ShapingElement::kCube);
+  EXPECT_EQ(profile("set: linear").method, voxel::LayerMethod::kDistance);
+}
+
+TEST_F(CellObjects, EachFaultOfAProfileIsNamed) {
+  EXPECT_THAT(profile_refused("set: steep"), HasSubstr("profile.set: 'steep' is not known; allowed: linear, nonlinear,"));
+  EXPECT_THAT(profile_refused("set: linear, mpc: {}"), HasSubstr("profile.mpc: stands beside set"));
+  EXPECT_THAT(profile_refused("method: distance"), HasSubstr("profile.thickness_vox: is missing"));
+  EXPECT_THAT(profile_refused("set: linear, thickness_vox: [1]"), HasSubstr("profile.thickness_vox: unknown key"));
+  EXPECT_THAT(profile_refused("set: linear, element: cube"), HasSubstr("belongs to method: dilation"));
+  EXPECT_THAT(profile_refused("set: linear, method: guess"), HasSubstr("allowed: distance, surface, dilation"));
+  EXPECT_THAT(profile_refused("set: linear, method: dilation, element: round"), HasSubstr("allowed: cube, sphere, sphere-contained"));
+  EXPECT_THAT(profile_refused("set: linear, mu_skin_Pa_s_per_m: 20"), HasSubstr("below the first layer's"));
+  EXPECT_THAT(profile_refused("set: linear, inside: {thickness_vox: [2], mu_Pa_s_per_m: [30]}"), HasSubstr("does not rise inwards"));
+  EXPECT_THAT(profile_refused("set: linear, inside: {thickness_vox: [2, 2], mu_Pa_s_per_m: [40]}"), HasSubstr("inside the body"));
+  EXPECT_THAT(profile_refused("function: {mu: \"10 + d\", reach_m: 0.1}"), HasSubstr("allowed: a function that falls with d"));
+  EXPECT_THAT(profile_refused("function: {mu: \"1 - 20*d\", reach_m: 0.1}"), HasSubstr("allowed: 1e-6 to 1e6"));
+  EXPECT_THAT(profile_refused("function: {mu: \"log(d - 1)\", reach_m: 0.1}"), HasSubstr("has no value at d = 0.002500 m"));
+  EXPECT_THAT(profile_refused("function: {mu: \"exp(-x)\", reach_m: 0.1}"), HasSubstr("'x' is not known; allowed: d pi e"));
+  EXPECT_THAT(profile_refused("function: {mu: \"exp(-d)\", reach_m: 2}"), HasSubstr("98 layers at most"));
+  EXPECT_THAT(profile_refused("mpc: {cylinder_diameter_m: 0.05, fluid_viscosity_Pa_s: 0.1, pipes: [{diameter_m: 0.1, length_m: 0.1, gap_m: 0.01}]}"),
+              HasSubstr("pipe 1 of diameter 0.1 m; allowed: above 0, up to the cylinder's"));
+  EXPECT_THAT(profile_refused("mpc: {cylinder_diameter_m: 0.05, fluid_viscosity_Pa_s: 0.1}"), HasSubstr("no pipes"));
+  EXPECT_THAT(profile_refused("thickness_vox: [300], mu_Pa_s_per_m: [10]"), HasSubstr("allowed: at most 254"));
+}
+
+TEST_F(CellObjects, BodiesByFormulaCarryFormulaAndSurface) {
+  const ObjectConfig object = read("primitive: {box: {size_m: [0.2, 0.2, 0.2]}}\npose: {xyz_m: [0.5, 0, 0]}");
+  const CellBody body = load_body(object, 7, cell_);
+  EXPECT_EQ(body.body.id, 7);
+  EXPECT_NEAR(body.body.implicit_W->value({0.5, 0, 0}), -0.1, 1e-12);
+  EXPECT_NEAR(geometry::enclosed_volume_m3(body.mesh_O), 0.008, 1e-6);
+  EXPECT_NEAR(body.body.mesh_W.bounding_box().max_m.x(), 0.6, 1e-6);
+  EXPECT_TRUE(body.notes.empty());
+}
+
+TEST_F(CellObjects, BodiesThatCannotBeAreRefusedByName) {
+  const auto refusal = [&](const std::string& shape) {
+    try {
+      load_body(read(shape), 1, cell_);
+    } catch (const ConfigError& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_THAT(refusal("primitive: {sphere: {radius_m: 0.1}}\npose: {xyz_m: [5, 0, 0]}"),
+              AllOf(HasSubstr("'part'"), HasSubstr("outside of the workspace"), HasSubstr("x 4.9 to 5.1")));
+  EXPECT_THAT(refusal("implicit: {f: \"x^2 + 1\", min_m: [0, 0, 0], max_m: [1, 1, 1]}"), HasSubstr("holds nothing"));
+}
+
+TEST_F(CellObjects, RealBodiesStandWhereTheirDeviationPutsThem) {
+  cell_.objects.push_back(read("primitive: {sphere: {radius_m: 0.1}}\nreal_deviation: {xyz_m: [0.01, 0, 0]}"));
+  EXPECT_NEAR(load_real_bodies(cell_).at(0).mesh_W.bounding_box().max_m.x(), 0.11, 1e-4);
+  EXPECT_NEAR(load_bodies(cell_).at(0).body.mesh_W.bounding_box().max_m.x(), 0.1, 1e-4);
+}
+
+}  // namespace
+}  // namespace phantom::runtime
