@@ -30,12 +30,14 @@ VoxelBox bounds_of(const Body& body, const GridSpec& grid) {
   return body.implicit_W ? voxel_bounds(*body.implicit_W, grid) : voxel_bounds(body.mesh_W, grid);
 }
 
-core::Expected<SolidVoxels> solid_of(const Body& body, const GridSpec& grid, const VoxelBox& clip) {
-  return body.implicit_W ? voxelise(*body.implicit_W, grid, clip) : voxelise(body.mesh_W, grid, clip);
+core::Expected<SolidVoxels> solid_of(const Body& body, const GridSpec& grid, const VoxelBox& clip, int threads) {
+  return body.implicit_W ? voxelise(*body.implicit_W, grid, clip) : voxelise(body.mesh_W, grid, clip, threads);
 }
 
 /// Voxel addresses are 32 bit integers.
 core::Status check_place(const Body& body, double voxel_size_m) {
+  if (!body.mesh_W.all_finite())
+    return {core::ErrorCode::kInvalidArgument, "has a coordinate that is not a finite number"};
   geometry::BoundingBox bounds = body.mesh_W.bounding_box();
   if (body.implicit_W) {
     const geometry::Box exact = body.implicit_W->bounding_box();
@@ -120,7 +122,7 @@ core::Expected<ActivatedObject> activate_object(const Body& body, const GridSpec
   const VoxelBox reached = bounds_of(body, grid).grown(body.profile.reach_vox()).intersection(clip);
   if (core::Status checked = check_size(reached); !checked) return about(body, checked);
   const Steps steps(options);
-  const auto solid = solid_of(body, grid, clip);
+  const auto solid = solid_of(body, grid, clip, options.threads);
   if (!solid) return about(body, solid.status());
   const double voxelised_s = steps.now_s();
   if (!steps.go_on(0.3)) return about(body, kStopped);
@@ -142,7 +144,7 @@ core::Expected<std::pair<Workspace, BodyReport>> activate_alone(const Body& body
   if (core::Status checked = check_size(around.grown(body.profile.reach_vox())); !checked)
     return about(body, checked);
   const Steps steps(options);
-  auto solid = solid_of(body, lattice, around);
+  auto solid = solid_of(body, lattice, around, options.threads);
   if (!solid) return about(body, solid.status());
   const double voxelised_s = steps.now_s();
   if (!steps.go_on(0.3)) return about(body, kStopped);
