@@ -92,9 +92,13 @@ class Steps {
 
 const core::Status kStopped{core::ErrorCode::kUnavailable, "activation was stopped"};
 
-ActivatedObject layered(const geometry::TriangleMesh& mesh_W, const SolidVoxels& solid, const LayerProfile& profile, const GridSpec& grid, int threads) {
+constexpr double kVoxelised = 0.3;  // share of the work, about
+
+ActivatedObject layered(const geometry::TriangleMesh& mesh_W, const SolidVoxels& solid, const LayerProfile& profile,
+                        const GridSpec& grid, int threads, const Steps& steps) {
   ActivatedObject object;
-  object.bricks = lay_layers(mesh_W, solid, profile, grid, VoxelBox::of(grid), {threads, {}});
+  const auto go_on = [&](double share) { return steps.go_on(kVoxelised + (1.0 - kVoxelised) * share); };
+  object.bricks = lay_layers(mesh_W, solid, profile, grid, VoxelBox::of(grid), {threads, go_on});
   object.report.mesh = solid.report;
   object.report.box = solid.box.grown(profile.reach_vox()).intersection(voxelise_clip(grid, profile));
   object.report.boundary_voxels = solid.boundary.count();
@@ -125,8 +129,8 @@ core::Expected<ActivatedObject> activate_object(const Body& body, const GridSpec
   const auto solid = solid_of(body, grid, clip, options.threads);
   if (!solid) return about(body, solid.status());
   const double voxelised_s = steps.now_s();
-  if (!steps.go_on(0.3)) return about(body, kStopped);
-  ActivatedObject object = layered(body.mesh_W, *solid, body.profile, grid, options.threads);
+  if (!steps.go_on(kVoxelised)) return about(body, kStopped);
+  ActivatedObject object = layered(body.mesh_W, *solid, body.profile, grid, options.threads, steps);
   object.report.voxelise_s = voxelised_s - steps.start_s();
   object.report.layers_s = steps.now_s() - voxelised_s;
   if (!steps.go_on(1.0)) return about(body, kStopped);
@@ -147,13 +151,13 @@ core::Expected<std::pair<Workspace, BodyReport>> activate_alone(const Body& body
   auto solid = solid_of(body, lattice, around, options.threads);
   if (!solid) return about(body, solid.status());
   const double voxelised_s = steps.now_s();
-  if (!steps.go_on(0.3)) return about(body, kStopped);
+  if (!steps.go_on(kVoxelised)) return about(body, kStopped);
 
   const VoxelBox whole = tight_box(*solid).grown(body.profile.reach_vox());
   const Index3 min = whole.min;
   const GridSpec grid{voxel_size_m * Eigen::Vector3d(min.x, min.y, min.z), voxel_size_m, whole.size};
   solid->box.min = {solid->box.min.x - min.x, solid->box.min.y - min.y, solid->box.min.z - min.z};
-  ActivatedObject object = layered(body.mesh_W, *solid, body.profile, grid, options.threads);
+  ActivatedObject object = layered(body.mesh_W, *solid, body.profile, grid, options.threads, steps);
   object.report.voxelise_s = voxelised_s - steps.start_s();
   object.report.layers_s = steps.now_s() - voxelised_s;
   const CodeTable codes = code_table(body.profile, *palette);
