@@ -2,14 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 #include <stdexcept>
+
+#include "common/robot/sensing_kernel.hpp"
 
 namespace phantom::robot {
 namespace {
 
 constexpr int kMostReach_vox = 15;
 constexpr int kNodes = 16;
+constexpr std::size_t kMostWords = 2 * kMostReach_vox / 4 + 2;
+constexpr std::size_t kMostRows = (2 * kMostReach_vox + 1) * (2 * kMostReach_vox + 1);
 
 struct Quadrature {
   std::array<double, kNodes> node, weight;  // on −1…1
@@ -138,6 +143,18 @@ ClusterStencil::ClusterStencil(const ClusterSpec& spec) : reach_(std::clamp(spec
       for (int x = -reach; x <= reach; ++x) weights_.push_back(fraction_in_sphere(x, y, z, reach_ + 0.5));
     }
   }
+  for (int place = 0; place < 4; ++place) {
+    const int words = (place + 2 * reach_) / 4 + 1;
+    for (const Row& row : rows_) {
+      for (int word = 0; word < words; ++word) {
+        std::uint32_t mask = 0;
+        for (int byte = 0; byte < 4; ++byte) {
+          if (std::abs(4 * word + byte - place - reach_) <= row.reach) mask |= 0xFFU << (8 * byte);
+        }
+        word_masks_[static_cast<std::size_t>(place)].push_back(mask);
+      }
+    }
+  }
   total_ = static_cast<double>(voxels_);
   if (!weights_.empty()) {
     total_ = 0.0;
@@ -146,6 +163,8 @@ ClusterStencil::ClusterStencil(const ClusterSpec& spec) : reach_(std::clamp(spec
 }
 
 namespace {
+
+std::uint32_t within_brick(std::int32_t v) { return static_cast<std::uint32_t>(v) & 31U; }
 
 /// Four sums and two greatest codes at work, so that additions overlap.
 template <bool kWeighted>
@@ -171,34 +190,101 @@ struct Tally {
 
 }  // namespace
 
-/// The zone lies in the grid: at most two bricks along each axis, whose slots are looked up once.
+/// At most two bricks along each axis, whose slots are looked up once.
+struct ClusterStencil::Bricks {
+  voxel::BrickKey low, high;
+  std::array<const std::uint8_t*, 8> codes;  // by corner: 1 for the higher one along x, 2 y, 4 z
+
+  Bricks(const voxel::Workspace& workspace, voxel::Index3 centre, int reach) noexcept
+      : low{(centre.x - reach) >> 5, (centre.y - reach) >> 5, (centre.z - reach) >> 5},
+        high{(centre.x + reach) >> 5, (centre.y + reach) >> 5, (centre.z + reach) >> 5} {
+    for (unsigned corner = 0; corner < 8; ++corner) {
+      const voxel::BrickKey key{corner & 1U ? high.x : low.x, corner & 2U ? high.y : low.y,
+                                corner & 4U ? high.z : low.z};
+      codes[corner] = workspace.codes() + workspace.directory()[workspace.directory_index(key)] * voxel::kBrickVoxels;
+    }
+  }
+  unsigned corner_of(std::int32_t y, std::int32_t z) const noexcept {
+    return ((y >> 5) > low.y ? 2U : 0U) | ((z >> 5) > low.z ? 4U : 0U);
+  }
+};
+
+/// Copies the words of the rows, blanks what does not count, and returns how many words that were. kWords: words a
+/// row, or 0: `words`.
+template <std::size_t kWords>
+std::size_t ClusterStencil::copy_zone(const Bricks& bricks, voxel::Index3 centre, std::size_t words,
+                                      std::uint32_t* zone) const noexcept {
+  const std::size_t n = kWords > 0 ? kWords : words;
+  const std::int32_t first_word = (centre.x - reach_) >> 2;
+  std::array<std::uint32_t, kMostWords> offset;
+  std::array<unsigned, kMostWords> corner;
+  for (std::size_t word = 0; word < n; ++word) {
+    const std::int32_t x = 4 * (first_word + static_cast<std::int32_t>(word));
+    offset[word] = static_cast<std::uint32_t>(voxel::brick_offset(within_brick(x), 0, 0));
+    corner[word] = (x >> 5) > bricks.low.x ? 1U : 0U;
+  }
+  const std::uint32_t* mask = word_masks_[static_cast<std::size_t>((centre.x - reach_) & 3)].data();
+  std::uint32_t* out = zone;
+  for (const Row& row : rows_) {
+    const std::int32_t y = centre.y + row.y, z = centre.z + row.z;
+    const std::uint8_t* const* sides = &bricks.codes[bricks.corner_of(y, z)];
+    const std::size_t row_offset = voxel::brick_offset(0, within_brick(y), within_brick(z));
+    for (std::size_t word = 0; word < n; ++word) {
+      std::uint32_t four;
+      std::memcpy(&four, sides[corner[word]] + row_offset + offset[word], 4);
+      *out++ = four & *mask++;
+    }
+  }
+  return static_cast<std::size_t>(out - zone);
+}
+
+/// Counts each code among the zone's words.
+ClusterReading ClusterStencil::count_inside(const voxel::Workspace& workspace, voxel::Index3 centre,
+                                            const ResponseTable& response) const noexcept {
+  alignas(64) std::array<std::uint32_t, kMostWords * kMostRows + kernel::kCountStep / 4> zone;
+  const Bricks bricks(workspace, centre, reach_);
+  const auto words = static_cast<std::size_t>(((centre.x + reach_) >> 2) - ((centre.x - reach_) >> 2)) + 1;
+  const std::size_t n = words == 2   ? copy_zone<2>(bricks, centre, words, zone.data())
+                        : words == 3 ? copy_zone<3>(bricks, centre, words, zone.data())
+                                     : copy_zone<0>(bricks, centre, words, zone.data());
+  std::fill_n(&zone[n], kernel::kCountStep / 4, 0U);
+  std::array<std::uint32_t, kMostCounted> counts;
+  const std::size_t codes = workspace.palette().size();
+  kernel::count_codes(reinterpret_cast<const std::uint8_t*>(zone.data()), 4 * n, codes, counts.data());
+
+  ClusterReading reading;
+  std::size_t in_fluid = 0;
+  for (std::size_t code = 1; code < codes; ++code) {
+    in_fluid += counts[code];
+    reading.mean += counts[code] * response[code];
+    if (counts[code] > 0) reading.greatest = static_cast<std::uint8_t>(code);
+  }
+  reading.mean = (reading.mean + static_cast<double>(voxels_ - in_fluid) * response[0]) / total_;
+  return reading;
+}
+
+/// Voxel by voxel.
 template <bool kWeighted>
 ClusterReading ClusterStencil::read_inside(const voxel::Workspace& workspace, voxel::Index3 centre,
                                            const ResponseTable& response) const noexcept {
-  const auto within = [](std::int32_t v) { return static_cast<std::uint32_t>(v) & 31U; };
-  const voxel::BrickKey low{(centre.x - reach_) >> 5, (centre.y - reach_) >> 5, (centre.z - reach_) >> 5};
-  const voxel::BrickKey high{(centre.x + reach_) >> 5, (centre.y + reach_) >> 5, (centre.z + reach_) >> 5};
-  std::array<const std::uint8_t*, 8> brick;
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    const voxel::BrickKey key{corner & 1U ? high.x : low.x, corner & 2U ? high.y : low.y, corner & 4U ? high.z : low.z};
-    brick[corner] = workspace.codes() + workspace.directory()[workspace.directory_index(key)] * voxel::kBrickVoxels;
-  }
+  const Bricks bricks(workspace, centre, reach_);
   // Offsets of the zone's columns within their brick, and the first column of the second brick.
   std::array<std::uint32_t, 2 * kMostReach_vox + 1> column;
   for (int x = -reach_; x <= reach_; ++x)
-    column[static_cast<std::size_t>(x + reach_)] = static_cast<std::uint32_t>(voxel::brick_offset(within(centre.x + x), 0, 0));
-  const int border = high.x > low.x ? high.x * voxel::kBrickEdge - centre.x : reach_ + 1;
+    column[static_cast<std::size_t>(x + reach_)] = static_cast<std::uint32_t>(voxel::brick_offset(within_brick(centre.x + x), 0, 0));
+  const int border =
+      bricks.high.x > bricks.low.x ? bricks.high.x * voxel::kBrickEdge - centre.x : reach_ + 1;
 
   Tally<kWeighted> tally{response.data()};
   for (const Row& row : rows_) {
     const std::int32_t y = centre.y + row.y, z = centre.z + row.z;
-    const unsigned corner = ((y >> 5) > low.y ? 2U : 0U) | ((z >> 5) > low.z ? 4U : 0U);
-    const std::size_t offset = voxel::brick_offset(0, within(y), within(z));
+    const unsigned corner = bricks.corner_of(y, z);
+    const std::size_t offset = voxel::brick_offset(0, within_brick(y), within_brick(z));
     const std::uint32_t* columns = &column[static_cast<std::size_t>(reach_ - row.reach)];
     const double* w = kWeighted ? &weights_[row.first_weight] : nullptr;
     const int all = 2 * row.reach + 1, first = std::clamp(border + row.reach, 0, all);
-    tally.add(brick[corner] + offset, columns, w, first);
-    if (first < all) tally.add(brick[corner | 1U] + offset, columns + first, w + (kWeighted ? first : 0), all - first);
+    tally.add(bricks.codes[corner] + offset, columns, w, first);
+    if (first < all) tally.add(bricks.codes[corner | 1U] + offset, columns + first, w + (kWeighted ? first : 0), all - first);
   }
   return {(tally.sum[0] + tally.sum[1] + tally.sum[2] + tally.sum[3]) / total_,
           static_cast<std::uint8_t>(std::max(tally.greatest[0], tally.greatest[1]))};
@@ -209,8 +295,9 @@ ClusterReading ClusterStencil::read(const voxel::Workspace& workspace, voxel::In
   const auto& grid = workspace.grid();
   if (grid.contains({centre.x - reach_, centre.y - reach_, centre.z - reach_}) &&
       grid.contains({centre.x + reach_, centre.y + reach_, centre.z + reach_})) {
-    return weights_.empty() ? read_inside<false>(workspace, centre, response)
-                            : read_inside<true>(workspace, centre, response);
+    if (!weights_.empty()) return read_inside<true>(workspace, centre, response);
+    return workspace.palette().size() <= kMostCounted ? count_inside(workspace, centre, response)
+                                                      : read_inside<false>(workspace, centre, response);
   }
   ClusterReading reading;
   for_each(centre, [&](voxel::Index3 voxel, double w) {

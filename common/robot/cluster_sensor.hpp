@@ -46,8 +46,9 @@ class ClusterStencil {
 
   std::size_t voxel_count() const noexcept { return voxels_; }  ///< voxels that count
   double total_weight() const noexcept { return total_; }       ///< ΣSSA
-  /// Voxels outside the grid are free space. Cost: one byte and one table entry for each voxel that counts, and
-  /// twice to thrice that where the zone reaches over the grid's border. Real-time safe: yes.
+  /// Voxels outside the grid are free space. Cost of a binary shape: a word for every four voxels of a row, and a
+  /// comparison for each code of the palette in SIMD; of a weighted one, or with more than kMostCounted codes, a
+  /// byte and a table entry for each voxel; more where the zone reaches over the grid's border. Real-time safe: yes.
   ClusterReading read(const voxel::Workspace& workspace, voxel::Index3 centre,
                       const ResponseTable& response) const noexcept;
   /// Calls visit(voxel, weight) for each voxel that counts.
@@ -69,6 +70,13 @@ class ClusterStencil {
   double weight(const Row& row, int x) const noexcept {
     return weights_.empty() ? 1.0 : weights_[row.first_weight + static_cast<std::size_t>(x + row.reach)];
   }
+  static constexpr std::size_t kMostCounted = 32;
+  struct Bricks;  // that a zone inside the grid lies in
+  template <std::size_t kWords>
+  std::size_t copy_zone(const Bricks& bricks, voxel::Index3 centre, std::size_t words,
+                        std::uint32_t* zone) const noexcept;
+  ClusterReading count_inside(const voxel::Workspace& workspace, voxel::Index3 centre,
+                              const ResponseTable& response) const noexcept;
   template <bool kWeighted>
   ClusterReading read_inside(const voxel::Workspace& workspace, voxel::Index3 centre,
                              const ResponseTable& response) const noexcept;
@@ -76,6 +84,8 @@ class ClusterStencil {
   int reach_;
   std::vector<Row> rows_;
   std::vector<double> weights_;  // of all rows; empty if all are 1
+  /// For each place of the zone's first column in its word of four: which bytes of each row's words count.
+  std::array<std::vector<std::uint32_t>, 4> word_masks_;
   std::size_t voxels_ = 0;
   double total_ = 0.0;
 };

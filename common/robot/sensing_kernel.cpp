@@ -28,6 +28,9 @@ void AddGradients(const Field& field, const ToVoxels& to, const Points& points, 
   scalar::add_gradients(field, to, points, palette, codes, mu, reach_vox, sums);
 }
 CodeFigures FiguresOf(const std::uint8_t* codes, std::size_t n) { return scalar::figures_of(codes, n); }
+void CountCodes(const std::uint8_t* bytes, std::size_t n, std::size_t codes, std::uint32_t* counts) {
+  scalar::count_codes(bytes, n, codes, counts);
+}
 
 #else
 
@@ -349,6 +352,17 @@ CodeFigures FiguresOf(const std::uint8_t* codes, std::size_t n) {
   return figures;
 }
 
+void CountCodes(const std::uint8_t* bytes, std::size_t n, std::size_t codes, std::uint32_t* counts) {
+  const hn::CappedTag<std::uint8_t, kCountStep> d;
+  const std::size_t step = hn::Lanes(d);
+  for (std::size_t c = 1; c < codes; ++c) {
+    const auto code = hn::Set(d, static_cast<std::uint8_t>(c));
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < n; i += step) count += hn::CountTrue(d, hn::Eq(hn::LoadU(d, bytes + i), code));
+    counts[c] = static_cast<std::uint32_t>(count);
+  }
+}
+
 #endif  // HWY_TARGET == HWY_SCALAR
 
 const char* Target() { return hwy::TargetName(HWY_TARGET); }
@@ -365,6 +379,7 @@ HWY_EXPORT(AddMoments);
 HWY_EXPORT(Sense);
 HWY_EXPORT(AddGradients);
 HWY_EXPORT(FiguresOf);
+HWY_EXPORT(CountCodes);
 HWY_EXPORT(Target);
 
 Field field_of(const voxel::Workspace& workspace) noexcept {
@@ -394,6 +409,10 @@ void add_gradients(const Field& field, const ToVoxels& to_voxels, const Points& 
 
 CodeFigures figures_of(const std::uint8_t* codes, std::size_t n) noexcept {
   return HWY_DYNAMIC_DISPATCH(FiguresOf)(codes, n);
+}
+
+void count_codes(const std::uint8_t* bytes, std::size_t n, std::size_t codes, std::uint32_t* counts) noexcept {
+  HWY_DYNAMIC_DISPATCH(CountCodes)(bytes, n, codes, counts);
 }
 
 const char* target_name() noexcept { return HWY_DYNAMIC_DISPATCH(Target)(); }

@@ -96,4 +96,11 @@ CodeFigures figures_of(const std::uint8_t* codes, std::size_t n) noexcept {
   return figures;
 }
 
+void count_codes(const std::uint8_t* bytes, std::size_t n, std::size_t codes, std::uint32_t* counts) noexcept {
+  for (std::size_t c = 1; c < codes; ++c) counts[c] = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (bytes[i] != 0) ++counts[bytes[i]];
+  }
+}
+
 }  // namespace phantom::robot::kernel::scalar

@@ -1,0 +1,194 @@
+// The SIMD loops, on every instruction set of this machine, against their twin in plain C++.
+#include "common/robot/sensing_kernel.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <hwy/targets.h>
+#include <random>
+#include <set>
+#include <string>
+
+#include "common/robot/aligned.hpp"
+#include "common/robot/tests/test_worlds.hpp"
+
+namespace phantom::robot::kernel {
+namespace {
+
+/// Calls check() under each instruction set, then under the best.
+void on_every_target(const std::function<void()>& check) {
+  std::set<std::string> names;
+  std::size_t targets = 0;
+  for (std::int64_t left = hwy::SupportedTargets() & HWY_TARGETS; left != 0; left &= left - 1, ++targets) {
+    hwy::SetSupportedTargetsForTest(left & -left);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    SCOPED_TRACE(target_name());
+    names.insert(target_name());
+    check();
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  EXPECT_EQ(names.size(), targets) << "a target was not chosen when asked for";
+}
+
+/// Points scattered over the world and beyond it, in a turned frame.
+struct Case {
+  explicit Case(std::size_t count = 1600) : world(test_worlds::balls()), field(field_of(world)) {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> place(-1.3, 1.3), positive(0.1, 3.0);
+    for (auto* values : {&x, &y, &z}) {
+      for (std::size_t i = 0; i < count; ++i) values->push_back(place(random));
+    }
+    for (std::size_t i = 0; i < count; ++i) weight.push_back(positive(random)), mu.push_back(positive(random));
+    points = {x.data(), y.data(), z.data(), weight.data(), count};
+    const Eigen::Matrix3d turn = geometry::rotation_from_rpy(0.4, -0.7, 1.1) / 0.01;
+    for (Eigen::Index k = 0; k < 9; ++k) to.r[k] = turn(k / 3, k % 3);
+    to.t[0] = 118.3, to.t[1] = 121.7, to.t[2] = 122.2;
+    palette.resize(256, 0.0F);
+    std::copy(world.palette().begin(), world.palette().end(), palette.begin());
+  }
+
+  voxel::Workspace world;
+  Field field;
+  AlignedVector<double> x, y, z, weight, mu;
+  Points points;
+  ToVoxels to;
+  std::vector<float> palette;
+};
+
+void expect_close(const double* actual, const double* expected, std::size_t n, double scale) {
+  for (std::size_t k = 0; k < n; ++k) EXPECT_NEAR(actual[k], expected[k], 1e-12 * scale) << "sum " << k;
+}
+
+TEST(SensingKernel, LooksUpWhatItsTwinDoes) {
+  Case c;
+  std::vector<std::uint8_t> expected(c.points.count);
+  std::vector<std::uint32_t> expected_voxels(c.points.count);
+  scalar::look_up(c.field, c.to, c.points, expected.data(), expected_voxels.data());
+  EXPECT_GT(scalar::figures_of(expected.data(), expected.size()).active, 20U);
+  on_every_target([&] {
+    std::vector<std::uint8_t> codes(c.points.count);
+    std::vector<std::uint32_t> voxels(c.points.count);
+    look_up(c.field, c.to, c.points, codes.data(), voxels.data());
+    EXPECT_EQ(codes, expected);
+    EXPECT_EQ(voxels, expected_voxels);
+  });
+}
+
+TEST(SensingKernel, ItsTwinLooksUpWhatTheWorkspaceHolds) {
+  Case c;
+  std::vector<std::uint8_t> codes(c.points.count);
+  scalar::look_up(c.field, c.to, c.points, codes.data(), nullptr);
+  for (std::size_t i = 0; i < codes.size(); ++i) {
+    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> r(c.to.r);
+    const Eigen::Vector3d v = r * Eigen::Vector3d(c.x[i], c.y[i], c.z[i]) + Eigen::Vector3d(c.to.t[0], c.to.t[1], c.to.t[2]);
+    EXPECT_EQ(codes[i], c.world.mu_code({static_cast<std::int32_t>(std::floor(v.x())), static_cast<std::int32_t>(std::floor(v.y())),
+                                         static_cast<std::int32_t>(std::floor(v.z()))}));
+  }
+}
+
+TEST(SensingKernel, SensorsExactlyOnBordersAreBeyondThemOnEveryTarget) {
+  Case c;
+  for (std::size_t i = 0; i < c.points.count; ++i) {
+    c.x[i] = 0.01 * static_cast<double>(i % 40), c.y[i] = 0.01 * static_cast<double>(i / 40), c.z[i] = 0.3;
+  }
+  const ToVoxels straight{{1 / 0.01, 0, 0, 0, 1 / 0.01, 0, 0, 0, 1 / 0.01}, {80, 75, 0}};
+  on_every_target([&] {
+    std::vector<std::uint8_t> codes(c.points.count);
+    look_up(c.field, straight, c.points, codes.data(), nullptr);
+    for (std::size_t i = 0; i < codes.size(); ++i) {
+      const auto x = static_cast<std::int32_t>(i % 40), y = static_cast<std::int32_t>(i / 40);
+      ASSERT_EQ(codes[i], c.world.mu_code({80 + x, 75 + y, 30})) << i;
+    }
+  });
+}
+
+TEST(SensingKernel, SumsAgreeWithItsTwin) {
+  Case c;
+  Moments expected{}, expected_given{};
+  std::vector<std::uint8_t> codes(c.points.count);
+  scalar::sense(c.field, c.to, c.points, c.palette.data(), codes.data(), expected);
+  scalar::add_moments(c.points, c.mu.data(), expected_given);
+  on_every_target([&] {
+    // Every way to hold a palette: in one, two or four registers, or in memory.
+    for (const std::size_t palette_size : {std::size_t{7}, std::size_t{12}, std::size_t{24}, std::size_t{50}, std::size_t{256}}) {
+      Moments moments{};
+      std::vector<std::uint8_t> got(c.points.count);
+      sense(c.field, c.to, c.points, c.palette.data(), palette_size, got.data(), moments);
+      EXPECT_EQ(got, codes);
+      expect_close(moments.sum, expected.sum, 10, expected.sum[0]);
+    }
+    Moments given{};
+    add_moments(c.points, c.mu.data(), given);
+    expect_close(given.sum, expected_given.sum, 10, expected_given.sum[0]);
+  });
+}
+
+TEST(SensingKernel, LargePalettesAreLookedUpRight) {
+  Case c;
+  // A μ of its own for every code, and codes all over the range.
+  for (std::size_t code = 0; code < 256; ++code) c.palette[code] = static_cast<float>(code * code) * 0.37F;
+  std::mt19937 random(2);
+  for (const std::size_t palette_size : {std::size_t{16}, std::size_t{32}, std::size_t{64}, std::size_t{256}}) {
+    for (const voxel::BrickKey key : c.world.bricks()) {
+      auto brick = c.world.make_brick(key);
+      for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i)
+        brick.mu_code[i] = static_cast<std::uint8_t>(random() % palette_size);
+    }
+    std::vector<std::uint8_t> codes(c.points.count);
+    Moments expected{};
+    scalar::sense(field_of(c.world), c.to, c.points, c.palette.data(), codes.data(), expected);
+    on_every_target([&] {
+      Moments moments{};
+      sense(field_of(c.world), c.to, c.points, c.palette.data(), palette_size, codes.data(), moments);
+      expect_close(moments.sum, expected.sum, 10, expected.sum[0]);
+    });
+  }
+}
+
+TEST(SensingKernel, GradientsAgreeWithItsTwin) {
+  Case c;
+  std::vector<std::uint8_t> codes(c.points.count);
+  scalar::look_up(c.field, c.to, c.points, codes.data(), nullptr);
+  for (const int reach : {1, 4, 7}) {
+    for (const double* mu : {static_cast<const double*>(nullptr), static_cast<const double*>(c.mu.data())}) {
+      GradientSums expected{};
+      scalar::add_gradients(c.field, c.to, c.points, c.palette.data(), codes.data(), mu, reach, expected);
+      EXPECT_GT(expected.sum[6], 0.0);
+      on_every_target([&] {
+        GradientSums sums{};
+        add_gradients(c.field, c.to, c.points, c.palette.data(), c.world.palette().size(), codes.data(), mu, reach, sums);
+        for (int k = 0; k < 7; ++k) {
+          const double scale = std::abs(expected.sum[6]) + (k >= 3 && k < 6 ? 1e3 : 10.0);
+          EXPECT_NEAR(sums.sum[k], expected.sum[k], 1e-10 * scale) << "sum " << k;
+        }
+      });
+    }
+  }
+}
+
+TEST(SensingKernel, CountsCodesOfAnyLength) {
+  std::mt19937 random(3);
+  for (const std::size_t n : {std::size_t{1}, std::size_t{63}, std::size_t{64}, std::size_t{1000}}) {
+    std::vector<std::uint8_t> bytes(n + kCountStep, 0);
+    for (std::size_t i = 0; i < n; ++i) bytes[i] = static_cast<std::uint8_t>(random() % 9);
+    std::array<std::uint32_t, 9> expected{};
+    for (std::size_t i = 0; i < n; ++i) expected[bytes[i]] += bytes[i] != 0 ? 1U : 0U;
+    CodeFigures figures;
+    for (std::size_t i = 0; i < n; ++i) {
+      figures.active += bytes[i] != 0 ? 1U : 0U;
+      figures.greatest = std::max(figures.greatest, bytes[i]);
+    }
+    const auto check = [&] {
+      std::array<std::uint32_t, 9> counts{};
+      count_codes(bytes.data(), n, 9, counts.data());
+      EXPECT_EQ(counts, expected);
+      EXPECT_EQ(figures_of(bytes.data(), n).active, figures.active);
+      EXPECT_EQ(figures_of(bytes.data(), n).greatest, figures.greatest);
+    };
+    on_every_target(check);
+  }
+}
+
+}  // namespace
+}  // namespace phantom::robot::kernel
