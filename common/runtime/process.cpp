@@ -21,7 +21,10 @@ namespace {
 std::atomic<bool> g_stop{false};
 int g_stop_event = -1;  // readable once a stop is requested; made before the handlers are installed
 
+std::atomic<std::uint32_t> g_emergency_stops{0};
+
 void on_signal(int) { request_stop(); }
+void on_emergency(int) { g_emergency_stops.fetch_add(1, std::memory_order_relaxed); }
 
 void install_signal_handlers() {
   g_stop_event = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
@@ -29,6 +32,8 @@ void install_signal_handlers() {
   action.sa_handler = on_signal;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  action.sa_handler = on_emergency;
+  sigaction(SIGUSR1, &action, nullptr);
   std::signal(SIGPIPE, SIG_IGN);
 }
 
@@ -60,6 +65,8 @@ int fail(const ProcessOptions& options, int code, const std::string& what) {
 }  // namespace
 
 bool stop_requested() noexcept { return g_stop.load(std::memory_order_relaxed); }
+
+std::uint32_t emergency_stop_signals() noexcept { return g_emergency_stops.load(std::memory_order_relaxed); }
 
 void request_stop() noexcept {
   g_stop.store(true, std::memory_order_relaxed);

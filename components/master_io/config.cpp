@@ -180,6 +180,24 @@ teleop::OperatorParameters read_operator(const ConfigReader& section, const robo
   return model == "minimum_jerk" ? person : servo;
 }
 
+DeskConfig read_desk(const ConfigReader& section, const robot::SerialArm& arm, const std::string& chosen_device) {
+  DeskConfig desk;
+  desk.device = section.text("device", desk.device);
+  if (!chosen_device.empty()) desk.device = chosen_device;
+  desk.dead_zone = section.number("dead_zone", desk.dead_zone, {0, 0.9, ""});
+  desk.exponent = section.number("exponent", desk.exponent, {1, 5, ""});
+  desk.push = robot::by_joint_type(arm, section.number("push_N_m", 2.0, {1e-3, 1e3, "N·m"}),
+                                   section.number("push_N", 30.0, {1e-3, 1e4, "N"}));
+  desk.brake = robot::by_joint_type(arm, section.number("brake_N_m_s_per_rad", 4.0, {1e-3, 1e4, "N·m·s/rad"}),
+                                    section.number("brake_N_s_per_m", 200.0, {1e-3, 1e6, "N·s/m"}));
+  for (std::size_t first = 0; first < arm.joint_count(); first += kDeskAxes) {
+    auto& bank = desk.banks.emplace_back();
+    for (std::size_t k = 0; k < kDeskAxes; ++k)
+      bank[k] = first + k < arm.joint_count() ? static_cast<int>(first + k) : -1;
+  }
+  return desk;
+}
+
 teleop::ReachScriptParameters read_sequence(const ConfigReader& section, std::size_t joint_count) {
   teleop::ReachScriptParameters script;
   script.joint_count = joint_count;
@@ -211,7 +229,9 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
                    const robot::SerialArm& arm, const Choices& choices) {
   const ConfigReader file = ConfigReader::from_file(path);
   Config config;
-  file.choice("driver", "sim", {"sim"});
+  const std::string in_file = file.choice("driver", "sim", {"sim", "desk"});
+  config.driver = (choices.driver.empty() ? in_file : choices.driver) == "desk" ? Driver::kDesk : Driver::kSim;
+  config.desk = read_desk(file.optional_section("desk"), arm, choices.desk_device);
   file.text("arm", "");
   config.period_s = 1.0 / file.number("rate_Hz", 1000, {50, 5000, "Hz"});
   config.scheduling.fifo_priority = file.integer("fifo_priority", 0, {0, 99, ""});

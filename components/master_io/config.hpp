@@ -13,6 +13,7 @@
 #include "common/teleop/operator_model.hpp"
 #include "common/teleop/percept_rendering.hpp"
 #include "common/teleop/reach_script.hpp"
+#include "components/master_io/desk.hpp"
 
 namespace phantom::master_io {
 
@@ -24,11 +25,19 @@ struct ReachLabel {
   std::string name, object;
 };
 
+/// Who moves the master.
+enum class Driver {
+  kSim,   ///< a simulated operator on a simulated device
+  kDesk,  ///< a person with a stick or keys on a simulated device
+};
+
 /// master_io.yaml, resolved for one arm: everything per joint stands in arrays by joint.
 struct Config {
   double period_s = 0.001;
   runtime::LoopScheduling scheduling;
   bool measure_bare_loop = true;
+  Driver driver = Driver::kSim;
+  DeskConfig desk;
   teleop::LinkTiming link;
   core::JointArray align_tolerance{};  ///< rad or m
   teleop::MasterPlantParameters device;
@@ -45,7 +54,7 @@ struct Config {
 
 /// What the command line may choose instead of the file; empty: the file's.
 struct Choices {
-  std::string operator_model, law;
+  std::string operator_model, law, driver, desk_device;
 };
 
 /// The name of the arm that the file asks for (empty: the cell's only one). Throws ConfigError.

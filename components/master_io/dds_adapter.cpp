@@ -204,8 +204,10 @@ struct DdsAdapter::Impl {
         participant("master_io", network),
         round_trip(participant.session()),
         stamper(participant),
+        own_stamper(participant),
         status(participant),
         master(participant, dds::kMasterState),
+        own_commands(participant, dds::kOperatorCommand),
         slave(participant, dds::kSlaveState,
               [this](const msg::SlaveState& sample, const dds::SampleInfo& info) {
                 on_slave(sample, info.received_ns);
@@ -251,8 +253,7 @@ struct DdsAdapter::Impl {
   }
 
   void on_command(const msg::OperatorCommand& sample) {
-    if (!take_wish(sample, wishes)) return commands.count_refused();
-    inbox.wishes.write(wishes);
+    if (!give_wish(sample)) return commands.count_refused();
     const std::string who = sample.issuer().to_string();
     switch (sample.kind()) {
       case msg::COMMAND_EMERGENCY_STOP:
@@ -272,8 +273,27 @@ struct DdsAdapter::Impl {
     }
   }
 
+  // The wish takes effect here; what the topic brings back to us of our own commands does no harm.
+  bool give_wish(const msg::OperatorCommand& sample) {
+    const std::lock_guard lock(wishes_mutex);
+    if (!take_wish(sample, wishes)) return false;
+    inbox.wishes.write(wishes);
+    return true;
+  }
+
+  void command(msg::CommandKind kind, const std::string& issuer) {
+    msg::OperatorCommand sample;
+    sample.kind(kind);
+    sample.issuer(issuer);
+    const std::lock_guard lock(own_mutex);
+    sample.stamp(own_stamper.next());
+    give_wish(sample);
+    own_commands.write(sample);
+  }
+
   Expectations expected;
   Inbox& inbox;
+  std::mutex wishes_mutex, own_mutex;
   Wishes wishes;
   dds::SequenceGuard slave_order, field_order, percept_order;
   Refusals slave_refusals{"slave_state"}, field_refusals{"drag_field"};
@@ -281,9 +301,10 @@ struct DdsAdapter::Impl {
   core::DurationHistogram round_trips;
   dds::Participant participant;
   RoundTrip round_trip;
-  dds::Stamper stamper;
+  dds::Stamper stamper, own_stamper;
   dds::StatusReporter status;
   dds::Writer<msg::MasterState> master;
+  dds::Writer<msg::OperatorCommand> own_commands;
   dds::Reader<msg::SlaveState> slave;
   dds::Reader<msg::DragField> field;
   dds::Reader<msg::Percept> percept;
@@ -300,6 +321,13 @@ void DdsAdapter::publish(const MasterReport& report) {
   sample.stamp(impl_->stamper.next());
   impl_->master.write(sample);
 }
+
+void DdsAdapter::emergency_stop(const std::string& issuer) {
+  spdlog::warn("emergency stop by {}", issuer);
+  impl_->command(msg::COMMAND_EMERGENCY_STOP, issuer);
+}
+
+void DdsAdapter::reset(const std::string& issuer) { impl_->command(msg::COMMAND_RESET, issuer); }
 
 void DdsAdapter::publish_health(const core::Health& health) { impl_->status.publish(health); }
 

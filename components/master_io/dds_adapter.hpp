@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "common/core/health.hpp"
 #include "common/core/histogram.hpp"
@@ -48,6 +49,10 @@ class DdsAdapter {
 
   void publish(const MasterReport& report);
   void publish_health(const core::Health& health);
+  /// Stops this master at once and asks everyone else to; `issuer` for the logs. Any thread but the servo's.
+  void emergency_stop(const std::string& issuer);
+  /// Asks everyone, this master too, to leave the stop.
+  void reset(const std::string& issuer);
   /// Times from publishing a master_state until a drag_field that goes back to it arrived; each master_state
   /// counts once.
   core::DurationHistogram round_trips() const;

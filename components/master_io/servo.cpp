@@ -11,6 +11,8 @@ Servo::Servo(const Config& config, const core::JointArray& home, Inbox& inbox)
       staleness_s_(config.link.staleness_s),
       controller_(config),
       device_(config.device, home),
+      at_desk_(config.driver == Driver::kDesk),
+      desk_hand_(config.desk, config.device.joint_count),
       hand_(config.hand, home),
       script_(config.script, hand_) {
   inputs_.wishes.percept_gain = config.percept_gain;
@@ -22,6 +24,7 @@ void Servo::read_inbox(core::Nanoseconds now_ns) noexcept {
   drag_is_new_ = inbox_.drag.read(inputs_.drag);
   inbox_.phantom.read(inputs_.phantom);
   inbox_.wishes.read(inputs_.wishes);
+  desk.read(desk_now_);
   const auto since_s = [now_ns](core::Nanoseconds then_ns) { return core::seconds(now_ns - then_ns); };
   if (inputs_.slave.received_ns != 0) inputs_.slave_age_s = since_s(inputs_.slave.received_ns);
   if (inputs_.drag.received_ns != 0) inputs_.drag_age_s = since_s(inputs_.drag.received_ns);
@@ -31,16 +34,24 @@ void Servo::read_inbox(core::Nanoseconds now_ns) noexcept {
     inputs_.phantom_age_s = since_s(inputs_.phantom.received_ns);
 }
 
+// At the desk nothing is pushed before master and slave are coupled.
+const core::JointArray& Servo::hand_torque(bool go) noexcept {
+  if (at_desk_) return desk_hand_.step(go ? desk_now_ : DeskState{}, device_.true_velocity());
+  return hand_.step(device_.true_position(), device_.true_velocity(), go, period_s_);
+}
+
 void Servo::step(MasterReport& report) noexcept {
   const bool go = state_ == teleop::LinkState::kCoupled;
   const bool contact = inputs_.slave.contact && inputs_.slave_age_s <= staleness_s_;
-  script_.step(device_.true_position(), go, contact, period_s_);
-  inputs_.percept_wanted = script_.percept_on();
+  if (!at_desk_) {
+    script_.step(device_.true_position(), go, contact, period_s_);
+    inputs_.percept_wanted = script_.percept_on();
+  }
   inputs_.position = device_.position();
   inputs_.velocity = device_.velocity();
   report.outputs = controller_.step(inputs_, period_s_);
   state_ = report.outputs.state;
-  report.operator_Nm = hand_.step(device_.true_position(), device_.true_velocity(), go, period_s_);
+  report.operator_Nm = hand_torque(go);
   device_.step(report.operator_Nm, report.outputs.motor_Nm, period_s_);
   log_.step({script_.number(), script_.index(), script_.percept_on(), report.outputs.percept_Nm,
              report.operator_Nm},

@@ -6,6 +6,7 @@
 #include "common/teleop/operator_model.hpp"
 #include "common/teleop/reach_script.hpp"
 #include "components/master_io/dds_adapter.hpp"
+#include "components/master_io/desk.hpp"
 #include "components/master_io/reach_log.hpp"
 
 namespace phantom::master_io {
@@ -22,6 +23,7 @@ class Servo {
   void tick(double dt_s, core::Nanoseconds now_ns) noexcept;
 
   static constexpr int kMostMadeUp = 10;
+  core::Snapshot<DeskState> desk;                            ///< writer: the desk's input, if there is one
   core::Snapshot<MasterReport> outbox;                       ///< reader: the thread that publishes
   runtime::WakeSignal published;                             ///< raised after each tick
   const ReachLog& reaches() const noexcept { return log_; }  ///< once the servo thread has ended
@@ -29,6 +31,7 @@ class Servo {
  private:
   void read_inbox(core::Nanoseconds now_ns) noexcept;
   void step(MasterReport& report) noexcept;
+  const core::JointArray& hand_torque(bool go) noexcept;
 
   Inbox& inbox_;
   double period_s_, staleness_s_;
@@ -37,6 +40,9 @@ class Servo {
   teleop::LinkState state_ = teleop::LinkState::kInit;
   MasterIo controller_;
   teleop::MasterPlant device_;
+  bool at_desk_;
+  DeskState desk_now_;
+  DeskHand desk_hand_;
   teleop::OperatorModel hand_;
   teleop::ReachScript script_;
   ReachLog log_;

@@ -3,6 +3,9 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <cmath>
+#include <memory>
 #include <mutex>
 #include <thread>
 
@@ -12,6 +15,7 @@
 #include "common/runtime/servo_runner.hpp"
 #include "common/teleop/percept_set.hpp"
 #include "components/master_io/dds_adapter.hpp"
+#include "components/master_io/desk_input.hpp"
 #include "components/master_io/report.hpp"
 #include "components/master_io/servo.hpp"
 
@@ -76,6 +80,16 @@ class Announcer {
   core::Nanoseconds quiet_until_ns_ = 0, damped_quiet_until_ns_ = 0;
 };
 
+/// How strong what the motors do is felt, 0…1, on the joint where it is strongest.
+double felt_share(const MasterOutputs& now, const Config& config) {
+  double share = 0.0;
+  for (std::size_t j = 0; j < config.device.joint_count; ++j) {
+    const double most_Nm = config.percept.torque_cap_Nm[j];
+    if (most_Nm > 0.0) share = std::max(share, std::abs(now.motor_Nm[j]) / most_Nm);
+  }
+  return std::min(share, 1.0);
+}
+
 Expectations expectations(const ArmModel& model, const Config& config) {
   Expectations expected;
   expected.joint_count = model.arm.joint_count();
@@ -107,16 +121,28 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   spdlog::info("law {}, {} reaches, operator {}", teleop::name_of(config.feedback.law), config.labels.size(),
                config.operator_model);
 
+  std::unique_ptr<DeskInput> desk;
+  if (config.driver == Driver::kDesk) {
+    desk = std::make_unique<DeskInput>(
+        config.desk, servo.desk,
+        DeskInput::Listener{[&] { adapter.emergency_stop("desk"); }, [&] { adapter.reset("desk"); },
+                            [](const std::string& what) { spdlog::info("desk: {}", what); }});
+    spdlog::info("desk: {}; Tab or shoulder: other joints, Esc or Select: emergency stop, Enter or Start: reset",
+                 desk->name());
+  }
   std::mutex mutex;
   MasterReport latest;  // under the mutex
   std::jthread publisher([&](const std::stop_token& stop) {
     Announcer announcer;
     MasterReport report;
+    std::uint32_t signals = 0;
     while (!stop.stop_requested()) {
       servo.published.wait(0.1);
+      for (; signals != runtime::emergency_stop_signals(); ++signals) adapter.emergency_stop("signal");
       if (!servo.outbox.read(report)) continue;
       adapter.publish(report);
       announcer.look(report.outputs, core::monotonic_ns());
+      if (desk) desk->rumble(felt_share(report.outputs, config));
       const std::lock_guard lock(mutex);
       latest = report;
     }

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <mutex>
 
 #include "common/dds/endpoint.hpp"
 #include "common/dds/participant.hpp"
@@ -75,7 +76,9 @@ struct DdsAdapter::Impl {
         inbox(into),
         participant("slave_io", network),
         stamper(participant),
+        own_stamper(participant),
         status(participant),
+        own_commands(participant, dds::kOperatorCommand),
         slave(participant, dds::kSlaveState),
         master(
             participant, dds::kMasterState,
@@ -96,21 +99,29 @@ struct DdsAdapter::Impl {
   }
 
   void on_command(const msg::OperatorCommand& sample) {
-    if (!count_request(sample, requests)) return commands.count_refused();
-    inbox.requests.write(requests);
+    if (!give_request(sample)) return commands.count_refused();
     if (sample.kind() == msg::COMMAND_EMERGENCY_STOP)
       spdlog::warn("emergency stop by {}", sample.issuer().to_string());
     if (sample.kind() == msg::COMMAND_RESET) spdlog::info("reset by {}", sample.issuer().to_string());
   }
 
+  bool give_request(const msg::OperatorCommand& sample) {
+    const std::lock_guard lock(mutex);
+    if (!count_request(sample, requests)) return false;
+    inbox.requests.write(requests);
+    return true;
+  }
+
   std::size_t joint_count;
   Inbox& inbox;
+  std::mutex mutex;  // of requests
   teleop::StopRequests requests;
   dds::SequenceGuard order;
   core::Nanoseconds quiet_until_ns = 0;
   dds::Participant participant;
-  dds::Stamper stamper;
+  dds::Stamper stamper, own_stamper;
   dds::StatusReporter status;
+  dds::Writer<msg::OperatorCommand> own_commands;
   dds::Writer<msg::SlaveState> slave;
   dds::Reader<msg::MasterState> master;
   dds::Reader<msg::OperatorCommand> commands;
@@ -124,6 +135,16 @@ void DdsAdapter::publish(const SlaveReport& report) {
   msg::SlaveState sample = to_message(report, impl_->joint_count);
   sample.stamp(impl_->stamper.next());
   impl_->slave.write(sample);
+}
+
+void DdsAdapter::emergency_stop(const std::string& issuer) {
+  spdlog::warn("emergency stop by {}", issuer);
+  msg::OperatorCommand sample;
+  sample.kind(msg::COMMAND_EMERGENCY_STOP);
+  sample.issuer(issuer);
+  sample.stamp(impl_->own_stamper.next());
+  impl_->give_request(sample);
+  impl_->own_commands.write(sample);
 }
 
 void DdsAdapter::publish_health(const core::Health& health) { impl_->status.publish(health); }

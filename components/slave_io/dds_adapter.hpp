@@ -2,6 +2,7 @@
 
 #include <array>
 #include <memory>
+#include <string>
 
 #include "common/core/health.hpp"
 #include "common/core/network.hpp"
@@ -42,6 +43,8 @@ class DdsAdapter {
 
   void publish(const SlaveReport& report);
   void publish_health(const core::Health& health);
+  /// Stops this slave at once and asks everyone else to; `issuer` for the logs. Any thread but the servo's.
+  void emergency_stop(const std::string& issuer);
 
  private:
   struct Impl;

@@ -82,8 +82,10 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   std::atomic<double> clearance_m{-1.0};
   std::jthread publisher([&](const std::stop_token& stop) {
     SlaveReport report;
+    std::uint32_t signals = 0;
     while (!stop.stop_requested()) {
       servo.published.wait(0.1);
+      for (; signals != runtime::emergency_stop_signals(); ++signals) adapter.emergency_stop("signal");
       if (!servo.outbox.read(report)) continue;
       adapter.publish(report);
       const LinkState before = link.exchange(report.outputs.state);

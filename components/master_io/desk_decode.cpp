@@ -1,0 +1,105 @@
+#include "components/master_io/desk_decode.hpp"
+
+#include <algorithm>
+
+namespace phantom::master_io {
+
+void InputDecoder::take(const input_event& event) noexcept {
+  if (event.type == EV_ABS) take_axis(event.code, event.value);
+  if (event.type == EV_KEY && event.value != 2) take_key(event.code, event.value == 1);  // 2: repetition
+}
+
+void InputDecoder::take_axis(unsigned code, int value) noexcept {
+  std::size_t axis = kDeskAxes;
+  bool up_is_negative = false;
+  if (code == ABS_X) axis = 0;
+  if (code == ABS_Y) axis = 1, up_is_negative = true;
+  if (code == (rx_ ? ABS_RX : ABS_Z)) axis = 2;
+  if (code == (rx_ ? ABS_RY : ABS_RZ)) axis = 3, up_is_negative = true;
+  if (axis == kDeskAxes) return;
+  const AxisRange range = ranges_[code];
+  if (range.max <= range.min) return;
+  const double span = static_cast<double>(range.max) - range.min;
+  const double centred = std::clamp(2.0 * (static_cast<double>(value) - range.min) / span - 1.0, -1.0, 1.0);
+  state_.axes[axis] = up_is_negative ? -centred : centred;
+}
+
+void InputDecoder::hold(std::size_t axis, int direction, bool down) noexcept {
+  held_[axis][direction > 0 ? 1 : 0] = down;
+  state_.axes[axis] = (held_[axis][1] ? 1.0 : 0.0) - (held_[axis][0] ? 1.0 : 0.0);
+}
+
+void InputDecoder::take_key(unsigned code, bool down) noexcept {
+  switch (code) {
+    case KEY_RIGHT: return hold(0, 1, down);
+    case KEY_LEFT: return hold(0, -1, down);
+    case KEY_UP: return hold(1, 1, down);
+    case KEY_DOWN: return hold(1, -1, down);
+    case KEY_D: return hold(2, 1, down);
+    case KEY_A: return hold(2, -1, down);
+    case KEY_W: return hold(3, 1, down);
+    case KEY_S: return hold(3, -1, down);
+    default: break;
+  }
+  if (!down) return;
+  switch (code) {
+    case BTN_TR:
+    case KEY_TAB:
+      ++state_.bank;
+      return;
+    case BTN_TL:
+      state_.bank = state_.bank == 0 ? 0 : state_.bank - 1;
+      return;
+    case BTN_SELECT:
+    case BTN_MODE:
+    case KEY_ESC:
+    case KEY_SPACE:
+      ++events_.stops;
+      return;
+    case BTN_START:
+    case KEY_ENTER:
+      ++events_.resets;
+      return;
+    default:
+      return;
+  }
+}
+
+void TerminalDecoder::press(std::size_t axis, double push, double now_s) noexcept {
+  state_.axes[axis] = push;
+  until_s_[axis] = now_s + kPress_s;
+}
+
+void TerminalDecoder::take(std::string_view bytes, double now_s) noexcept {
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    if (bytes[i] == '\x1b' && i + 2 < bytes.size() && bytes[i + 1] == '[') {
+      const char arrow = bytes[i + 2];
+      if (arrow == 'C') press(0, 1.0, now_s);
+      if (arrow == 'D') press(0, -1.0, now_s);
+      if (arrow == 'A') press(1, 1.0, now_s);
+      if (arrow == 'B') press(1, -1.0, now_s);
+      i += 2;
+      continue;
+    }
+    switch (bytes[i]) {
+      case 'd': press(2, 1.0, now_s); break;
+      case 'a': press(2, -1.0, now_s); break;
+      case 'w': press(3, 1.0, now_s); break;
+      case 's': press(3, -1.0, now_s); break;
+      case '\t': ++state_.bank; break;
+      case '\x1b':
+      case ' ': ++events_.stops; break;
+      case '\r':
+      case '\n': ++events_.resets; break;
+      default: break;
+    }
+  }
+}
+
+void TerminalDecoder::settle(double now_s) noexcept {
+  for (std::size_t k = 0; k < kDeskAxes; ++k) {
+    if (now_s >= until_s_[k]) state_.axes[k] = 0.0;
+  }
+}
+
+}  // namespace phantom::master_io

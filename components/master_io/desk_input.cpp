@@ -1,0 +1,228 @@
+#include "components/master_io/desk_input.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bitset>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <thread>
+#include <vector>
+
+#include "common/core/clock.hpp"
+#include "common/core/errors.hpp"
+#include "components/master_io/desk_decode.hpp"
+
+namespace phantom::master_io {
+namespace {
+
+constexpr int kPoll_ms = 20;
+
+/// A device file, or the terminal with its settings put back at the end.
+class OpenDevice {
+ public:
+  OpenDevice(int fd, bool terminal) : fd_(fd), terminal_(terminal) {
+    if (!terminal_) return;
+    tcgetattr(fd_, &before_);
+    termios raw = before_;
+    raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
+    raw.c_cc[VMIN] = 0;
+    raw.c_cc[VTIME] = 0;
+    tcsetattr(fd_, TCSANOW, &raw);
+  }
+  ~OpenDevice() {
+    if (terminal_) tcsetattr(fd_, TCSANOW, &before_);
+    if (!terminal_) close(fd_);
+  }
+  OpenDevice(const OpenDevice&) = delete;
+  OpenDevice& operator=(const OpenDevice&) = delete;
+  int fd() const { return fd_; }
+  bool terminal() const { return terminal_; }
+
+ private:
+  int fd_;
+  bool terminal_;
+  termios before_{};
+};
+
+template <std::size_t Bits>
+std::bitset<Bits> bits_of(int fd, int kind) {
+  std::array<unsigned char, (Bits + 7) / 8> bytes{};
+  std::bitset<Bits> bits;
+  if (ioctl(fd, EVIOCGBIT(static_cast<unsigned>(kind), bytes.size()), bytes.data()) < 0) return bits;
+  for (std::size_t i = 0; i < Bits; ++i) bits[i] = (bytes[i / 8] >> (i % 8) & 1) != 0;
+  return bits;
+}
+
+bool has_stick(int fd) {
+  const auto axes = bits_of<ABS_CNT>(fd, EV_ABS);
+  const auto keys = bits_of<KEY_CNT>(fd, EV_KEY);
+  return axes[ABS_X] && axes[ABS_Y] && (keys[BTN_GAMEPAD] || keys[BTN_JOYSTICK] || keys[BTN_TRIGGER]);
+}
+
+std::string name_of_device(int fd, const std::string& path) {
+  char name[128] = "";
+  return ioctl(fd, EVIOCGNAME(sizeof name), name) > 0 ? std::string(name) + " (" + path + ")" : path;
+}
+
+int open_device(const std::string& path) {
+  const int fd = open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  return fd >= 0 ? fd : open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);  // no rumble then
+}
+
+/// The first gamepad or joystick; −1: none.
+int find_stick(std::string& path) {
+  std::error_code none;
+  std::vector<std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator("/dev/input", none)) {
+    if (entry.path().filename().string().starts_with("event")) files.push_back(entry.path().string());
+  }
+  std::sort(files.begin(), files.end());
+  for (const std::string& file : files) {
+    const int fd = open_device(file);
+    if (fd < 0) continue;
+    if (has_stick(fd)) {
+      path = file;
+      return fd;
+    }
+    close(fd);
+  }
+  return -1;
+}
+
+std::unique_ptr<OpenDevice> open_desk(const std::string& wanted, std::string& name) {
+  if (wanted == "terminal") {
+    if (isatty(STDIN_FILENO) == 0)
+      throw core::MissingError("desk.device: terminal: the standard input is no terminal; start master_io in one");
+    name = "the keys of this terminal";
+    return std::make_unique<OpenDevice>(STDIN_FILENO, true);
+  }
+  std::string path = wanted;
+  const int fd = wanted == "auto" ? find_stick(path) : open_device(wanted);
+  if (fd < 0) {
+    throw core::MissingError(wanted == "auto"
+                                 ? "desk.device: auto: no gamepad or joystick in /dev/input that may be read; allowed: "
+                                   "plug one in, name its file, or 'terminal' for keys"
+                                 : "desk.device: " + wanted + ": " + std::strerror(errno));
+  }
+  name = name_of_device(fd, path);
+  return std::make_unique<OpenDevice>(fd, false);
+}
+
+/// The device's own rumble motors, through the kernel's force feedback.
+class Rumble {
+ public:
+  explicit Rumble(int fd) : fd_(fd) {
+    effect_.type = FF_RUMBLE;
+    effect_.id = -1;
+    effect_.replay.length = 200;  // ms: a process that dies does not leave it shaking
+    able_ = ioctl(fd_, EVIOCSFF, &effect_) >= 0;
+  }
+  bool able() const { return able_; }
+  void play(double strength) {
+    if (!able_) return;
+    effect_.u.rumble.strong_magnitude = static_cast<std::uint16_t>(std::clamp(strength, 0.0, 1.0) * 65535.0);
+    if (ioctl(fd_, EVIOCSFF, &effect_) < 0) return;
+    input_event start{};
+    start.type = EV_FF;
+    start.code = static_cast<std::uint16_t>(effect_.id);
+    start.value = 1;
+    [[maybe_unused]] const auto written = write(fd_, &start, sizeof start);
+  }
+
+ private:
+  int fd_;
+  ff_effect effect_{};
+  bool able_ = false;
+};
+
+AxisRanges ranges_of(int fd) {
+  AxisRanges ranges;
+  for (unsigned code = 0; code < ABS_CNT; ++code) {
+    input_absinfo info{};
+    if (ioctl(fd, EVIOCGABS(code), &info) >= 0 && info.maximum > info.minimum)
+      ranges[code] = {info.minimum, info.maximum};
+  }
+  return ranges;
+}
+
+}  // namespace
+
+struct DeskInput::Impl {
+  Impl(const DeskConfig& config, core::Snapshot<DeskState>& into, Listener listens)
+      : state(into), listener(std::move(listens)), device(open_desk(config.device, name)) {
+    thread = std::jthread([this](const std::stop_token& stop) {
+      device->terminal() ? read_terminal(stop) : read_events(stop);
+    });
+  }
+
+  void report(const DeskState& now, const DeskEvents& events) {
+    for (; told.stops != events.stops; ++told.stops) listener.on_stop();
+    for (; told.resets != events.resets; ++told.resets) listener.on_reset();
+    state.write(now);
+  }
+
+  bool ready() const {
+    pollfd wait{device->fd(), POLLIN, 0};
+    return poll(&wait, 1, kPoll_ms) > 0;
+  }
+
+  void read_events(const std::stop_token& stop) {
+    Rumble rumble(device->fd());
+    const auto axes = bits_of<ABS_CNT>(device->fd(), EV_ABS);
+    InputDecoder decoder(ranges_of(device->fd()), axes[ABS_RX]);
+    listener.tell(rumble.able() ? "drag and feedback are felt as rumble" : "the device cannot rumble");
+    while (!stop.stop_requested()) {
+      if (ready()) {
+        input_event events[64];
+        const auto bytes = read(device->fd(), events, sizeof events);
+        if (bytes == 0 || (bytes < 0 && errno != EAGAIN && errno != EINTR)) break;  // unplugged
+        for (std::size_t i = 0; bytes > 0 && i < static_cast<std::size_t>(bytes) / sizeof events[0]; ++i)
+          decoder.take(events[i]);
+      }
+      report(decoder.state(), decoder.events());
+      rumble.play(strength.load(std::memory_order_relaxed));
+    }
+    decoder.state() = {};  // alive = false
+    report(decoder.state(), decoder.events());
+    if (!stop.stop_requested()) listener.tell("the device is gone: nothing is pushed any more");
+  }
+
+  void read_terminal(const std::stop_token& stop) {
+    TerminalDecoder decoder;
+    while (!stop.stop_requested()) {
+      char bytes[64];
+      const auto now_s = core::seconds(core::monotonic_ns());
+      if (ready()) {
+        const auto count = read(device->fd(), bytes, sizeof bytes);
+        if (count > 0) decoder.take({bytes, static_cast<std::size_t>(count)}, now_s);
+      }
+      decoder.settle(now_s);
+      report(decoder.state(), decoder.events());
+    }
+    state.write({});
+  }
+
+  core::Snapshot<DeskState>& state;
+  Listener listener;
+  std::string name;
+  std::unique_ptr<OpenDevice> device;
+  std::atomic<double> strength{0.0};
+  DeskEvents told;
+  std::jthread thread;
+};
+
+DeskInput::DeskInput(const DeskConfig& config, core::Snapshot<DeskState>& state, Listener listener)
+    : impl_(std::make_unique<Impl>(config, state, std::move(listener))) {}
+DeskInput::~DeskInput() = default;
+void DeskInput::rumble(double strength) { impl_->strength.store(strength, std::memory_order_relaxed); }
+const std::string& DeskInput::name() const { return impl_->name; }
+
+}  // namespace phantom::master_io
