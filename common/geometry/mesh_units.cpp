@@ -119,7 +119,7 @@ DeclaredFrame dxf(std::string_view head) {
   const std::size_t value = code == std::string_view::npos ? code : head.find('\n', code + 1);
   if (value == std::string_view::npos) return frame;
   const auto unit = number(head.substr(value + 1, head.find('\n', value + 1) - value - 1));
-  if (unit && *unit < static_cast<double>(std::size(kDxfUnits)))
+  if (unit && *unit >= 1 && *unit < static_cast<double>(std::size(kDxfUnits)))
     frame.scale = kDxfUnits[static_cast<std::size_t>(*unit)];
   return frame;
 }
