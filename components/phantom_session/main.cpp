@@ -7,7 +7,7 @@
 int main(int argc, char** argv) {
   using namespace phantom;
   phantom_session::SessionRequest request;
-  std::string operator_model, law;
+  std::string operator_model, law, driver;
   runtime::ProcessDescription description;
   description.name = "phantom_session";
   description.summary =
@@ -23,6 +23,9 @@ int main(int argc, char** argv) {
     app.add_option("--host", request.host, "whose processes to run, if the topology has several hosts");
     app.add_option("--operator", operator_model, "operator model of master_io");
     app.add_option("--law", law, "bilateral law of master_io");
+    app.add_option("--driver", driver, "who moves the master: sim, or desk (a person with gamepad or joystick)");
+    app.add_option("--without", request.without,
+                   "a component not to start, because you run it yourself (e.g. master_io in a terminal of its own)");
   };
   description.run = [&](const runtime::ProcessOptions& given) {
     runtime::ProcessOptions options = given;
@@ -31,6 +34,7 @@ int main(int argc, char** argv) {
     if (!operator_model.empty())
       request.master_options.insert(request.master_options.end(), {"--operator", operator_model});
     if (!law.empty()) request.master_options.insert(request.master_options.end(), {"--law", law});
+    if (!driver.empty()) request.master_options.insert(request.master_options.end(), {"--driver", driver});
     const auto config = phantom_session::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);
     phantom_session::plan(deployment, options, request);

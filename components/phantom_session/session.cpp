@@ -158,7 +158,14 @@ class Session {
 std::vector<PlannedProcess> plan(const runtime::Deployment& deployment,
                                  const runtime::ProcessOptions& options, const SessionRequest& request) {
   std::vector<PlannedProcess> planned;
-  for (const auto& process : find_host(deployment, request.host).processes) {
+  const auto& processes = find_host(deployment, request.host).processes;
+  for (const std::string& name : request.without) {
+    if (std::none_of(processes.begin(), processes.end(), [&](const auto& p) { return p.component == name; }))
+      throw runtime::ConfigError("--without " + name + ": no such component in " + deployment.file.string());
+  }
+  for (const auto& process : processes) {
+    if (std::find(request.without.begin(), request.without.end(), process.component) != request.without.end())
+      continue;
     PlannedProcess entry{
         process,
         {"--deployment", deployment.file.string(), "--domain", std::to_string(deployment.network.domain),

@@ -125,5 +125,28 @@ TEST_F(Fault, AnEmergencyStopTakesTheTorqueAndStaysUntilReset) {
   EXPECT_EQ(system_.wait(), 0);
 }
 
+TEST_F(Fault, ASignalToEitherSideStopsBoth) {
+  ASSERT_TRUE(coupled());
+  dds::Writer<msg::OperatorCommand> commands(participant_, dds::kOperatorCommand);
+  ASSERT_TRUE(eventually([&] { return commands.matched() >= 2; }));
+  dds::Stamper stamper(participant_);
+  for (const char* side : {"slave_io", "master_io"}) {
+    kill(pid(side), SIGUSR1);
+    EXPECT_TRUE(master_reaches(msg::LINK_STOPPED)) << side;
+    EXPECT_TRUE(eventually([this] {
+      const std::lock_guard lock(mutex_);
+      return slave_->state() == msg::LINK_STOPPED;
+    })) << side;
+    msg::OperatorCommand reset;
+    reset.kind(msg::COMMAND_RESET);
+    reset.issuer("fault_test");
+    reset.stamp(stamper.next());
+    commands.write(reset);
+    EXPECT_TRUE(master_reaches(msg::LINK_COUPLED)) << side;
+  }
+  system_.stop();
+  EXPECT_EQ(system_.wait(), 0);
+}
+
 }  // namespace
 }  // namespace phantom::end_to_end

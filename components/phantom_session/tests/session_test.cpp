@@ -38,5 +38,16 @@ TEST(Config, ShippedIsValid) {
   EXPECT_NO_THROW(load_config(PHANTOM_SOURCE_DIR "/components/phantom_session/phantom_session.yaml"));
 }
 
+TEST(Plan, AComponentThatSomebodyElseRunsIsLeftOut) {
+  runtime::ProcessOptions options;
+  options.deployment = PHANTOM_SOURCE_DIR "/deploy/topologies/single_host.yaml";
+  const auto deployment = runtime::load_deployment(options);
+  const auto all = plan(deployment, options, {});
+  const auto fewer = plan(deployment, options, {.without = {"master_io"}});
+  EXPECT_EQ(fewer.size() + 1, all.size());
+  for (const auto& planned : fewer) EXPECT_NE(planned.process.component, "master_io");
+  EXPECT_THROW(plan(deployment, options, {.without = {"master"}}), runtime::ConfigError);
+}
+
 }  // namespace
 }  // namespace phantom::phantom_session
