@@ -3,9 +3,13 @@
 #include <gmock/gmock.h>
 
 #include <CLI/CLI.hpp>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <set>
 
 #include "common/core/errors.hpp"
+#include "components/wva_server/progress_bar.hpp"
 #include "components/wva_server/tests/test_cell.hpp"
 
 namespace phantom::wva_server {
@@ -13,6 +17,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class ActivateCommand : public TestCell {
  protected:
@@ -81,19 +86,95 @@ TEST_F(ActivateCommand, ActivatesACell) {
   EXPECT_GT(line["bricks"], 0);
 }
 
-TEST_F(ActivateCommand, RefusesWhatIsNotThereYetInPlainWords) {
-  for (const char* method : {"surface", "dilation"}) {
-    EXPECT_THAT(refusal(mesh(std::string("--method ") + method)),
-                AllOf(HasSubstr(method), HasSubstr("not available"), HasSubstr("allowed: distance")));
+TEST_F(ActivateCommand, LaysLayersByEveryMethod) {
+  std::set<std::string> told;
+  for (const char* method : {"", "--method distance", "--method surface", "--method dilation", "--method dilation --element cube",
+                             "--method dilation --element sphere-contained"}) {
+    const auto line = run(mesh(std::string("--scale 0.001 --pose \"0.0031 0.0031 0.0031 0 0 0\" ") + method));
+    told.insert(line["method"].get<std::string>() + line["voxels"].dump());
+    EXPECT_EQ(line["voxels"]["101"], 3 * 3 * 29) << method;
+    EXPECT_GT(line["voxels"]["2"], 1000) << method;
   }
-  EXPECT_THAT(refusal(mesh("--element sphere")), AllOf(HasSubstr("--element"), HasSubstr("dilation")));
-  EXPECT_THAT(refusal(mesh("--inside 2")), AllOf(HasSubstr("--inside"), HasSubstr("allowed: 0")));
+  EXPECT_EQ(told.size(), 5U);  // the default is one of the others, and these all differ
+}
+
+TEST_F(ActivateCommand, LaysLayersInsideTheBody) {
+  const std::string pose = "--scale 0.001 --pose \"0.0031 0.0031 0.0031 0 0 0\" ";
+  const auto line = run("--mesh " + (folder_ / "post.stl").string() +
+                        " --voxel-size-m 0.01 --layers 1,3 --mu 32,20 --inside 2 " + pose);
+  // The interior is 3×3×29: all but its middle line touches the boundary, and that lies two voxels deep but for its ends.
+  EXPECT_EQ(line["voxels"]["-1"], 3 * 3 * 29 - 27);
+  EXPECT_EQ(line["voxels"]["-2"], 27);
+  EXPECT_FALSE(line["voxels"].contains("101"));
+  EXPECT_THAT(refusal(mesh("--inside 2 --mu-inside 40")), HasSubstr("one per layer"));
+  EXPECT_THAT(refusal(mesh("--inside 2 --mu-inside 60,40")), HasSubstr("does not rise inwards"));
+  EXPECT_THAT(refusal(mesh("--inside 1 --mu-skin 32")), HasSubstr("does not rise inwards"));
+}
+
+TEST_F(ActivateCommand, WritesAPicture) {
+  const auto file = folder_ / "post.png";
+  run(mesh("--scale 0.001 --guard 1 --inside 1 --picture " + file.string()));
+  const cv::Mat picture = cv::imread(file.string());
+  ASSERT_FALSE(picture.empty());
+  std::set<int> colours;  // of boundary, inside, guard and both layers, and of the paper
+  for (int y = 0; y < picture.rows; ++y) {
+    for (int x = 0; x < picture.cols; ++x) {
+      const auto pixel = picture.at<cv::Vec3b>(y, x);
+      colours.insert(pixel[0] << 16 | pixel[1] << 8 | pixel[2]);
+    }
+  }
+  for (const int colour : {0x1E1E1E, 0x78BEE1, 0xB43C8C, 0x261CC8, 0xEBCD96, 0xFFFFFF}) EXPECT_TRUE(colours.contains(colour)) << colour;
+  EXPECT_THAT(refusal(mesh("--picture post.jpg")), HasSubstr(".png"));
+  EXPECT_THAT(refusal(mesh("--scale 0.001 --picture /no/such/folder/a.png")), HasSubstr("--picture"));
+}
+
+TEST_F(ActivateCommand, ReportsFidelity) {
+  const auto csv = folder_ / "post.csv", as_json = folder_ / "post.json";
+  run(mesh("--scale 0.001 --guard 1 --fidelity " + csv.string()));
+  std::ifstream file(csv);
+  std::string line;
+  std::vector<std::string> lines;
+  while (std::getline(file, line)) lines.push_back(line);
+  ASSERT_EQ(lines.size(), 1U + 3U * 9U);  // guard and two layers; all sides together, and each
+  EXPECT_EQ(lines[0], "layer,side,offset_vox,method,faces,mean_vox,rms_vox,min_vox,max_vox");
+  EXPECT_THAT(lines[1], HasSubstr("guard,all,1,distance,"));
+  EXPECT_THAT(lines[10], HasSubstr("1,all,3,distance,"));
+  run(mesh("--scale 0.001 --method dilation --element cube --fidelity " + as_json.string()));
+  std::ifstream other(as_json);
+  const auto report = nlohmann::json::parse(other);
+  EXPECT_EQ(report["method"], "dilation cube");
+  ASSERT_EQ(report["layers"].size(), 2U);
+  EXPECT_GT(report["layers"][1]["sides"]["corners"]["max_vox"], 2.0);  // √3·5 instead of 5, but for the solid's own voxels
+  EXPECT_THAT(refusal(mesh("--fidelity post.txt")), HasSubstr(".csv or .json"));
+}
+
+TEST_F(ActivateCommand, WarnsOfWhatItHadToGuess) {
+  const auto line = run(mesh("--pose \"0.0031 0.0031 0.0031 0 0 0\""));
+  EXPECT_THAT(line["objects"][0]["warnings"].dump(), HasSubstr("up-axis"));
+  EXPECT_EQ(line["objects"][0]["mesh"]["open_edges"], 0);
+  const auto told = run(mesh("--scale 0.001 --up-axis z"));
+  EXPECT_THAT(told["objects"][0]["warnings"].dump(), Not(HasSubstr("up-axis")));
+}
+
+TEST_F(ActivateCommand, TakesAnotherMethodForAWholeCell) {
+  const std::string file = "--cell " + cell().string();
+  const auto own = run(file), dilated = run(file + " --method dilation --element cube --threads 2");
+  EXPECT_EQ(own["method"], "distance");
+  EXPECT_EQ(dilated["method"], "dilation cube");
+  EXPECT_GT(dilated["voxels"]["1"], own["voxels"]["1"]);
+}
+
+TEST(ProgressBar, ShowsTheShare) {
+  EXPECT_EQ(bar_text("part.stl", 0.5), "part.stl [####################                    ]  50 %");
+  EXPECT_EQ(bar_text("a", 7.0), "a [" + std::string(40, '#') + "] 100 %");
 }
 
 TEST_F(ActivateCommand, RefusesArgumentsThatContradictEachOther) {
   EXPECT_THAT(refusal(""), HasSubstr("--mesh, --cell"));
   EXPECT_THAT(refusal(mesh("--cell " + cell().string())), HasSubstr("exactly one"));
   EXPECT_THAT(refusal("--cell " + cell().string() + " --guard 1"), HasSubstr("cell file says"));
+  EXPECT_THAT(refusal(mesh("--element cube")), AllOf(HasSubstr("--element"), HasSubstr("--method dilation")));
+  EXPECT_THAT(refusal("--cell " + cell().string() + " --inside 1"), HasSubstr("cell file says"));
   EXPECT_THAT(refusal(mesh("--scale 0.001 --fit-extent-m 1")), HasSubstr("only one"));
   EXPECT_THAT(refusal("--mesh " + (folder_ / "post.stl").string()), HasSubstr("--voxel-size-m"));
 }

@@ -1,0 +1,186 @@
+#include "components/wva_server/activate_request.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+
+#include "common/core/errors.hpp"
+
+namespace phantom::wva_server {
+namespace {
+
+core::ConfigError wrong(const std::string& option, const std::string& problem) {
+  return core::ConfigError("activate: " + option + ": " + problem);
+}
+
+const char* const kExamples =
+    "Examples:\n"
+    "  A part in millimetres, six layers of four voxels, the file for ParaView:\n"
+    "    wva_server activate --mesh part.stl --scale 0.001 --voxel-size-m 0.005 --layers 4,4,4,4,4,4 \\\n"
+    "        --mu 32,20,13,11,10,9 --export part.nrrd\n"
+    "  The same by the thesis's method, with a picture and how true its layers are:\n"
+    "    wva_server activate --mesh part.stl --scale 0.001 --voxel-size-m 0.005 --layers 4,4,4,4,4,4 \\\n"
+    "        --mu 32,20,13,11,10,9 --method dilation --element sphere-contained --export part.nrrd \\\n"
+    "        --picture part.png --fidelity part.csv\n"
+    "  A guard skin of two voxels, and three layers inside for a model larger than the real part:\n"
+    "    … --guard 2 --inside 3 --mu-inside 40,60,80\n"
+    "  A whole cell on two threads, its viscosities:\n"
+    "    wva_server activate --cell deploy/cells/hot_cell/cell.yaml --threads 2 --field mu --export cell.nrrd";
+
+void add_mesh_options(CLI::App& command, ActivateRequest& request) {
+  command.add_option("--mesh", request.mesh, "mesh file to activate (STL, OBJ, PLY, OFF, glTF, COLLADA, …)");
+  command
+      .add_option("--scale", request.scale,
+                  "metres per unit of the mesh file, e.g. 0.001 for millimetres; default: what the file says, else a "
+                  "guess that is told")
+      ->check(CLI::Range(1e-9, 1e9));
+  command
+      .add_option("--fit-extent-m", request.fit_extent_m,
+                  "scale the mesh so that its longest side has this length")
+      ->check(CLI::Range(1e-6, 1e6));
+  command
+      .add_option("--up-axis", request.up_axis,
+                  "axis of the mesh file that points up; default: what the file says, else a guess that is told")
+      ->check(CLI::IsMember({"z", "y"}));
+  command.add_option("--pose", request.pose, "\"x y z roll pitch yaw\" of the mesh in W, metres and degrees");
+  command.add_option("--voxel-size-m", request.voxel_size_m, "edge of a voxel")->check(CLI::Range(1e-6, 1e3));
+}
+
+void add_layer_options(CLI::App& command, ActivateRequest& request) {
+  command
+      .add_option("--layers", request.layers,
+                  "thickness of each layer in voxels, the nearest first: 4,4,4,4,4,4")
+      ->delimiter(',');
+  command
+      .add_option("--mu", request.mu, "viscosity of each layer in Pa·s/m, falling outwards: 32,20,13,11,10,9")
+      ->delimiter(',');
+  command
+      .add_option("--mu-skin", request.mu_skin,
+                  "viscosity of the body itself; default 100, or the first layer's if higher")
+      ->check(CLI::Range(1e-6, 1e6));
+  command
+      .add_option("--method", request.method,
+                  "how layers are made: distance (exact, between voxels; the default), surface (exact, to the mesh itself), "
+                  "dilation (the thesis's, voxel by voxel); with --cell in place of every object's own")
+      ->check(CLI::IsMember({"distance", "surface", "dilation"}));
+  command
+      .add_option("--element", request.element,
+                  "shaping element of the dilation method: cube, sphere (within m voxels; the default) or "
+                  "sphere-contained (within m and a half)")
+      ->check(CLI::IsMember({"cube", "sphere", "sphere-contained"}));
+  command
+      .add_option("--guard", request.guard,
+                  "thickness in voxels of a protective skin around the body, with layer 1's viscosity; the layers begin "
+                  "outside of it")
+      ->check(CLI::Range(0, 254));
+  command
+      .add_option("--inside", request.inside,
+                  "layers inside the body, each as thick as layer 1, for a model that may be larger than the real part")
+      ->check(CLI::Range(0, 98));
+  command
+      .add_option("--mu-inside", request.mu_inside,
+                  "their viscosities, rising inwards; default: in equal steps from layer 1's to the skin's")
+      ->delimiter(',');
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, ActivateRequest& request) {
+  add_mesh_options(command, request);
+  command.add_option("--cell", request.cell, "cell file to activate as a whole, instead of a mesh");
+  add_layer_options(command, request);
+  command.add_option("--threads", request.threads, "threads to work on; default: the configuration's")
+      ->check(CLI::Range(1, 1024));
+  command.add_option("--export", request.out, "NRRD file to write")->required();
+  command.add_option("--field", request.field, "what to write per voxel")
+      ->check(CLI::IsMember({"order", "mu", "object"}));
+  command.add_option("--encoding", request.encoding, "of the NRRD file")
+      ->check(CLI::IsMember({"gzip", "raw"}));
+  command.add_option("--picture", request.picture,
+                     "PNG file to write: three sections through the middle of what is there, coloured by order");
+  command.add_option("--fidelity", request.fidelity,
+                     "file to write, .csv or .json: how far each layer's outer face lies from where it should, by "
+                     "direction; of a mesh only");
+  command.footer(kExamples);
+}
+
+void check_request(const ActivateRequest& request) {
+  if (request.mesh.empty() == request.cell.empty())
+    throw wrong("--mesh, --cell", "exactly one of them must be given");
+  if (!request.fidelity.empty() && !request.fidelity.ends_with(".csv") && !request.fidelity.ends_with(".json"))
+    throw wrong("--fidelity", "'" + request.fidelity + "'; allowed: a file name that ends with .csv or .json");
+  if (!request.picture.empty() && !request.picture.ends_with(".png"))
+    throw wrong("--picture", "'" + request.picture + "'; allowed: a file name that ends with .png");
+  if (!request.cell.empty()) {
+    const bool mesh_only = request.scale != 0 || request.fit_extent_m != 0 || !request.pose.empty() ||
+                           request.voxel_size_m != 0 || !request.layers.empty() || !request.mu.empty() ||
+                           request.mu_skin != 0 || request.guard != 0 || !request.up_axis.empty() ||
+                           request.inside != 0 || !request.mu_inside.empty() || !request.fidelity.empty();
+    if (mesh_only) {
+      throw wrong("--cell",
+                  "the cell file says scale, up-axis, poses, voxel size, layers, viscosities, guards and layers inside; "
+                  "allowed beside it: --method, --element, --threads, --export, --field, --encoding, --picture");
+    }
+    return;
+  }
+  if (request.voxel_size_m == 0) throw wrong("--voxel-size-m", "is missing; a mesh needs it");
+  if (request.layers.empty() || request.mu.empty())
+    throw wrong("--layers, --mu", "are missing; a mesh needs both");
+  if (request.scale != 0 && request.fit_extent_m != 0)
+    throw wrong("--scale, --fit-extent-m", "only one of them may be given");
+  if (!request.mu_inside.empty() && request.mu_inside.size() != static_cast<std::size_t>(request.inside)) {
+    throw wrong("--mu-inside", std::to_string(request.mu_inside.size()) + " viscosities for --inside " +
+                                   std::to_string(request.inside) + "; allowed: one per layer inside");
+  }
+}
+
+void apply_method(const ActivateRequest& request, voxel::LayerProfile& profile) {
+  using voxel::LayerMethod, voxel::ShapingElement;
+  if (!request.method.empty()) {
+    profile.method = request.method == "surface"    ? LayerMethod::kSurface
+                     : request.method == "dilation" ? LayerMethod::kDilation
+                                                    : LayerMethod::kDistance;
+  }
+  if (request.element.empty()) return;
+  if (profile.method != LayerMethod::kDilation)
+    throw wrong("--element", "belongs to --method dilation; allowed: both or neither");
+  profile.element = request.element == "cube"     ? ShapingElement::kCube
+                    : request.element == "sphere" ? ShapingElement::kSphere
+                                                  : ShapingElement::kSphereContained;
+}
+
+voxel::LayerProfile profile_of(const ActivateRequest& request) {
+  voxel::LayerProfile profile;
+  profile.thickness_vox = request.layers;
+  profile.mu_Pa_s_per_m.assign(request.mu.begin(), request.mu.end());
+  const double steepest = *std::max_element(request.mu.begin(), request.mu.end());
+  const double skin = request.mu_skin != 0 ? request.mu_skin : std::max(100.0, steepest);
+  profile.mu_skin_Pa_s_per_m = static_cast<float>(skin);
+  profile.guard_vox = request.guard;
+  profile.inside_thickness_vox.assign(static_cast<std::size_t>(request.inside), request.layers.front());
+  profile.mu_inside_Pa_s_per_m.assign(request.mu_inside.begin(), request.mu_inside.end());
+  for (int i = 1; request.mu_inside.empty() && i <= request.inside; ++i) {
+    const double outer = request.mu.front();
+    profile.mu_inside_Pa_s_per_m.push_back(static_cast<float>(outer + (skin - outer) * i / (request.inside + 1)));
+  }
+  apply_method(request, profile);
+  if (const auto checked = voxel::check_profile(profile); !checked)
+    throw wrong("--layers, --mu, --mu-skin, --guard, --inside, --mu-inside", checked.message());
+  return profile;
+}
+
+std::string method_text(const voxel::LayerProfile& profile) {
+  using voxel::LayerMethod, voxel::ShapingElement;
+  if (profile.method == LayerMethod::kDistance) return "distance";
+  if (profile.method == LayerMethod::kSurface) return "surface";
+  return profile.element == ShapingElement::kCube     ? "dilation cube"
+         : profile.element == ShapingElement::kSphere ? "dilation sphere"
+                                                      : "dilation sphere-contained";
+}
+
+voxel::NrrdField field_of(const std::string& name) {
+  return name == "mu"       ? voxel::NrrdField::kMu
+         : name == "object" ? voxel::NrrdField::kObject
+                            : voxel::NrrdField::kOrder;
+}
+
+}  // namespace phantom::wva_server

@@ -1,0 +1,50 @@
+#include "components/wva_server/fidelity_report.hpp"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+namespace phantom::wva_server {
+namespace {
+
+using nlohmann::json;
+using voxel::Deviation;
+
+std::string order_text(int order) { return order == voxel::kOrderGuard ? "guard" : std::to_string(order); }
+
+std::string row(const FidelityHead& head, const voxel::LayerFidelity& layer, const char* side, const Deviation& d) {
+  char text[256];
+  std::snprintf(text, sizeof text, "%s,%s,%.9g,%s,%zu,%.4f,%.4f,%.4f,%.4f\n", order_text(layer.order).c_str(), side,
+                layer.offset_vox, head.method.c_str(), d.faces, d.mean_vox, d.rms_vox, d.min_vox, d.max_vox);
+  return text;
+}
+
+json object(const Deviation& d) {
+  return {{"faces", d.faces}, {"mean_vox", d.mean_vox}, {"rms_vox", d.rms_vox}, {"min_vox", d.min_vox}, {"max_vox", d.max_vox}};
+}
+
+}  // namespace
+
+std::string fidelity_csv(const FidelityHead& head, const std::vector<voxel::LayerFidelity>& layers) {
+  std::string text = "layer,side,offset_vox,method,faces,mean_vox,rms_vox,min_vox,max_vox\n";
+  for (const auto& layer : layers) {
+    text += row(head, layer, "all", layer.whole);
+    for (std::size_t side = 0; side < voxel::kSides; ++side)
+      text += row(head, layer, voxel::name_of(static_cast<voxel::Side>(side)), layer.by_side[side]);
+  }
+  return text;
+}
+
+std::string fidelity_json(const FidelityHead& head, const std::vector<voxel::LayerFidelity>& layers) {
+  json list = json::array();
+  for (const auto& layer : layers) {
+    json sides = json::object();
+    for (std::size_t side = 0; side < voxel::kSides; ++side)
+      sides[voxel::name_of(static_cast<voxel::Side>(side))] = object(layer.by_side[side]);
+    list.push_back({{"layer", order_text(layer.order)}, {"offset_vox", layer.offset_vox}, {"all", object(layer.whole)}, {"sides", sides}});
+  }
+  const json report = {{"mesh", head.mesh},           {"method", head.method},     {"voxel_size_m", head.voxel_size_m},
+                       {"layers_vox", head.layers_vox}, {"guard_vox", head.guard_vox}, {"layers", list}};
+  return report.dump(2) + "\n";
+}
+
+}  // namespace phantom::wva_server

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/voxel/fidelity.hpp"
+
+namespace phantom::wva_server {
+
+/// What a fidelity report is about.
+struct FidelityHead {
+  std::string mesh, method;  ///< the mesh's name; method and element
+  double voxel_size_m = 0.0;
+  std::vector<int> layers_vox;
+  int guard_vox = 0;
+};
+
+/// As a table: one row per layer and side ("all" first); lengths in voxels.
+std::string fidelity_csv(const FidelityHead& head, const std::vector<voxel::LayerFidelity>& layers);
+/// The same as JSON.
+std::string fidelity_json(const FidelityHead& head, const std::vector<voxel::LayerFidelity>& layers);
+
+}  // namespace phantom::wva_server
