@@ -21,7 +21,7 @@ std::vector<std::uint8_t> encode_brick(const Workspace::BrickView& brick) {
   BrickData plain;
   std::memcpy(plain.mu_code.data(), brick.mu_code, kBrickVoxels);
   std::memcpy(plain.order.data(), brick.order, kBrickVoxels);
-  std::memcpy(plain.object.data(), brick.object, kBrickVoxels * 2);
+  brick.copy_objects(plain.object.data());
 
   const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(), ZSTD_freeCCtx);
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kLevel);

@@ -1,6 +1,11 @@
 #include "common/voxel/merge.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstring>
+
+#include "common/core/parallel.hpp"
+#include "common/voxel/merge_kernel.hpp"
 
 namespace phantom::voxel {
 namespace {
@@ -23,15 +28,72 @@ struct Claim {
   const MergeEntry* entry;
 };
 
-void put(const Claim& claim, bool first_of_rank, const Workspace::MutableBrick& brick,
-         std::array<std::uint8_t, kBrickVoxels>& settled) {
-  if (first_of_rank) std::copy_n(brick.mu_code, kBrickVoxels, settled.begin());
-  for (std::size_t i = 0; i < kBrickVoxels; ++i) {
-    const std::uint8_t code = (*claim.entry->codes)[static_cast<std::uint8_t>(claim.orders[i])];
-    if (settled[i] != 0 || code <= brick.mu_code[i]) continue;
-    brick.mu_code[i] = code;
-    brick.order[i] = claim.orders[i];
-    brick.object[i] = claim.entry->id;
+/// Who claims what: claims[first[i]] … claims[first[i + 1] − 1] are those on keys[i], the strongest first.
+struct Claims {
+  std::vector<Claim> claims;
+  std::vector<std::size_t> first;
+
+  std::span<const Claim> on(std::size_t key) const { return {claims.data() + first[key], first[key + 1] - first[key]}; }
+};
+
+Claims claims_on(std::span<const BrickKey> keys, const std::vector<MergeEntry>& strongest_first) {
+  Claims claims;
+  claims.first.reserve(keys.size() + 1);
+  for (const BrickKey key : keys) {
+    claims.first.push_back(claims.claims.size());
+    for (const MergeEntry& entry : strongest_first) {
+      if (const std::int8_t* orders = entry.bricks->orders(key)) claims.claims.push_back({orders, &entry});
+    }
+  }
+  claims.first.push_back(claims.claims.size());
+  return claims;
+}
+
+/// Whether the brick is one object's interior and needs no memory of its own.
+bool interior_alone(BrickKey key, std::span<const Claim> claims) {
+  return claims.size() == 1 && claims[0].entry->bricks->is_interior(key);
+}
+
+/// Gives every brick the memory that it needs, filled where that is all there is to it.
+void make_room(std::span<const BrickKey> keys, const Claims& claims, Workspace& workspace) {
+  for (const BrickKey key : keys) workspace.remove_brick(key);
+  std::size_t own = 0;
+  for (std::size_t i = 0; i < keys.size(); ++i) own += !claims.on(i).empty() && !interior_alone(keys[i], claims.on(i)) ? 1 : 0;
+  workspace.reserve_for(own);
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const std::span<const Claim> on_it = claims.on(i);
+    if (on_it.empty()) continue;
+    const MergeEntry& first = *on_it[0].entry;
+    if (interior_alone(keys[i], on_it)) {
+      workspace.fill_brick(keys[i], (*first.codes)[static_cast<std::uint8_t>(kOrderInterior)], kOrderInterior, first.id);
+    } else if (on_it.size() == 1) {
+      workspace.make_brick_of(keys[i], first.id);
+    } else {
+      workspace.make_brick(keys[i]);
+    }
+  }
+}
+
+/// One thread's work space.
+struct Scratch {
+  std::array<std::uint8_t, kBrickVoxels> settled;  // codes that claims of a greater rank have set: they stay
+  std::array<std::uint8_t, kBrickVoxels> taken;    // not 0: the last claim has taken the voxel
+};
+
+void merge_brick(std::span<const Claim> claims, const Workspace::MutableBrick& brick, Scratch& scratch) {
+  std::memcpy(brick.order, claims[0].orders, kBrickVoxels);
+  detail::codes_of(*claims[0].entry->codes, claims[0].orders, brick.mu_code);
+  if (brick.object == nullptr) return;
+  for (std::size_t i = 0; i < kBrickVoxels; ++i) brick.object[i] = brick.mu_code[i] != 0 ? claims[0].entry->id : std::uint16_t{0};
+  const std::uint8_t* settled = nullptr;
+  for (std::size_t c = 1; c < claims.size(); ++c) {
+    if (claims[c].entry->rank != claims[c - 1].entry->rank) {
+      std::memcpy(scratch.settled.data(), brick.mu_code, kBrickVoxels);
+      settled = scratch.settled.data();
+    }
+    detail::claim(*claims[c].entry->codes, claims[c].orders, settled, brick.mu_code, brick.order, scratch.taken.data());
+    const std::uint16_t id = claims[c].entry->id;
+    for (std::size_t i = 0; i < kBrickVoxels; ++i) brick.object[i] = scratch.taken[i] != 0 ? id : brick.object[i];
   }
 }
 
@@ -46,22 +108,15 @@ std::vector<BrickKey> keys_of(std::span<const MergeEntry> entries) {
 }
 
 void merge_bricks(MergeLaw law, std::span<const MergeEntry> entries, std::span<const BrickKey> keys, Workspace& workspace,
-                  int /*threads*/) {
+                  int threads) {
   const std::vector<MergeEntry> strongest_first = by_strength(law, entries);
-  std::vector<Claim> claims;
-  std::array<std::uint8_t, kBrickVoxels> settled{};
-  for (const BrickKey key : keys) {
-    claims.clear();
-    for (const MergeEntry& entry : strongest_first) {
-      if (const std::int8_t* orders = entry.bricks->orders(key)) claims.push_back({orders, &entry});
-    }
-    workspace.remove_brick(key);
-    if (claims.empty()) continue;
-    const Workspace::MutableBrick brick = workspace.make_brick(key);
-    for (std::size_t i = 0; i < claims.size(); ++i) {
-      put(claims[i], i == 0 || claims[i].entry->rank != claims[i - 1].entry->rank, brick, settled);
-    }
-  }
+  const Claims claims = claims_on(keys, strongest_first);
+  make_room(keys, claims, workspace);
+  std::vector<Scratch> scratch(static_cast<std::size_t>(std::max(1, threads)));
+  core::parallel_for(threads, keys.size(), [&](std::size_t i, std::size_t worker) {
+    if (claims.on(i).empty() || interior_alone(keys[i], claims.on(i))) return;
+    merge_brick(claims.on(i), workspace.edit_brick(keys[i]), scratch[worker]);
+  });
 }
 
 }  // namespace phantom::voxel

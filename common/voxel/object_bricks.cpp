@@ -82,6 +82,11 @@ const std::int8_t* ObjectBricks::orders(BrickKey key) const noexcept {
   return own ? own.get() : all_interior().data();
 }
 
+bool ObjectBricks::is_interior(BrickKey key) const noexcept {
+  const auto found = std::lower_bound(keys_.begin(), keys_.end(), key);
+  return found != keys_.end() && *found == key && !orders_[static_cast<std::size_t>(found - keys_.begin())];
+}
+
 std::int8_t* ObjectBricks::edit(BrickKey key) {
   const auto found = std::lower_bound(keys_.begin(), keys_.end(), key);
   if (found == keys_.end() || *found != key) return nullptr;

@@ -29,7 +29,9 @@ class ObjectBricks {
   const std::vector<BrickKey>& keys() const noexcept { return keys_; }
   /// kBrickVoxels orders, or null where the object has nothing. Time: log of the bricks.
   const std::int8_t* orders(BrickKey key) const noexcept;
-  /// The same to be changed (not while shared); null where the object has nothing.
+  /// Whether the brick is interior throughout, and known to be.
+  bool is_interior(BrickKey key) const noexcept;
+  /// The same as orders(), to be changed (not while shared); null where the object has nothing.
   std::int8_t* edit(BrickKey key);
   /// Order of a voxel of the grid, none of whose indices is negative; free where the object has nothing.
   std::int8_t at(Index3 v) const noexcept;

@@ -20,7 +20,7 @@ Workspace::Workspace(const GridSpec& grid, std::vector<float> palette_Pa_s_per_m
                    bricks_along(grid.size_vox[2])},
       mu_codes_(kBrickVoxels),
       orders_(kBrickVoxels),
-      objects_(kBrickVoxels) {
+      slots_(1) {
   if (const core::Status checked = check_palette(palette_); !checked)
     throw std::invalid_argument(checked.message());
   directory_.resize(static_cast<std::size_t>(size_bricks_[0]) * static_cast<std::size_t>(size_bricks_[1]) *
@@ -42,48 +42,132 @@ std::vector<BrickKey> Workspace::bricks() const {
 }
 
 std::size_t Workspace::bytes() const noexcept {
-  return directory_.size() * sizeof(directory_[0]) +
-         slots_in_use_ * kBrickVoxels * (sizeof(mu_codes_[0]) + sizeof(orders_[0]) + sizeof(objects_[0]));
+  return directory_.size() * sizeof(directory_[0]) + slots_.size() * sizeof(slots_[0]) + mu_codes_.size() + orders_.size() +
+         objects_.size() * sizeof(objects_[0]);
 }
 
 Workspace::BrickView Workspace::brick(BrickKey key) const noexcept {
-  const std::size_t first = directory_[directory_index(key)] * kBrickVoxels;
-  return {mu_codes_.data() + first, orders_.data() + first, objects_.data() + first};
+  const std::uint32_t slot = directory_[directory_index(key)];
+  const std::size_t first = slot * kBrickVoxels;
+  const Slot& about = slots_[slot];
+  return {mu_codes_.data() + first, orders_.data() + first,
+          about.object_list == 0 ? nullptr : objects_.data() + about.object_list * kBrickVoxels, about.object};
+}
+
+void Workspace::BrickView::copy_objects(std::uint16_t* to) const {
+  if (object != nullptr) {
+    std::copy_n(object, kBrickVoxels, to);
+  } else {
+    for (std::size_t i = 0; i < kBrickVoxels; ++i) to[i] = mu_code[i] != 0 ? sole_object : std::uint16_t{0};
+  }
 }
 
 void Workspace::reserve_bricks(std::size_t count) {
-  const std::size_t voxels = (count + 1) * kBrickVoxels;
-  mu_codes_.reserve(voxels);
-  orders_.reserve(voxels);
-  objects_.reserve(voxels);
+  mu_codes_.reserve((count + 1) * kBrickVoxels);
+  orders_.reserve((count + 1) * kBrickVoxels);
 }
 
-Workspace::MutableBrick Workspace::make_brick(BrickKey key) {
-  std::uint32_t& slot = directory_[directory_index(key)];
-  if (slot == 0) {
-    if (free_slots_.empty()) {
-      slot = static_cast<std::uint32_t>(slots_in_use_++);
-      mu_codes_.resize(slots_in_use_ * kBrickVoxels);
-      orders_.resize(slots_in_use_ * kBrickVoxels);
-      objects_.resize(slots_in_use_ * kBrickVoxels);
-    } else {
-      slot = free_slots_.back();
-      free_slots_.pop_back();
-    }
+void Workspace::reserve_for(std::size_t more_bricks) {
+  if (more_bricks > free_slots_.size()) reserve_bricks(slots_.size() - 1 + more_bricks - free_slots_.size());
+}
+
+std::uint32_t Workspace::take_slot() {
+  std::uint32_t slot;
+  if (free_slots_.empty()) {
+    slot = static_cast<std::uint32_t>(slots_.size());
+    slots_.emplace_back();
+    mu_codes_.resize(slots_.size() * kBrickVoxels);
+    orders_.resize(slots_.size() * kBrickVoxels);
+  } else {
+    slot = free_slots_.back();
+    free_slots_.pop_back();
   }
+  slots_[slot] = {1, 0, 0, false};
+  return slot;
+}
+
+std::uint32_t Workspace::take_object_list() {
+  if (!free_object_lists_.empty()) {
+    const std::uint32_t list = free_object_lists_.back();
+    free_object_lists_.pop_back();
+    return list;
+  }
+  const std::size_t lists = std::max<std::size_t>(1, objects_.size() / kBrickVoxels);
+  objects_.resize((lists + 1) * kBrickVoxels);
+  return static_cast<std::uint32_t>(lists);
+}
+
+Workspace::MutableBrick Workspace::arrays(std::uint32_t slot) noexcept {
   const std::size_t first = slot * kBrickVoxels;
-  return {mu_codes_.data() + first, orders_.data() + first, objects_.data() + first};
+  const std::uint32_t list = slots_[slot].object_list;
+  return {mu_codes_.data() + first, orders_.data() + first, list == 0 ? nullptr : objects_.data() + list * kBrickVoxels};
+}
+
+Workspace::MutableBrick Workspace::edit_brick(BrickKey key) noexcept { return arrays(directory_[directory_index(key)]); }
+
+Workspace::MutableBrick Workspace::make_brick(BrickKey key) {
+  const std::size_t place = directory_index(key);
+  const std::uint32_t before = directory_[place];
+  if (slots_[before].object_list != 0) return arrays(before);
+  std::uint32_t slot = before;
+  if (before == 0 || slots_[before].uniform) {
+    slot = take_slot();
+    std::copy_n(mu_codes_.data() + before * kBrickVoxels, kBrickVoxels, mu_codes_.data() + slot * kBrickVoxels);
+    std::copy_n(orders_.data() + before * kBrickVoxels, kBrickVoxels, orders_.data() + slot * kBrickVoxels);
+  }
+  const std::uint32_t list = take_object_list();
+  brick(key).copy_objects(objects_.data() + list * kBrickVoxels);
+  if (slot != before) {
+    remove_brick(key);
+    directory_[place] = slot;
+    ++brick_count_;
+  }
+  slots_[slot].object_list = list;
+  return arrays(slot);
+}
+
+Workspace::MutableBrick Workspace::make_brick_of(BrickKey key, std::uint16_t object) {
+  remove_brick(key);
+  const std::uint32_t slot = take_slot();
+  slots_[slot].object = object;
+  directory_[directory_index(key)] = slot;
+  ++brick_count_;
+  return arrays(slot);
+}
+
+void Workspace::fill_brick(BrickKey key, std::uint8_t mu_code, std::int8_t order, std::uint16_t object) {
+  remove_brick(key);
+  const auto alike = std::find_if(uniform_slots_.begin(), uniform_slots_.end(), [&](std::uint32_t slot) {
+    const std::size_t first = slot * kBrickVoxels;
+    return slots_[slot].object == object && mu_codes_[first] == mu_code && orders_[first] == order;
+  });
+  std::uint32_t slot;
+  if (alike != uniform_slots_.end()) {
+    slot = *alike;
+    ++slots_[slot].users;
+  } else {
+    slot = take_slot();
+    slots_[slot].object = object;
+    slots_[slot].uniform = true;
+    std::fill_n(mu_codes_.data() + slot * kBrickVoxels, kBrickVoxels, mu_code);
+    std::fill_n(orders_.data() + slot * kBrickVoxels, kBrickVoxels, order);
+    uniform_slots_.push_back(slot);
+  }
+  directory_[directory_index(key)] = slot;
+  ++brick_count_;
 }
 
 void Workspace::remove_brick(BrickKey key) {
-  std::uint32_t& slot = directory_[directory_index(key)];
-  if (slot == 0) return;
-  const std::size_t first = slot * kBrickVoxels;
-  std::fill_n(mu_codes_.data() + first, kBrickVoxels, std::uint8_t{0});
-  std::fill_n(orders_.data() + first, kBrickVoxels, std::int8_t{0});
-  std::fill_n(objects_.data() + first, kBrickVoxels, std::uint16_t{0});
-  free_slots_.push_back(slot);
-  slot = 0;
+  std::uint32_t& place = directory_[directory_index(key)];
+  if (place == 0) return;
+  Slot& slot = slots_[place];
+  if (--slot.users == 0) {
+    if (slot.object_list != 0) free_object_lists_.push_back(slot.object_list);
+    if (slot.uniform) std::erase(uniform_slots_, place);
+    free_slots_.push_back(place);
+  }
+  place = 0;
+  --brick_count_;
 }
 
 std::uint64_t Workspace::content_hash() const {

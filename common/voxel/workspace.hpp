@@ -58,20 +58,29 @@ class Workspace {
   std::uint8_t mu_code(Index3 v) const noexcept { return grid_.contains(v) ? mu_codes_[address(v)] : std::uint8_t{0}; }
   float mu(Index3 v) const noexcept { return palette_[mu_code(v)]; }
   std::int8_t order(Index3 v) const noexcept { return grid_.contains(v) ? orders_[address(v)] : kOrderFree; }
-  std::uint16_t object(Index3 v) const noexcept { return grid_.contains(v) ? objects_[address(v)] : std::uint16_t{0}; }
+  std::uint16_t object(Index3 v) const noexcept {
+    if (!grid_.contains(v)) return 0;
+    const std::size_t at = address(v), slot = at / kBrickVoxels;
+    const std::uint32_t list = slots_[slot].object_list;
+    return list != 0 ? objects_[list * kBrickVoxels + at % kBrickVoxels] : mu_codes_[at] != 0 ? slots_[slot].object : std::uint16_t{0};
+  }
 
   /// Bricks along x, y, z.
   const std::array<std::int32_t, 3>& size_bricks() const noexcept { return size_bricks_; }
   bool has_brick(BrickKey key) const noexcept { return directory_[directory_index(key)] != 0; }
   std::vector<BrickKey> bricks() const;  ///< those that exist, in z, y, x order
-  std::size_t brick_count() const noexcept { return slots_in_use_ - 1 - free_slots_.size(); }
+  std::size_t brick_count() const noexcept { return brick_count_; }
   std::size_t bytes() const noexcept;
 
   /// One brick's arrays, kBrickVoxels long, in brick_offset order; the empty brick's if it does not exist.
   struct BrickView {
     const std::uint8_t* mu_code;
     const std::int8_t* order;
-    const std::uint16_t* object;
+    const std::uint16_t* object;     ///< null: every voxel with a μ belongs to `sole_object`
+    std::uint16_t sole_object = 0;
+
+    /// Object ids of all voxels, to kBrickVoxels elements; 0 where there is none.
+    void copy_objects(std::uint16_t* to) const;
   };
   struct MutableBrick {
     std::uint8_t* mu_code;
@@ -81,9 +90,18 @@ class Workspace {
   BrickView brick(BrickKey key) const noexcept;
   /// Makes the brick if need be (zeroed). Pointers last until the next call that makes one. Not real-time safe.
   MutableBrick make_brick(BrickKey key);
+  /// Makes the brick anew for one object, to which every voxel with a μ belongs; half the memory of make_brick()'s.
+  /// Its codes and orders are for the caller to fill, all of them; `object` is null.
+  MutableBrick make_brick_of(BrickKey key, std::uint16_t object);
+  /// Makes the brick anew with all voxels alike; such bricks share their memory.
+  void fill_brick(BrickKey key, std::uint8_t mu_code, std::int8_t order, std::uint16_t object);
+  /// A brick that exists, to be changed as it was made: not one of fill_brick()'s.
+  MutableBrick edit_brick(BrickKey key) noexcept;
   void remove_brick(BrickKey key);
-  /// Makes room for `count` bricks in all, so that making them neither moves nor over-allocates.
+  /// Makes room for `count` bricks' codes and orders in all, so that making them neither moves nor over-allocates.
   void reserve_bricks(std::size_t count);
+  /// The same for so many bricks more than there are; room that removed bricks left counts.
+  void reserve_for(std::size_t more_bricks);
 
   /// Hash of grid, palette and all bricks, independent of the order in which they were made.
   std::uint64_t content_hash() const;
@@ -104,15 +122,27 @@ class Workspace {
     return slot * kBrickVoxels + brick_offset(x & 31, y & 31, z & 31);
   }
 
+  /// What there is to say of one brick's memory.
+  struct Slot {
+    std::uint32_t users = 0;        ///< bricks whose memory it is; 0: free
+    std::uint32_t object_list = 0;  ///< where the object ids stand, in bricks; 0: nowhere, all are `object`
+    std::uint16_t object = 0;
+    bool uniform = false;           ///< made by fill_brick(): never changed
+  };
+  std::uint32_t take_slot();
+  std::uint32_t take_object_list();
+  MutableBrick arrays(std::uint32_t slot) noexcept;
+
   GridSpec grid_;
   std::vector<float> palette_{0.0F};
   std::array<std::int32_t, 3> size_bricks_{0, 0, 0};
   std::vector<std::uint32_t> directory_;  // slot of each brick; 0: the empty brick
   std::vector<std::uint8_t> mu_codes_;
   std::vector<std::int8_t> orders_;
-  std::vector<std::uint16_t> objects_;
-  std::size_t slots_in_use_ = 1;  // slot 0 included
-  std::vector<std::uint32_t> free_slots_;
+  std::vector<std::uint16_t> objects_;    // lists of bricks that hold several objects; the first is never used
+  std::vector<Slot> slots_;
+  std::size_t brick_count_ = 0;
+  std::vector<std::uint32_t> free_slots_, free_object_lists_, uniform_slots_;
 };
 
 }  // namespace phantom::voxel

@@ -35,7 +35,7 @@ void copy_brick(BrickKey key, const Workspace::BrickView& from, Workspace& works
   const Workspace::MutableBrick to = workspace.make_brick(key);
   std::memcpy(to.mu_code, from.mu_code, kBrickVoxels);
   std::memcpy(to.order, from.order, kBrickVoxels);
-  std::memcpy(to.object, from.object, kBrickVoxels * 2);
+  from.copy_objects(to.object);
 }
 
 core::Status check(const VersionDescription& description) {
@@ -62,6 +62,10 @@ core::Status WorkspaceAssembler::put_brick(BrickKey key, std::uint64_t version,
     return core::Status::invalid_argument("workspace brick (" + std::to_string(key.x) + ", " +
                                           std::to_string(key.y) + ", " + std::to_string(key.z) +
                                           "): outside of any workspace");
+  }
+  if (bytes.empty()) {
+    remove_brick(key);
+    return core::Status::ok();
   }
   auto data = std::make_shared<BrickData>();
   if (core::Status decoded = decode_brick(bytes, *data); !decoded) return decoded;

@@ -53,7 +53,10 @@ std::uint64_t brick_hash(BrickKey key, const Workspace::BrickView& brick) {
                      static_cast<std::uint64_t>(key.z) << 40;
   std::uint64_t hash = hash_words(brick.mu_code, kBrickVoxels, mix(place));
   hash = hash_words(brick.order, kBrickVoxels, hash);
-  return hash_words(brick.object, 2 * kBrickVoxels, hash);
+  if (brick.object != nullptr) return hash_words(brick.object, 2 * kBrickVoxels, hash);
+  std::array<std::uint16_t, kBrickVoxels> objects;
+  brick.copy_objects(objects.data());
+  return hash_words(objects.data(), 2 * kBrickVoxels, hash);
 }
 
 }  // namespace phantom::voxel

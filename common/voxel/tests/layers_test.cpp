@@ -237,13 +237,20 @@ class Merge : public ::testing::Test {
       codes_.push_back(code_table(part.profile, palette_));
     }
   }
-  Workspace merged(const std::vector<std::size_t>& sequence) const {
+  Workspace merged(const std::vector<std::size_t>& sequence, MergeLaw law = MergeLaw::kHighestViscosity, int threads = 1) const {
     std::vector<MergeEntry> entries;
-    for (const std::size_t i : sequence) entries.push_back({&parts_[i].ova, parts_[i].id, &codes_[i]});
+    for (const std::size_t i : sequence) entries.push_back({&parts_[i].ova, parts_[i].id, &codes_[i], kRanks[i]});
     Workspace workspace(grid_, palette_);
-    merge_bricks(MergeLaw::kHighestViscosity, entries, keys_of(entries), workspace);
+    merge_bricks(law, entries, keys_of(entries), workspace, threads);
     return workspace;
   }
+  /// Whether part `a` keeps the voxel against part `b`, word for word.
+  bool prevails(MergeLaw law, std::size_t a, float mu_a, std::size_t b, float mu_b) const {
+    if (law != MergeLaw::kHighestViscosity && kRanks[a] != kRanks[b]) return kRanks[a] > kRanks[b];
+    return mu_a != mu_b ? mu_a > mu_b : parts_[a].id < parts_[b].id;
+  }
+  float mu_of(std::size_t i, std::int8_t order) const { return palette_[codes_[i][static_cast<std::uint8_t>(order)]]; }
+  static constexpr std::int64_t kRanks[] = {3, -7, 3, 1LL << 40};
   GridSpec grid_{{0, 0, 0}, 0.01, {45, 40, 50}};
   std::vector<Part> parts_;
   std::vector<CodeTable> codes_;
@@ -251,31 +258,52 @@ class Merge : public ::testing::Test {
   std::vector<float> palette_;
 };
 
-TEST_F(Merge, HigherViscosityPrevailsThenTheLowerObject) {
-  const Workspace workspace = merged({0, 1, 2, 3});
-  std::size_t contested = 0;
-  twin::for_each(VoxelBox::of(grid_), [&](Index3 v) {
-    float mu = 0.0F;
-    std::uint16_t object = 0;
-    std::int8_t order = 0;
-    int claims = 0;
-    for (const Part& part : parts_) {  // in order of rising id: a later one must be strictly stronger
-      const std::int8_t here = part.ova.at(v);
-      if (here == kOrderFree) continue;
-      ++claims;
-      const float its = palette_[code_table(part.profile, palette_)[static_cast<std::uint8_t>(here)]];
-      if (its > mu) {
-        mu = its;
-        object = part.id;
-        order = here;
+TEST_F(Merge, IsItsLawWordForWord) {
+  for (const MergeLaw law : {MergeLaw::kHighestViscosity, MergeLaw::kLatestObject, MergeLaw::kObjectPriority}) {
+    const Workspace workspace = merged({0, 1, 2, 3}, law);
+    std::size_t contested = 0;
+    twin::for_each(VoxelBox::of(grid_), [&](Index3 v) {
+      std::vector<std::size_t> claims;
+      for (std::size_t i = 0; i < parts_.size(); ++i) {
+        if (parts_[i].ova.at(v) != kOrderFree) claims.push_back(i);
       }
+      contested += claims.size() > 1 ? 1 : 0;
+      const auto winner = std::find_if(claims.begin(), claims.end(), [&](std::size_t a) {
+        return std::all_of(claims.begin(), claims.end(), [&](std::size_t b) {
+          return a == b || prevails(law, a, mu_of(a, parts_[a].ova.at(v)), b, mu_of(b, parts_[b].ova.at(v)));
+        });
+      });
+      ASSERT_EQ(winner == claims.end(), claims.empty());
+      ASSERT_EQ(workspace.order(v), claims.empty() ? kOrderFree : parts_[*winner].ova.at(v));
+      ASSERT_EQ(workspace.mu(v), claims.empty() ? 0.0F : mu_of(*winner, parts_[*winner].ova.at(v)));
+      ASSERT_EQ(workspace.object(v), claims.empty() ? 0 : parts_[*winner].id);
+    });
+    EXPECT_GT(contested, 1000U);
+  }
+}
+
+TEST_F(Merge, IsTheSameWithEveryInstructionSetAndManyThreads) {
+  for (const MergeLaw law : {MergeLaw::kHighestViscosity, MergeLaw::kLatestObject}) {
+    const std::uint64_t hash = merged({0, 1, 2, 3}, law).content_hash();
+    for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+      hwy::SetSupportedTargetsForTest(target);
+      EXPECT_EQ(merged({0, 1, 2, 3}, law, 3).content_hash(), hash) << hwy::TargetName(target);
     }
-    contested += claims > 1 ? 1 : 0;
-    ASSERT_EQ(workspace.mu(v), mu);
-    ASSERT_EQ(workspace.object(v), object);
-    ASSERT_EQ(workspace.order(v), order);
-  });
-  EXPECT_GT(contested, 1000U);
+    hwy::SetSupportedTargetsForTest(0);
+  }
+}
+
+TEST_F(Merge, OfSomeBricksLeavesTheOthersAndForgetsWhatWasThere) {
+  std::vector<MergeEntry> entries;
+  for (std::size_t i = 0; i < parts_.size(); ++i) entries.push_back({&parts_[i].ova, parts_[i].id, &codes_[i]});
+  Workspace workspace = merged({0, 1, 2, 3});
+  const std::uint64_t hash = workspace.content_hash();
+  const std::vector<BrickKey> keys = parts_[2].ova.keys();
+  const std::vector<MergeEntry> without{entries[0], entries[1], entries[3]};
+  merge_bricks(MergeLaw::kHighestViscosity, without, keys, workspace);
+  EXPECT_EQ(workspace.content_hash(), merged({0, 1, 3}).content_hash());
+  merge_bricks(MergeLaw::kHighestViscosity, entries, keys, workspace);
+  EXPECT_EQ(workspace.content_hash(), hash);
 }
 
 TEST_F(Merge, IsCommutativeAssociativeAndIdempotent) {
@@ -283,6 +311,14 @@ TEST_F(Merge, IsCommutativeAssociativeAndIdempotent) {
   EXPECT_EQ(merged({3, 2, 1, 0}).content_hash(), hash);
   EXPECT_EQ(merged({2, 0, 3, 1}).content_hash(), hash);
   EXPECT_EQ(merged({1, 1, 0, 2, 3, 0, 2}).content_hash(), hash);
+  // Merging what is merged already, and in two steps, changes nothing.
+  Workspace again = merged({0, 1});
+  std::vector<MergeEntry> entries;
+  for (std::size_t i = 0; i < parts_.size(); ++i) entries.push_back({&parts_[i].ova, parts_[i].id, &codes_[i]});
+  merge_bricks(MergeLaw::kHighestViscosity, entries, keys_of(entries), again);
+  EXPECT_EQ(again.content_hash(), hash);
+  merge_bricks(MergeLaw::kHighestViscosity, entries, keys_of(entries), again);
+  EXPECT_EQ(again.content_hash(), hash);
 }
 
 TEST_F(Merge, MakesNoEmptyBricks) {

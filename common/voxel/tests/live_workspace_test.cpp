@@ -59,11 +59,17 @@ Workspace from_scratch(const std::vector<Thing>& things, MergeLaw law) {
   return workspace;
 }
 
+std::vector<std::uint16_t> objects_of(const Workspace& workspace, BrickKey key) {
+  std::vector<std::uint16_t> objects(kBrickVoxels);
+  workspace.brick(key).copy_objects(objects.data());
+  return objects;
+}
+
 bool same_brick(const Workspace& a, const Workspace& b, BrickKey key) {
   return a.has_brick(key) == b.has_brick(key) &&
          std::memcmp(a.brick(key).mu_code, b.brick(key).mu_code, kBrickVoxels) == 0 &&
          std::memcmp(a.brick(key).order, b.brick(key).order, kBrickVoxels) == 0 &&
-         std::memcmp(a.brick(key).object, b.brick(key).object, 2 * kBrickVoxels) == 0;
+         objects_of(a, key) == objects_of(b, key);
 }
 
 /// The change names exactly the bricks in which the workspace differs from what it was.

@@ -67,6 +67,50 @@ TEST(Workspace, ForgetsRemovedBricksAndReusesTheirRoom) {
   EXPECT_EQ(workspace.brick_count(), 2U);
 }
 
+TEST(Workspace, BricksOfOneObjectAndBricksOfOneValueReadLikeAnyOther) {
+  const GridSpec grid{{}, 0.01, {96, 32, 32}};
+  Workspace plain(grid, {0.0F, 5.0F, 9.0F}), lean = plain;
+  for (const BrickKey key : {BrickKey{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}) {
+    const auto to = plain.make_brick(key);
+    for (std::size_t i = 0; i < kBrickVoxels; ++i) {
+      const bool there = key.x != 0 || i % 3 == 0;
+      to.mu_code[i] = there ? 2 : 0;
+      to.order[i] = there ? kOrderInterior : kOrderFree;
+      to.object[i] = there ? 7 : 0;
+    }
+  }
+  const auto sole = lean.make_brick_of({0, 0, 0}, 7);
+  EXPECT_EQ(sole.object, nullptr);
+  for (std::size_t i = 0; i < kBrickVoxels; ++i) {
+    sole.mu_code[i] = i % 3 == 0 ? 2 : 0;
+    sole.order[i] = i % 3 == 0 ? kOrderInterior : kOrderFree;
+  }
+  const std::size_t before = lean.bytes();
+  lean.fill_brick({1, 0, 0}, 2, kOrderInterior, 7);
+  const std::size_t one_more = lean.bytes();
+  EXPECT_GT(one_more, before);
+  lean.fill_brick({2, 0, 0}, 2, kOrderInterior, 7);
+  EXPECT_EQ(lean.bytes(), one_more);  // shared
+  EXPECT_LT(2 * lean.bytes(), plain.bytes());
+  EXPECT_EQ(lean.content_hash(), plain.content_hash());
+  EXPECT_EQ(lean.bricks(), plain.bricks());
+  for (int x = 0; x < 96; ++x) EXPECT_EQ(lean.object({x, 5, 6}), plain.object({x, 5, 6}));
+  // To write into one of them leaves its twin alone.
+  lean.make_brick({1, 0, 0}).object[3] = 8;
+  plain.make_brick({1, 0, 0}).object[3] = 8;
+  lean.make_brick({0, 0, 0}).mu_code[0] = 1;
+  plain.make_brick({0, 0, 0}).mu_code[0] = 1;
+  EXPECT_EQ(lean.content_hash(), plain.content_hash());
+  lean.remove_brick({1, 0, 0});
+  plain.remove_brick({1, 0, 0});
+  lean.fill_brick({0, 0, 0}, 1, 3, 9);
+  EXPECT_EQ(lean.object({31, 31, 31}), 9);
+  plain.remove_brick({0, 0, 0});
+  lean.remove_brick({0, 0, 0});
+  EXPECT_EQ(lean.content_hash(), plain.content_hash());
+  EXPECT_EQ(lean.brick_count(), 1U);
+}
+
 TEST(Workspace, HashTellsContentNotHistory) {
   const Workspace one = random_workspace(1, false);
   const Workspace backwards = random_workspace(1, true);
