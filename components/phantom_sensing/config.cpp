@@ -31,6 +31,46 @@ void read_directional(const ConfigReader& section, PerceptSettings& percept) {
       section.integer("gradient_reach_vox", percept.gradient_reach_vox, {1, 32, "voxels"});
 }
 
+void read_workspace(const ConfigReader& section, Config& config) {
+  double& behind_s = config.workspace_behind_after_s;
+  double& stale_s = config.workspace_stale_after_s;
+  behind_s = section.number("behind_after_s", behind_s, {0.01, 3600, "s"});
+  stale_s = section.number("stale_after_s", stale_s, {0.01, 3600, "s"});
+  if (stale_s < behind_s)
+    throw section.error("stale_after_s", "is below behind_after_s; allowed: that or more, up to 3600 s");
+}
+
+robot::MemoryWeights read_memory(const ConfigReader& file) {
+  if (!file.has("memory_weights")) return {};
+  const auto weights = file.numbers("memory_weights", {0, 1000, ""});
+  if (weights.empty()) return weights;
+  if (weights.size() > robot::MuMemory::kMostDepth || !(weights.front() > 0.0)) {
+    throw file.error("memory_weights", "has " + std::to_string(weights.size()) + " weights, the first " +
+                                           std::to_string(weights.front()) + "; allowed: up to " +
+                                           std::to_string(robot::MuMemory::kMostDepth) +
+                                           ", the first above 0; or none, []");
+  }
+  return weights;
+}
+
+robot::ResponseCurve read_response(const ConfigReader& section) {
+  if (!section.has("mu_Pa_s_per_m") && !section.has("felt_Pa_s_per_m")) return {};
+  const auto mu = section.numbers("mu_Pa_s_per_m", {0, 1e6, "Pa·s/m"});
+  const auto felt = section.numbers("felt_Pa_s_per_m", {0, 1e6, "Pa·s/m"});
+  if (mu.size() != felt.size() || mu.empty()) {
+    throw section.error("felt_Pa_s_per_m", "has " + std::to_string(felt.size()) + " values for " +
+                                               std::to_string(mu.size()) +
+                                               " of mu_Pa_s_per_m; allowed: as many, 1 or more");
+  }
+  std::vector<std::pair<double, double>> points;
+  for (std::size_t i = 0; i < mu.size(); ++i) {
+    if (i > 0 && !(mu[i] > mu[i - 1]))
+      throw section.error("mu_Pa_s_per_m", "does not rise at value " + std::to_string(i + 1) + "; allowed: rising values");
+    points.emplace_back(mu[i], felt[i]);
+  }
+  return robot::ResponseCurve(std::move(points));
+}
+
 void read_motion(const ConfigReader& section, percept::MotionThresholds& motion) {
   motion.dangerous_below_rad = kDegree * section.number("dangerous_below_deg", 60.0, {0, 180, "degrees"});
   motion.safe_above_rad = kDegree * section.number("safe_above_deg", 120.0, {0, 180, "degrees"});
@@ -42,6 +82,10 @@ void read_motion(const ConfigReader& section, percept::MotionThresholds& motion)
 }
 
 void read_speed_limit(const ConfigReader& section, percept::SpeedLimit& limit) {
+  const percept::LimitShape shape = section.choice("speed_limit", "linear", {"linear", "table"}) == "table"
+                                        ? percept::LimitShape::kTable
+                                        : percept::LimitShape::kLinear;
+  limit.shape = shape;
   if (!section.has("speed_limit_mu_Pa_s_per_m") && !section.has("speed_limit_m_s")) return;
   const auto mu = section.numbers("speed_limit_mu_Pa_s_per_m", {0, 1e6, "Pa·s/m"});
   const auto speed = section.numbers("speed_limit_m_s", {0, 100, "m/s"});
@@ -52,6 +96,7 @@ void read_speed_limit(const ConfigReader& section, percept::SpeedLimit& limit) {
                                                std::to_string(percept::SpeedLimit::kMaxPoints));
   }
   limit = {};
+  limit.shape = shape;
   limit.points = mu.size();
   std::copy(mu.begin(), mu.end(), limit.mu.begin());
   std::copy(speed.begin(), speed.end(), limit.speed_m_s.begin());
@@ -95,6 +140,9 @@ Config load_config(const std::filesystem::path& path) {
       static_cast<std::size_t>(skin.integer("max_sensors", 100'000, {1, 2'000'000, "sensors"}));
   config.percept_rate_hz = file.number("percept_rate_hz", config.percept_rate_hz, {1, 1000, "Hz"});
   config.staleness_s = file.number("staleness_s", config.staleness_s, {0.002, 10, "s"});
+  read_workspace(file.optional_section("workspace"), config);
+  percept.memory = read_memory(file);
+  percept.response = read_response(file.optional_section("response"));
   const ConfigReader cluster = file.optional_section("cluster");
   percept.cluster_reach_vox = cluster.integer("reach_vox", percept.cluster_reach_vox, {1, 15, "voxels"});
   percept.cluster_shape = cluster.choice("shape", "sphere", {"sphere", "cube"}) == "cube"

@@ -15,6 +15,8 @@ struct Config {
   PerceptSettings percept;
   double percept_rate_hz = 100.0;  ///< topic percept, at most the rate of slave_state
   double staleness_s = 0.1;        ///< slave_state older than this makes the percept invalid
+  double workspace_behind_after_s = 1.0;  ///< a version announced and not whole for so long marks the percept
+  double workspace_stale_after_s = 5.0;   ///< and for so long ends it
 };
 
 /// Reads and checks the parameters. Throws ConfigError (file, line, key, value, what is allowed).

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <atomic>
+#include <deque>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -12,6 +13,8 @@
 
 namespace phantom::phantom_sensing {
 namespace {
+
+constexpr std::size_t kMostWaiting = 64, kMostRemembered = 64;  // commands; replies
 
 /// Says what is wrong with a topic's samples, not once per sample. Thread-safe.
 class RefusalLog {
@@ -44,29 +47,52 @@ struct DdsAdapter::Impl {
     dds::Reader<msg::SlaveState> slave;
     dds::Reader<msg::WorkspaceVersion> version;
     dds::Reader<msg::WorkspaceBrick> brick;
+    dds::Reader<msg::WorkspaceObject> object;
+    dds::Reader<msg::SensingCommand> command;
   };
 
-  Impl(const core::NetworkOptions& network, const robot::SerialArm& robot_arm)
-      : arm(robot_arm),
+  Impl(const core::NetworkOptions& network, const PhantomModel& phantom)
+      : model(phantom),
         participant("phantom_sensing", network),
         status(participant),
         drag_stamper(participant),
         percept_stamper(participant),
         alert_stamper(participant),
+        interest_stamper(participant),
+        reply_stamper(participant),
         drag_writer(participant, dds::kDragField),
         percept_writer(participant, dds::kPercept),
-        alert_writer(participant, dds::kHitAlert) {}
+        alert_writer(participant, dds::kHitAlert),
+        interest_writer(participant, dds::kInterestPoints),
+        reply_writer(participant, dds::kSensingReply) {}
 
-  const robot::SerialArm& arm;
+  /// A wish that comes again gets the reply it got.
+  const msg::SensingReply* given_before(const msg::Stamp& stamp) const {
+    for (const msg::SensingReply& reply : given) {
+      if (reply.command().session() == stamp.session() &&
+          reply.command().sequence_number() == stamp.sequence_number())
+        return &reply;
+    }
+    return nullptr;
+  }
+
+  const PhantomModel& model;
   dds::Participant participant;
   dds::StatusReporter status;
-  dds::Stamper drag_stamper, percept_stamper, alert_stamper;
+  dds::Stamper drag_stamper, percept_stamper, alert_stamper, interest_stamper, reply_stamper;
   dds::Writer<msg::DragField> drag_writer;
   dds::Writer<msg::Percept> percept_writer;
   dds::Writer<msg::HitAlert> alert_writer;
+  dds::Writer<msg::InterestPoints> interest_writer;
+  dds::Writer<msg::SensingReply> reply_writer;
   msg::DragField drag;
   msg::Percept percept;
   msg::HitAlert alert;
+  msg::InterestPoints interest;
+  std::deque<msg::SensingReply> given;  // handle_commands() only
+  mutable std::mutex inbox_mutex;       // commands, objects
+  std::deque<msg::SensingCommand> commands;
+  std::map<dds::InstanceId, std::pair<std::uint16_t, std::string>> objects;
   RefusalLog slave_refusals{"slave_state"}, workspace_refusals{"workspace_brick, workspace_version"};
   std::mutex readers_mutex;  // between stop_reading() and the keeper's thread
   std::unique_ptr<Readers> readers;
@@ -76,7 +102,7 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
     : slave(owner.participant, dds::kSlaveState,
             [&owner, &loop, this](const msg::SlaveState& state, const dds::SampleInfo& info) {
               if (!ready.load(std::memory_order_acquire)) return;
-              std::string why = refusal(state, owner.arm);
+              std::string why = refusal(state, owner.model.arm);
               if (why.empty() && !order.accept(state.stamp())) {
                 why = "stamp.sequence_number " + std::to_string(state.stamp().sequence_number()) +
                       " is not above the one before; allowed: rising numbers";
@@ -89,7 +115,8 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
               }
             }),
       version(owner.participant, dds::kWorkspaceVersion,
-              [&workspace](const msg::WorkspaceVersion& sample, const dds::SampleInfo&) {
+              [&workspace, &loop](const msg::WorkspaceVersion& sample, const dds::SampleInfo&) {
+                loop.workspace_watch().announced(sample.version());
                 workspace.commit(description_of(sample));
               }),
       brick(
@@ -104,10 +131,25 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
             if (found == brick_of.end()) return;  // never had it
             workspace.remove_brick(found->second);
             brick_of.erase(found);
-          }) {}
+          }),
+      object(
+          owner.participant, dds::kWorkspaceObject,
+          [&owner](const msg::WorkspaceObject& sample, const dds::SampleInfo& info) {
+            const std::lock_guard lock(owner.inbox_mutex);
+            owner.objects[info.instance] = {sample.id(), sample.name().to_string()};
+          },
+          [&owner](const dds::InstanceId& instance) {
+            const std::lock_guard lock(owner.inbox_mutex);
+            owner.objects.erase(instance);
+          }),
+      command(owner.participant, dds::kSensingCommand,
+              [&owner](const msg::SensingCommand& sample, const dds::SampleInfo&) {
+                const std::lock_guard lock(owner.inbox_mutex);
+                if (owner.commands.size() < kMostWaiting) owner.commands.push_back(sample);
+              }) {}
 
-DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const robot::SerialArm& arm)
-    : impl_(std::make_unique<Impl>(network, arm)) {}
+DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const PhantomModel& model)
+    : impl_(std::make_unique<Impl>(network, model)) {}
 DdsAdapter::~DdsAdapter() = default;
 
 void DdsAdapter::start_reading(SensingLoop& loop, WorkspaceKeeper& workspace) {
@@ -130,22 +172,62 @@ void DdsAdapter::count_refused_workspace(const std::string& why) {
   if (impl_->readers) impl_->readers->brick.count_refused();
 }
 
+bool DdsAdapter::workspace_attended() const {
+  const std::lock_guard lock(impl_->readers_mutex);
+  return impl_->readers && impl_->readers->version.matched() > 0;
+}
+
+std::map<std::uint16_t, std::string> DdsAdapter::objects() const {
+  const std::lock_guard lock(impl_->inbox_mutex);
+  std::map<std::uint16_t, std::string> names;
+  for (const auto& [instance, object] : impl_->objects) names.insert(object);
+  return names;
+}
+
+void DdsAdapter::handle_commands(const Handlers& handlers) {
+  std::deque<msg::SensingCommand> commands;
+  {
+    const std::lock_guard lock(impl_->inbox_mutex);
+    commands.swap(impl_->commands);
+  }
+  for (const msg::SensingCommand& command : commands) {
+    msg::SensingReply reply;
+    if (const msg::SensingReply* before = impl_->given_before(command.stamp())) {
+      reply = *before;
+    } else {
+      const Answer answer =
+          command.stamp().sequence_number() == 0 ? Answer{false, "stamp.sequence_number is 0; allowed: 1 or more"}
+          : command.request() == msg::SENSING_SELF_TEST ? handlers.self_test()
+                                                        : handlers.contact(wish_of(command));
+      spdlog::info("{} asked: {}", command.requester().to_string(), answer.message);
+      reply = reply_to(command, answer);
+      impl_->given.push_back(reply);
+      if (impl_->given.size() > kMostRemembered) impl_->given.pop_front();
+    }
+    reply.stamp(impl_->reply_stamper.next());
+    impl_->reply_writer.write(reply);
+  }
+}
+
 void DdsAdapter::publish_status(const core::Health& health) { impl_->status.publish(health); }
 
 void DdsAdapter::on_drag(const StepOutputs& outputs, const TickInfo& info) {
-  fill(impl_->drag, outputs, info, impl_->arm.joint_count());
+  fill(impl_->drag, outputs, info, impl_->model.arm.joint_count());
   impl_->drag.stamp(impl_->drag_stamper.next());
   impl_->drag_writer.write(impl_->drag);
 }
 
 void DdsAdapter::on_percept(const StepOutputs& outputs, const TickInfo& info) {
-  fill(impl_->percept, outputs, info, impl_->arm.joint_count());
+  fill(impl_->percept, outputs, info, impl_->model.arm.joint_count());
   impl_->percept.stamp(impl_->percept_stamper.next());
   impl_->percept_writer.write(impl_->percept);
+  fill(impl_->interest, outputs, info, impl_->model);
+  impl_->interest.stamp(impl_->interest_stamper.next());
+  impl_->interest_writer.write(impl_->interest);
 }
 
 void DdsAdapter::on_alert(const percept::Alert& alert, bool cleared) {
-  fill(impl_->alert, alert, cleared, impl_->arm);
+  fill(impl_->alert, alert, cleared, impl_->model);
   impl_->alert.stamp(impl_->alert_stamper.next());
   impl_->alert_writer.write(impl_->alert);
 }

@@ -7,6 +7,8 @@
 namespace phantom::phantom_sensing {
 namespace {
 
+constexpr std::size_t kPointNameBound = 32;  // idl: string<32>
+
 msg::Echo echo_of(const SampleId& id) {
   msg::Echo echo;
   echo.sequence_number(id.sequence_number);
@@ -49,6 +51,28 @@ msg::HitRule rule_of(percept::HitRule rule) {
       break;
   }
   return msg::HIT_NONE;
+}
+
+msg::PerceptCondition condition_of(PerceptCondition condition) {
+  switch (condition) {
+    case PerceptCondition::kFresh:
+      return msg::PERCEPT_FRESH;
+    case PerceptCondition::kWorkspaceUnattended:
+      return msg::PERCEPT_WORKSPACE_UNATTENDED;
+    case PerceptCondition::kWorkspaceBehind:
+      return msg::PERCEPT_WORKSPACE_BEHIND;
+    case PerceptCondition::kWorkspaceStale:
+      return msg::PERCEPT_WORKSPACE_STALE;
+    case PerceptCondition::kNoWorkspace:
+      return msg::PERCEPT_NO_WORKSPACE;
+    case PerceptCondition::kNoState:
+      return msg::PERCEPT_NO_STATE;
+    case PerceptCondition::kStateStale:
+      return msg::PERCEPT_STATE_STALE;
+    case PerceptCondition::kSelfTestFailed:
+      break;
+  }
+  return msg::PERCEPT_SELF_TEST_FAILED;
 }
 
 template <class... Parts>
@@ -124,27 +148,55 @@ void fill(msg::Percept& message, const StepOutputs& outputs, const TickInfo& inf
   message.slave_echo(echo_of(info.slave.id));
   message.workspace_version(outputs.workspace_version);
   message.valid(outputs.valid);
-  message.mu(static_cast<double>(percept.worst.mu));
+  message.condition(condition_of(info.condition));
+  message.mu(percept.mu);
   message.closeness(percept.closeness);
   message.speed_m_s(percept.velocity_W_m_s.norm());
-  message.position_m(vector_of(percept.worst.position_W_m));
+  message.position_m(vector_of(percept.position_W_m));
   message.velocity_m_s(vector_of(percept.velocity_W_m_s));
   message.pgv(vector_of(percept.gradient.pgv_W_m));
   message.pgs(percept.gradient.strength);
   message.motion(motion_of(percept.motion));
-  message.link(static_cast<std::uint32_t>(percept.worst.link));
-  message.sensor(static_cast<std::uint32_t>(percept.worst.sensor));
-  message.object(percept.worst.object);
+  message.link(static_cast<std::uint32_t>(percept.link));
+  message.sensor(static_cast<std::uint32_t>(percept.sensor));
+  message.object(percept.object);
   message.joint_count(static_cast<std::uint32_t>(joint_count));
   message.drag_torque_Nm(percept.drag_torque);
   message.tick_s(info.tick_s);
+  message.muted_sensors(static_cast<std::uint32_t>(outputs.muted_sensors));
+  message.allowed_contacts(static_cast<std::uint16_t>(info.allowed_contacts));
 }
 
-void fill(msg::HitAlert& message, const percept::Alert& alert, bool cleared, const robot::SerialArm& arm) {
+void fill(msg::InterestPoints& message, const StepOutputs& outputs, const TickInfo& info, const PhantomModel& model) {
+  message.slave_echo(echo_of(info.slave.id));
+  message.workspace_version(outputs.workspace_version);
+  message.valid(outputs.valid);
+  message.condition(condition_of(info.condition));
+  message.points().resize(outputs.interest.size());
+  for (std::size_t i = 0; i < outputs.interest.size(); ++i) {
+    const InterestPercept& percept = outputs.interest[i];
+    msg::InterestPoint& point = message.points()[i];
+    point.name(model.interest_points[i].name.substr(0, kPointNameBound));
+    point.link(static_cast<std::uint32_t>(model.interest_points[i].link));
+    point.mu(percept.mu);
+    point.closeness(percept.closeness);
+    point.speed_m_s(percept.velocity_W_m_s.norm());
+    point.position_m(vector_of(percept.position_W_m));
+    point.velocity_m_s(vector_of(percept.velocity_W_m_s));
+    point.pgv(vector_of(percept.gradient.pgv_W_m));
+    point.pgs(percept.gradient.strength);
+    point.motion(motion_of(percept.motion));
+    point.rule(rule_of(percept.rule));
+    point.object(percept.object);
+    point.muted(percept.muted);
+  }
+}
+
+void fill(msg::HitAlert& message, const percept::Alert& alert, bool cleared, const PhantomModel& model) {
   message.alert(alert.number);
   message.rule(rule_of(alert.rule));
   message.link(alert.at.link);
-  message.link_name(arm.links()[alert.at.link].name.substr(0, 64));
+  message.link_name(model.arm.links()[alert.at.link].name.substr(0, 64));
   message.sensor(alert.at.sensor);
   message.object(alert.at.object);
   message.look_at_m(vector_of(alert.at.position_W_m));
@@ -152,6 +204,25 @@ void fill(msg::HitAlert& message, const percept::Alert& alert, bool cleared, con
   message.speed_m_s(alert.at.situation.speed_m_s);
   message.mu(alert.at.situation.mu);
   message.cleared(cleared);
+  const std::int32_t point = alert.at.interest_point;
+  message.interest_point(
+      point < 0 ? "" : model.interest_points[static_cast<std::size_t>(point)].name.substr(0, kPointNameBound));
+}
+
+ContactWish wish_of(const msg::SensingCommand& command) {
+  return {command.request() == msg::SENSING_ALLOW_CONTACT, command.object().to_string(), command.id(),
+          command.link().to_string(), command.duration_s()};
+}
+
+msg::SensingReply reply_to(const msg::SensingCommand& command, const Answer& answer) {
+  msg::SensingReply reply;
+  const msg::Stamp& stamp = command.stamp();
+  reply.command(echo_of({stamp.sequence_number(), stamp.monotonic_ns(), stamp.session()}));
+  reply.requester(command.requester());
+  reply.request(command.request());
+  reply.done(answer.done);
+  reply.message(answer.message.substr(0, 1024));
+  return reply;
 }
 
 }  // namespace phantom::phantom_sensing

@@ -9,6 +9,7 @@
 #include "common/dds/topics.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "common/voxel/workspace_assembler.hpp"
+#include "components/phantom_sensing/contact_desk.hpp"
 #include "components/phantom_sensing/sensing_loop.hpp"
 
 namespace phantom::phantom_sensing {
@@ -26,6 +27,11 @@ voxel::VersionDescription description_of(const msg::WorkspaceVersion& version);
 /// Fill everything but the stamp.
 void fill(msg::DragField& message, const StepOutputs& outputs, const TickInfo& info, std::size_t joint_count);
 void fill(msg::Percept& message, const StepOutputs& outputs, const TickInfo& info, std::size_t joint_count);
-void fill(msg::HitAlert& message, const percept::Alert& alert, bool cleared, const robot::SerialArm& arm);
+void fill(msg::InterestPoints& message, const StepOutputs& outputs, const TickInfo& info, const PhantomModel& model);
+void fill(msg::HitAlert& message, const percept::Alert& alert, bool cleared, const PhantomModel& model);
+
+ContactWish wish_of(const msg::SensingCommand& command);
+/// The reply to a command, but for the stamp.
+msg::SensingReply reply_to(const msg::SensingCommand& command, const Answer& answer);
 
 }  // namespace phantom::phantom_sensing

@@ -5,6 +5,7 @@
 #include "common/runtime/process.hpp"
 #include "components/phantom_sensing/model.hpp"
 #include "components/phantom_sensing/probe.hpp"
+#include "components/phantom_sensing/self_test.hpp"
 #include "components/phantom_sensing/service.hpp"
 
 int main(int argc, char** argv) {
@@ -20,8 +21,8 @@ int main(int argc, char** argv) {
       "a hit "
       "threatens.";
   description.details =
-      "In: slave_state, workspace_brick, workspace_version. Out: drag_field, percept, hit_alert, "
-      "component_status.\n"
+      "In: slave_state, workspace_brick, workspace_version, workspace_object, sensing_command. Out: drag_field, percept, "
+      "interest_points, hit_alert, sensing_reply, component_status.\n"
       "Example without DDS: phantom_sensing probe --cell deploy/cells/hot_cell/cell.yaml --joints poses.csv "
       "--out drag.csv";
   description.add_options = [&](CLI::App& app) {
@@ -35,6 +36,7 @@ int main(int argc, char** argv) {
     probe->add_flag("--directional", request.directional,
                     "directional drag, whatever the configuration says");
     probe->add_option("--out", request.out, "CSV to write")->required();
+    probe->add_option("--skin", request.skin, "CSV to write the skin's sensors to");
   };
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto config = phantom_sensing::load_config(options.config);
@@ -44,8 +46,10 @@ int main(int argc, char** argv) {
     const auto model = phantom_sensing::load_model(cell, config);
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
-      std::cout << "configuration is valid: " << model.skin.size() << " sensors on "
-                << model.arm.joint_count() << " joints\n";
+      const auto tested = phantom_sensing::test_step(config.percept);
+      if (!tested.passed) throw std::runtime_error(tested.message);
+      std::cout << "configuration is valid: " << model.skin.size() << " sensors and "
+                << model.interest_points.size() << " interest points on " << model.arm.joint_count() << " joints\n";
       return static_cast<int>(runtime::kExitDone);
     }
     return phantom_sensing::run_service(options, deployment, cell, config, model);

@@ -5,7 +5,7 @@
 #include "common/core/errors.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell_bodies.hpp"
-#include "common/voxel/merge.hpp"
+#include "common/voxel/live_workspace.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {
@@ -49,22 +49,11 @@ PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
 
 voxel::Workspace build_workspace(const runtime::CellConfig& cell) {
   const std::vector<runtime::CellBody> bodies = runtime::load_bodies(cell);
-  std::vector<voxel::LayerProfile> profiles;
-  for (const auto& loaded : bodies) profiles.push_back(loaded.body.profile);
-  const std::string place = cell.file.string() + ": objects: ";
-  const voxel::GridSpec grid = runtime::grid_of(cell);
-  voxel::Workspace workspace(grid, value_or_throw(voxel::make_palette(profiles), place));
-  std::vector<voxel::ObjectBricks> bricks;
-  std::vector<voxel::CodeTable> codes;
-  for (const auto& [body, mesh_O, notes] : bodies) {
-    bricks.push_back(value_or_throw(voxel::activate_object(body, grid), place).bricks);
-    codes.push_back(voxel::code_table(body.profile, workspace.palette()));
-  }
-  std::vector<voxel::MergeEntry> entries;
-  for (std::size_t i = 0; i < bricks.size(); ++i) entries.push_back({&bricks[i], bodies[i].body.id, &codes[i]});
-  voxel::merge_bricks(voxel::MergeLaw::kHighestViscosity, entries, voxel::keys_of(entries), workspace);
-  workspace.version = 1;
-  return workspace;
+  std::vector<voxel::LiveBody> live;
+  for (const auto& loaded : bodies) live.push_back({&loaded.body, cell.objects[loaded.body.id - 1U].priority});
+  voxel::LiveWorkspace workspace(runtime::grid_of(cell), cell.merge);
+  value_or_throw(workspace.add(live, 1), cell.file.string() + ": objects: ");
+  return std::move(workspace).take();
 }
 
 }  // namespace phantom::phantom_sensing

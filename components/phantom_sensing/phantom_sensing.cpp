@@ -7,53 +7,125 @@ namespace phantom::phantom_sensing {
 PhantomSensing::PhantomSensing(const PhantomModel& model, const PerceptSettings& settings)
     : model_(model),
       settings_(settings),
-      sensing_(model.skin, {settings.directional.enabled, settings.gradient_reach_vox}),
+      sensing_(model.skin, {settings.directional.enabled, settings.gradient_reach_vox, settings.memory, settings.response}),
       zone_(settings.cluster_reach_vox, settings.cluster_shape),
-      hits_(settings.hit, settings.alert) {}
+      skin_watch_{percept::HitMonitor(settings.hit, settings.alert)},
+      interest_watches_(model.interest_points.size(), skin_watch_),
+      interest_(model.interest_points.size()) {}
 
-void PhantomSensing::perceive(const StepInputs& inputs, StepOutputs& outputs) noexcept {
-  const voxel::Workspace& workspace = *inputs.workspace.voxels;
+/// Alerts of all places share one running number.
+percept::AlertEvents PhantomSensing::numbered(Watch& watch, percept::AlertEvents events) noexcept {
+  if (events.cleared) events.cleared->number = watch.alert;
+  if (events.raised) events.raised->number = watch.alert = ++alerts_raised_;
+  return events;
+}
+
+/// Fills what follows from the place's μ, position and object, which must stand; gives what the hit rules look at.
+percept::HitCandidate PhantomSensing::perceive_place(const StepInputs& inputs, std::size_t link,
+                                                     voxel::Index3 voxel, PlacePercept& place) const noexcept {
+  place.closeness = percept::closeness(place.mu, inputs.workspace.greatest_neighbour_mu);
+  place.velocity_W_m_s = model_.arm.point_velocity_W(link, place.position_W_m, X_WL_, inputs.velocity);
+  place.gradient = zone_.gradient(*inputs.workspace.voxels, voxel, link, inputs.allowed);
+  const Eigen::Vector3d& pgv = place.gradient.pgv_W_m;
+  place.motion = percept::classify_motion(pgv, place.velocity_W_m_s, settings_.motion);
+  percept::HitCandidate candidate;
+  candidate.situation = {
+      place.mu, place.velocity_W_m_s.norm(),
+      percept::approach_cosine(pgv, place.velocity_W_m_s, settings_.motion.least_speed_m_s)};
+  candidate.link = static_cast<std::uint32_t>(link);
+  candidate.object = place.object;
+  candidate.position_W_m = place.position_W_m;
+  candidate.pgv_W_m = pgv;
+  return candidate;
+}
+
+void PhantomSensing::perceive_skin(const StepInputs& inputs, StepOutputs& outputs) noexcept {
   SkinPercept& percept = outputs.percept;
-  percept.worst = sensing_.worst();
   std::optional<percept::HitCandidate> candidate;
-  if (percept.worst.found) {
-    const robot::WorstSensor& worst = percept.worst;
-    const auto mu = static_cast<double>(worst.mu);
-    percept.closeness = percept::closeness(mu, inputs.workspace.greatest_neighbour_mu);
-    percept.velocity_W_m_s =
-        model_.arm.point_velocity_W(worst.link, worst.position_W_m, X_WL_, inputs.velocity);
-    percept.gradient = zone_.gradient(workspace, worst.voxel);
-    percept.motion =
-        percept::classify_motion(percept.gradient.pgv_W_m, percept.velocity_W_m_s, settings_.motion);
-    const auto cosine = percept::approach_cosine(percept.gradient.pgv_W_m, percept.velocity_W_m_s,
-                                                 settings_.motion.least_speed_m_s);
-    candidate = percept::HitCandidate{{mu, percept.velocity_W_m_s.norm(), cosine},
-                                      static_cast<std::uint32_t>(worst.link),
-                                      static_cast<std::uint32_t>(worst.sensor),
-                                      worst.object,
-                                      worst.position_W_m,
-                                      percept.gradient.pgv_W_m};
+  if (const robot::WorstSensor& worst = sensing_.worst(); worst.found) {
+    percept.mu = static_cast<double>(worst.mu);
+    percept.object = worst.object;
+    percept.position_W_m = worst.position_W_m;
+    percept.link = worst.link;
+    percept.sensor = worst.sensor;
+    candidate = perceive_place(inputs, worst.link, worst.voxel, percept);
+    candidate->sensor = static_cast<std::uint32_t>(worst.sensor);
   }
-  outputs.alerts = hits_.step(candidate, inputs.dt_s);
-  percept.rule = hits_.rule();
+  outputs.alerts = numbered(skin_watch_, skin_watch_.hits.step(candidate, inputs.dt_s));
+  percept.rule = skin_watch_.hits.rule();
   percept.drag_torque =
       robot::drag_torque(outputs.drag, settings_.mode, inputs.velocity, model_.arm.joint_count());
 }
 
+void PhantomSensing::perceive_interest_points(const StepInputs& inputs) noexcept {
+  const voxel::Workspace& workspace = *inputs.workspace.voxels;
+  for (std::size_t i = 0; i < interest_.size(); ++i) {
+    const InterestPoint& point = model_.interest_points[i];
+    InterestPercept& percept = interest_[i];
+    percept = {};
+    percept.position_W_m = X_WL_[point.link] * point.position_m;
+    percept.velocity_W_m_s =
+        model_.arm.point_velocity_W(point.link, percept.position_W_m, X_WL_, inputs.velocity);
+    const voxel::Index3 voxel = workspace.grid().index_of(percept.position_W_m);
+    const auto mu = static_cast<double>(workspace.mu(voxel));
+    std::optional<percept::HitCandidate> candidate;
+    if (mu > 0.0) {
+      percept.object = workspace.object(voxel);
+      percept.muted = inputs.allowed.mutes(point.link, percept.object);
+      if (!percept.muted) {
+        percept.mu = mu;
+        candidate = perceive_place(inputs, point.link, voxel, percept);
+        candidate->interest_point = static_cast<std::int32_t>(i);
+      }
+    }
+    percept.alerts = numbered(interest_watches_[i], interest_watches_[i].hits.step(candidate, inputs.dt_s));
+    percept.rule = interest_watches_[i].hits.rule();
+  }
+}
+
+/// Tells the skin what it must not feel, if that has changed.
+void PhantomSensing::mute(const percept::AllowedContact& allowed) noexcept {
+  if (allowed == muted_) return;
+  const auto set = [this](const percept::AllowedContact& contacts, bool muted) {
+    contacts.for_each([&](std::uint16_t object, std::size_t link) {
+      const bool whole = link == percept::AllowedContact::kWholeArm;
+      for (std::size_t l = whole ? 1 : link; l <= (whole ? model_.arm.joint_count() : link); ++l)
+        sensing_.mute(l, object, muted);
+    });
+  };
+  set(muted_, false);
+  set(allowed, true);
+  muted_ = allowed;
+}
+
+/// Ends all alerts, and what sensors remember of their way: what they rest on is no longer known.
+void PhantomSensing::forget() noexcept {
+  sensing_.forget();
+  for (std::size_t i = 0; i < interest_.size(); ++i) {
+    interest_[i] = {};
+    interest_[i].alerts = numbered(interest_watches_[i], interest_watches_[i].hits.close());
+  }
+}
+
 void PhantomSensing::step(const StepInputs& inputs, StepOutputs& outputs) noexcept {
   outputs = {};
+  outputs.interest = interest_;
   const bool known = inputs.workspace.voxels != nullptr;
   if (known) outputs.workspace_version = inputs.workspace.voxels->version;
   if (!known || !inputs.state_valid) {
-    outputs.alerts = hits_.close();  // what an alert rests on is no longer known
+    outputs.alerts = numbered(skin_watch_, skin_watch_.hits.close());
+    forget();
     return;
   }
   model_.arm.link_poses(inputs.position, X_WL_);
+  mute(inputs.allowed);
   sensing_.sense(X_WL_, model_.arm.joint_count(), *inputs.workspace.voxels);
   robot::drag_coefficients(model_.arm, X_WL_, sensing_.sums(), settings_.directional, outputs.drag);
   outputs.valid = true;
   outputs.active_sensors = sensing_.active();
-  perceive(inputs, outputs);
+  outputs.muted_sensors = sensing_.muted();
+  perceive_skin(inputs, outputs);
+  perceive_interest_points(inputs);
 }
 
 }  // namespace phantom::phantom_sensing

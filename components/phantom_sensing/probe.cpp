@@ -9,6 +9,7 @@
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
 #include "common/percept/closeness.hpp"
+#include "components/phantom_sensing/contact_desk.hpp"
 #include "components/phantom_sensing/model.hpp"
 
 namespace phantom::phantom_sensing {
@@ -91,8 +92,8 @@ void write_row(const ProbeRow& row, const StepOutputs& out, std::size_t n, bool 
     for (std::size_t i = 0; i < n; ++i) csv << ',' << out.drag.minus[i];
   }
   const SkinPercept& p = out.percept;
-  csv << ',' << p.worst.mu << ',' << p.worst.link << ',' << p.worst.sensor << ',' << p.worst.object;
-  for (int axis = 0; axis < 3; ++axis) csv << ',' << p.worst.position_W_m[axis];
+  csv << ',' << p.mu << ',' << p.link << ',' << p.sensor << ',' << p.object;
+  for (int axis = 0; axis < 3; ++axis) csv << ',' << p.position_W_m[axis];
   for (int axis = 0; axis < 3; ++axis) csv << ',' << p.gradient.pgv_W_m[axis];
   csv << ',' << p.gradient.strength << ',' << p.velocity_W_m_s.norm() << ',' << name_of(p.motion) << ','
       << static_cast<int>(p.rule) << '\n';
@@ -130,7 +131,8 @@ std::vector<ProbeRow> read_probe_rows(std::istream& csv, const std::string& name
 }
 
 void run_probe_rows(const PhantomModel& model, const PerceptSettings& settings,
-                    const voxel::Workspace& workspace, const std::vector<ProbeRow>& rows, std::ostream& csv) {
+                    const voxel::Workspace& workspace, const std::vector<ProbeRow>& rows,
+                    const percept::AllowedContact& allowed, std::ostream& csv) {
   const std::size_t n = model.arm.joint_count();
   const auto header = [&](const char* name) {
     for (std::size_t i = 1; i <= n; ++i) csv << ',' << name << i;
@@ -148,10 +150,43 @@ void run_probe_rows(const PhantomModel& model, const PerceptSettings& settings,
   StepOutputs outputs;
   double before_s = rows.empty() ? 0.0 : rows.front().t_s;
   for (const ProbeRow& row : rows) {
-    sensing.step({row.position, row.velocity, row.t_s - before_s, sensed, true}, outputs);
+    sensing.step({row.position, row.velocity, row.t_s - before_s, sensed, true, allowed}, outputs);
     before_s = row.t_s;
     write_row(row, outputs, n, settings.directional.enabled, csv);
   }
+}
+
+void write_skin(const PhantomModel& model, std::ostream& csv) {
+  csv << "sensor,link,link_name,x_m,y_m,z_m,weight,area_m2,reach_vox,shape\n";
+  static constexpr const char* kShapes[] = {"cube", "sphere", "fraction"};  // in ClusterShape's order
+  for (std::size_t i = 0; i < model.skin.size(); ++i) {
+    const std::size_t link = model.skin.link_of(i);
+    csv << i << ',' << link << ',' << model.arm.links()[link].name << ',' << model.skin.x_m[i] << ','
+        << model.skin.y_m[i] << ',' << model.skin.z_m[i] << ',' << model.skin.weight[i] << ','
+        << model.skin.area_m2[i] << ',';
+    const std::uint8_t kind = model.skin.cluster_kind[i];
+    if (kind == 0) {
+      csv << "0,point\n";
+    } else {
+      const robot::ClusterSpec& cluster = model.skin.clusters[kind - 1U];
+      csv << cluster.reach_vox << ',' << kShapes[static_cast<std::size_t>(cluster.shape)] << '\n';
+    }
+  }
+}
+
+/// Object ids and link numbers of the contacts that the cell file allows.
+percept::AllowedContact allowed_contact(const runtime::CellConfig& cell, const runtime::ArmConfig& config,
+                                        const robot::SerialArm& arm) {
+  ContactDesk desk(arm);
+  std::map<std::uint16_t, std::string> names;
+  for (std::size_t i = 0; i < cell.objects.size(); ++i)
+    names[static_cast<std::uint16_t>(i + 1)] = cell.objects[i].name;
+  desk.know_objects(std::move(names));
+  for (const auto& contact : config.allowed_contact) {
+    const Answer answer = desk.handle({.allow = true, .object = contact.object, .link = contact.link}, 0);
+    if (!answer.done) throw ConfigError(cell.file.string() + ": allowed_contact: " + answer.message);
+  }
+  return desk.permits().at(0);
 }
 
 int run_probe(const ProbeRequest& request, Config config) {
@@ -161,6 +196,12 @@ int run_probe(const ProbeRequest& request, Config config) {
   if (request.directional) config.percept.directional.enabled = true;
   const runtime::CellConfig cell = runtime::load_cell(request.cell);
   const PhantomModel model = load_model(cell, config);
+  if (!request.skin.empty()) {
+    std::ofstream skin = open_for_writing(request.skin);
+    write_skin(model, skin);
+    if (!skin.flush()) throw std::runtime_error(request.skin.string() + ": could not be written to the end");
+  }
+  const auto allowed = allowed_contact(cell, cell.arm(config.arm), model.arm);
   std::ifstream joints(request.joints);
   if (!joints) throw core::MissingError(request.joints.string() + ": no such file");
   const auto rows = read_probe_rows(joints, request.joints.string(), model.arm.joint_count());
@@ -168,7 +209,7 @@ int run_probe(const ProbeRequest& request, Config config) {
   const auto start_ns = core::monotonic_ns();
   const voxel::Workspace workspace = build_workspace(cell);
   const auto built_ns = core::monotonic_ns();
-  run_probe_rows(model, config.percept, workspace, rows, csv);
+  run_probe_rows(model, config.percept, workspace, rows, allowed, csv);
   if (!csv.flush()) throw std::runtime_error(request.out.string() + ": could not be written to the end");
   std::cout << rows.size() << " rows, " << model.skin.size() << " sensors; workspace built in "
             << core::seconds(built_ns - start_ns) << " s, sensed in "

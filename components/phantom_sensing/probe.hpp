@@ -17,6 +17,7 @@ struct ProbeRequest {
   std::string mode;  ///< "separable", "coupled"; empty: the configuration's
   bool directional = false;
   std::filesystem::path out;
+  std::filesystem::path skin;  ///< also write the sensors there; empty: not
 };
 
 /// A row of the joints file.
@@ -34,7 +35,12 @@ std::vector<ProbeRow> read_probe_rows(std::istream& csv, const std::string& name
 /// directional drag also bplus and bminus), mu, link, sensor, object, x_m, y_m, z_m, pgvx_m, pgvy_m, pgvz_m,
 /// pgs, speed_m_s, motion, rule.
 void run_probe_rows(const PhantomModel& model, const PerceptSettings& settings,
-                    const voxel::Workspace& workspace, const std::vector<ProbeRow>& rows, std::ostream& csv);
+                    const voxel::Workspace& workspace, const std::vector<ProbeRow>& rows,
+                    const percept::AllowedContact& allowed, std::ostream& csv);
+
+/// Writes every sensor: sensor, link, link_name, x_m, y_m, z_m (in the moving link's frame), weight (what μ is
+/// multiplied by), area_m2, reach_vox (0: a point) and shape.
+void write_skin(const PhantomModel& model, std::ostream& csv);
 
 /// The whole command. Returns the exit code; throws ConfigError and MissingError.
 int run_probe(const ProbeRequest& request, Config config);

@@ -20,7 +20,8 @@ SensingLoop::SensingLoop(const PhantomModel& model, const Config& config, Worksp
       sensing_(model, config.percept),
       staleness_ns_(core::from_seconds(config.staleness_s)),
       watchdog_ns_(std::min(kLongestWatchdog_ns, staleness_ns_ / 2)),
-      percept_period_ns_(core::from_seconds(1.0 / config.percept_rate_hz)) {
+      percept_period_ns_(core::from_seconds(1.0 / config.percept_rate_hz)),
+      watch_(config.workspace_behind_after_s, config.workspace_stale_after_s) {
   sem_init(&wake_, 0, 0);
 }
 
@@ -56,14 +57,25 @@ void SensingLoop::publish_figures() {
   published_.write(counted_);
 }
 
+/// The gravest of what speaks against the percept.
+PerceptCondition SensingLoop::judge(std::uint64_t workspace_version, core::Nanoseconds now_ns) noexcept {
+  const PerceptCondition workspace = watch_.judge(workspace_version, now_ns);
+  if (!is_valid(workspace)) return workspace;
+  if (!self_test_passed_.load(std::memory_order_relaxed)) return PerceptCondition::kSelfTestFailed;
+  if (!counted_.state_seen) return PerceptCondition::kNoState;
+  if (now_ns - newest_.received_ns > staleness_ns_) return PerceptCondition::kStateStale;
+  return workspace;
+}
+
 void SensingLoop::turn(core::Nanoseconds now_ns) {
   const bool fresh = inbox_.read(newest_);
   if (fresh) counted_.state_seen = true;
-  const bool state_valid = counted_.state_seen && now_ns - newest_.received_ns <= staleness_ns_;
-  if (fresh && state_valid) {
-    tick(now_ns, true);
-  } else if (!state_valid && (outputs_.valid || now_ns - last_invalid_ns_ >= watchdog_ns_ / 2)) {
-    tick(now_ns, false);
+  permits_inbox_.read(permits_);
+  const SensedWorkspace workspace = workspace_.newest();
+  const PerceptCondition condition = judge(workspace.voxels != nullptr ? workspace.voxels->version : 0, now_ns);
+  const bool valid = is_valid(condition);
+  if ((fresh && valid) || (!valid && (outputs_.valid || now_ns - last_invalid_ns_ >= watchdog_ns_ / 2))) {
+    tick(now_ns, workspace, condition);
   }
   if (now_ns >= next_figures_ns_) {
     next_figures_ns_ = now_ns + kFiguresPeriod_ns;
@@ -78,11 +90,12 @@ double SensingLoop::elapsed_s(const SlaveSample& sample) const noexcept {
   return std::clamp(core::seconds(sample.id.monotonic_ns - ticked_.id.monotonic_ns), 0.0, 1.0);
 }
 
-void SensingLoop::tick(core::Nanoseconds now_ns, bool state_valid) {
+void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspace, PerceptCondition condition) {
   StepInputs inputs;
-  inputs.workspace = workspace_.newest();
-  inputs.state_valid = state_valid;
-  if (state_valid) {
+  inputs.workspace = workspace;
+  inputs.state_valid = is_valid(condition);
+  inputs.allowed = permits_.at(now_ns);
+  if (inputs.state_valid) {
     inputs.position = newest_.position;
     inputs.velocity = newest_.velocity;
     inputs.dt_s = elapsed_s(newest_);
@@ -102,8 +115,9 @@ void SensingLoop::tick(core::Nanoseconds now_ns, bool state_valid) {
   counted_.model_age_s = age_s;
   counted_.workspace_version = outputs_.workspace_version;
   counted_.active_sensors = outputs_.active_sensors;
-  counted_.valid = outputs_.valid;
-  publish(now_ns, {newest_, age_s, core::seconds(step_ns)});
+  counted_.muted_sensors = outputs_.muted_sensors;
+  counted_.condition = condition;
+  publish(now_ns, {newest_, age_s, core::seconds(step_ns), condition, inputs.allowed.size()});
 }
 
 void SensingLoop::publish(core::Nanoseconds now_ns, const TickInfo& info) {
@@ -113,8 +127,12 @@ void SensingLoop::publish(core::Nanoseconds now_ns, const TickInfo& info) {
     next_percept_ns_ = (late ? now_ns : next_percept_ns_) + percept_period_ns_;
     sink_.on_percept(outputs_, info);
   }
-  if (outputs_.alerts.cleared) sink_.on_alert(*outputs_.alerts.cleared, true);
-  if (outputs_.alerts.raised) sink_.on_alert(*outputs_.alerts.raised, false);
+  const auto tell = [this](const percept::AlertEvents& events) {
+    if (events.cleared) sink_.on_alert(*events.cleared, true);
+    if (events.raised) sink_.on_alert(*events.raised, false);
+  };
+  tell(outputs_.alerts);
+  for (const InterestPercept& point : outputs_.interest) tell(point.alerts);
 }
 
 LoopFigures SensingLoop::figures() {

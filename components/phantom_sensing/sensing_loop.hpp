@@ -9,8 +9,10 @@
 #include "common/core/histogram.hpp"
 #include "common/core/snapshot.hpp"
 #include "components/phantom_sensing/config.hpp"
+#include "components/phantom_sensing/contact_permits.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
 #include "components/phantom_sensing/workspace_keeper.hpp"
+#include "components/phantom_sensing/workspace_watch.hpp"
 
 namespace phantom::phantom_sensing {
 
@@ -34,6 +36,8 @@ struct TickInfo {
   SlaveSample slave;         ///< that the tick rests on; id 0: none came yet
   double model_age_s = 0.0;  ///< time since it was received
   double tick_s = 0.0;       ///< time that the step took
+  PerceptCondition condition = PerceptCondition::kNoState;
+  std::size_t allowed_contacts = 0;  ///< that are allowed now
 };
 
 /// Takes what the loop makes. Called on the loop's thread.
@@ -53,13 +57,15 @@ struct LoopFigures {
   double model_age_s = 0.0;
   std::uint64_t workspace_version = 0;
   std::size_t active_sensors = 0;
+  std::size_t muted_sensors = 0;   ///< of the newest tick
   bool state_seen = false;  ///< a slave_state has come since the start
-  bool valid = false;       ///< newest result
+  PerceptCondition condition = PerceptCondition::kNoState;  ///< of the newest result
 };
 
 /// Turns every new slave_state into one tick and what it publishes; the newest state wins. A watchdog on the
-/// monotonic clock makes the result invalid when the state is stale or there is no workspace, from the start
-/// on: at most staleness + one watchdog period after the last sample, and again every watchdog period.
+/// monotonic clock makes the result invalid when the state is stale or there is no usable workspace, from the start
+/// on: at most staleness + one watchdog period after the last sample, and again every watchdog period. Every result
+/// says what it rests on (PerceptCondition).
 class SensingLoop {
  public:
   /// All outlive this.
@@ -73,6 +79,11 @@ class SensingLoop {
   /// Works until stop(), on the calling thread.
   void run();
   void stop() noexcept;  ///< thread-safe
+  /// Contacts that are allowed from now on. One thread.
+  void permit(const ContactPermits& permits) noexcept { permits_inbox_.write(permits); }
+  /// Outcome of the newest self-test: after one that failed there is no percept. Thread-safe.
+  void self_tested(bool passed) noexcept { self_test_passed_.store(passed, std::memory_order_relaxed); }
+  WorkspaceWatch& workspace_watch() noexcept { return watch_; }
   /// One wake-up at a given time: what run() does, for tests.
   void turn(core::Nanoseconds now_ns);
 
@@ -81,7 +92,8 @@ class SensingLoop {
   core::Nanoseconds watchdog_period_ns() const noexcept { return watchdog_ns_; }
 
  private:
-  void tick(core::Nanoseconds now_ns, bool state_valid);
+  PerceptCondition judge(std::uint64_t workspace_version, core::Nanoseconds now_ns) noexcept;
+  void tick(core::Nanoseconds now_ns, const SensedWorkspace& workspace, PerceptCondition condition);
   double elapsed_s(const SlaveSample& sample) const noexcept;
   void publish(core::Nanoseconds now_ns, const TickInfo& info);
   void publish_figures();
@@ -95,6 +107,10 @@ class SensingLoop {
   sem_t wake_;
   std::atomic<bool> stop_{false};
   core::Snapshot<SlaveSample> inbox_;
+  core::Snapshot<ContactPermits> permits_inbox_;
+  ContactPermits permits_;
+  std::atomic<bool> self_test_passed_{true};
+  WorkspaceWatch watch_;
 
   SlaveSample newest_, ticked_;
   StepOutputs outputs_;

@@ -3,117 +3,90 @@
 #include <spdlog/spdlog.h>
 
 #include <fstream>
-#include <mutex>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <thread>
 
+#include "common/core/errors.hpp"
 #include "common/runtime/process.hpp"
+#include "components/phantom_sensing/contact_desk.hpp"
 #include "components/phantom_sensing/dds_adapter.hpp"
+#include "components/phantom_sensing/hit_log.hpp"
+#include "components/phantom_sensing/self_test.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {
 
-using Json = nlohmann::ordered_json;
+constexpr double kPoll_s = 0.05, kStatusPeriod_s = 0.5;
 
-/// An alert as the report and the log tell it.
-struct HitRecord {
-  percept::Alert alert;
-  double raised_s = 0.0;
-  double cleared_s = -1.0;  ///< −1: not yet
+/// Figures and words for component_status.
+struct Situation {
+  LoopFigures figures;
+  std::uint64_t workspace_version = 0;
+  double tick_rate_hz = 0.0;
+  std::size_t allowed_contacts = 0;
+  std::uint64_t self_tests = 0;
+  SelfTestResult self_test;
 };
 
-/// Passes everything on to DDS and keeps the alerts for log and report. Logging is left to the main thread: a
-/// log that nobody drains must not hold up the haptic path.
-class RecordingSink : public PerceptSink {
- public:
-  RecordingSink(PerceptSink& next, const runtime::CellConfig& cell, const PhantomModel& model)
-      : next_(next), cell_(cell), model_(model) {
-    hits_.reserve(kMostHits);
+std::string words_for(PerceptCondition condition) {
+  switch (condition) {
+    case PerceptCondition::kNoWorkspace:
+      return "waiting for the workspace";
+    case PerceptCondition::kNoState:
+      return "waiting for slave_state";
+    case PerceptCondition::kStateStale:
+      return "slave_state is stale: no percept";
+    case PerceptCondition::kWorkspaceUnattended:
+      return "no wva_server is there: the workspace stays as it was";
+    case PerceptCondition::kWorkspaceBehind:
+      return "a newer workspace was announced and is not whole yet";
+    case PerceptCondition::kWorkspaceStale:
+      return "the workspace is stale, a newer one does not become whole: no percept";
+    case PerceptCondition::kSelfTestFailed:
+      return "no percept";
+    case PerceptCondition::kFresh:
+      break;
   }
+  return "";
+}
 
-  void on_drag(const StepOutputs& outputs, const TickInfo& info) override { next_.on_drag(outputs, info); }
-  void on_percept(const StepOutputs& outputs, const TickInfo& info) override {
-    next_.on_percept(outputs, info);
+core::ComponentState state_for(PerceptCondition condition, bool state_seen) {
+  switch (condition) {
+    case PerceptCondition::kNoWorkspace:
+      return core::ComponentState::kStarting;
+    case PerceptCondition::kNoState:
+      return core::ComponentState::kReady;
+    case PerceptCondition::kFresh:
+      return core::ComponentState::kRunning;
+    case PerceptCondition::kSelfTestFailed:
+      return core::ComponentState::kFault;
+    case PerceptCondition::kWorkspaceUnattended:
+      return state_seen ? core::ComponentState::kRunning : core::ComponentState::kReady;
+    default:
+      return core::ComponentState::kDegraded;
   }
-  void on_alert(const percept::Alert& alert, bool cleared) override {
-    next_.on_alert(alert, cleared);
-    const double now_s = core::seconds(core::monotonic_ns() - start_ns_);
-    const std::lock_guard lock(mutex_);
-    if (!cleared && hits_.size() < kMostHits) hits_.push_back({alert, now_s});
-    if (cleared && !hits_.empty() && hits_.back().alert.number == alert.number)
-      hits_.back().cleared_s = now_s;
-  }
+}
 
-  /// Logs the alerts that are new. Main thread.
-  void log_new() {
-    while (const auto hit = record(logged_)) {
-      ++logged_;
-      spdlog::info("hit alert {}: {} near {} (rule {}, {:.3f} m/s)", hit->alert.number, link_of(hit->alert),
-                   object_of(hit->alert), static_cast<int>(hit->alert.rule),
-                   hit->alert.at.situation.speed_m_s);
-    }
-  }
-
-  Json json() {
-    Json list = Json::array();
-    for (std::size_t i = 0; const auto hit = record(i); ++i) {
-      list.push_back({{"t", hit->raised_s},
-                      {"alert", hit->alert.number},
-                      {"link", link_of(hit->alert)},
-                      {"object", object_of(hit->alert)},
-                      {"rule", static_cast<int>(hit->alert.rule)},
-                      {"mu", hit->alert.at.situation.mu},
-                      {"speed_m_s", hit->alert.at.situation.speed_m_s}});
-      if (hit->cleared_s >= 0.0) list.back()["cleared_t"] = hit->cleared_s;
-    }
-    return list;
-  }
-
- private:
-  static constexpr std::size_t kMostHits = 10'000;
-  std::optional<HitRecord> record(std::size_t index) {
-    const std::lock_guard lock(mutex_);
-    return index < hits_.size() ? std::optional(hits_[index]) : std::nullopt;
-  }
-  const std::string& link_of(const percept::Alert& alert) const {
-    return model_.arm.links()[alert.at.link].name;
-  }
-  std::string object_of(const percept::Alert& alert) const {
-    const std::uint16_t id = alert.at.object;
-    return id >= 1 && id <= cell_.objects.size() ? cell_.objects[id - 1].name
-                                                 : "object " + std::to_string(id);
-  }
-
-  PerceptSink& next_;
-  const runtime::CellConfig& cell_;
-  const PhantomModel& model_;
-  core::Nanoseconds start_ns_ = core::monotonic_ns();
-  std::mutex mutex_;
-  std::vector<HitRecord> hits_;
-  std::size_t logged_ = 0;  // main thread only
-};
-
-core::Health health_of(const LoopFigures& figures, const PhantomModel& model,
-                       const WorkspaceKeeper& workspace, double tick_rate_hz) {
+core::Health health_of(const Situation& now, const PhantomModel& model) {
+  const LoopFigures& figures = now.figures;
   core::Health health;
-  if (workspace.version() == 0) {
-    health.state = core::ComponentState::kStarting;
-    health.message = "waiting for the workspace";
-  } else if (!figures.state_seen) {
-    health.state = core::ComponentState::kReady;
-    health.message = "waiting for slave_state";
-  } else if (!figures.valid) {
-    health.state = core::ComponentState::kDegraded;
-    health.message = "slave_state is stale: no percept";
-  } else {
-    health.state = core::ComponentState::kRunning;
+  health.state = state_for(figures.condition, figures.state_seen);
+  health.message = words_for(figures.condition);
+  if (figures.condition == PerceptCondition::kSelfTestFailed) health.message += ", " + now.self_test.message;
+  if (now.allowed_contacts > 0) {
+    health.message += (health.message.empty() ? "" : "; ") + std::to_string(now.allowed_contacts) +
+                      " contacts are allowed and not felt";
   }
   health.figures = {{"sensors", static_cast<double>(model.skin.size()), ""},
                     {"active_sensors", static_cast<double>(figures.active_sensors), ""},
-                    {"workspace_version", static_cast<double>(workspace.version()), ""},
+                    {"muted_sensors", static_cast<double>(figures.muted_sensors), ""},
+                    {"allowed_contacts", static_cast<double>(now.allowed_contacts), ""},
+                    {"interest_points", static_cast<double>(model.interest_points.size()), ""},
+                    {"workspace_version", static_cast<double>(now.workspace_version), ""},
+                    {"self_tests", static_cast<double>(now.self_tests), ""},
+                    {"self_test_passed", now.self_test.passed ? 1.0 : 0.0, ""},
                     {"ticks", static_cast<double>(figures.ticks), ""},
-                    {"tick_rate", tick_rate_hz, "Hz"},
+                    {"tick_rate", now.tick_rate_hz, "Hz"},
                     {"tick_p50", figures.tick_p50_us, "us"},
                     {"tick_p99", figures.tick_p99_us, "us"},
                     {"tick_max", figures.tick_max_us, "us"},
@@ -121,19 +94,22 @@ core::Health health_of(const LoopFigures& figures, const PhantomModel& model,
   return health;
 }
 
-void write_report(const std::filesystem::path& folder, const LoopFigures& figures, const PhantomModel& model,
-                  std::uint64_t workspace_version, double seconds, const Json& hits) {
-  const Json report = {{"component", "phantom_sensing"},
-                       {"seconds", seconds},
-                       {"sensors", model.skin.size()},
-                       {"workspace_version", workspace_version},
-                       {"tick",
-                        {{"n", figures.ticks},
-                         {"p50_us", figures.tick_p50_us},
-                         {"p99_us", figures.tick_p99_us},
-                         {"max_us", figures.tick_max_us}}},
-                       {"invalid_turns", figures.invalid_turns},
-                       {"hits", hits}};
+void write_report(const std::filesystem::path& folder, const Situation& now, const PhantomModel& model, double seconds,
+                  const nlohmann::ordered_json& hits) {
+  const LoopFigures& figures = now.figures;
+  const nlohmann::ordered_json report = {{"component", "phantom_sensing"},
+                                         {"seconds", seconds},
+                                         {"sensors", model.skin.size()},
+                                         {"workspace_version", now.workspace_version},
+                                         {"tick",
+                                          {{"n", figures.ticks},
+                                           {"p50_us", figures.tick_p50_us},
+                                           {"p99_us", figures.tick_p99_us},
+                                           {"max_us", figures.tick_max_us}}},
+                                         {"invalid_turns", figures.invalid_turns},
+                                         {"self_tests", now.self_tests},
+                                         {"self_test", now.self_test.message},
+                                         {"hits", hits}};
   std::filesystem::create_directories(folder);
   const std::filesystem::path path = folder / "phantom_sensing.json";
   std::ofstream file(path);
@@ -141,50 +117,132 @@ void write_report(const std::filesystem::path& folder, const LoopFigures& figure
   if (!file.flush()) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
+/// The main thread's part: commands, self-tests, permits, status. What it decides reaches the sensing loop without
+/// a lock.
+class Service {
+ public:
+  Service(const runtime::CellConfig& cell, const Config& config, const PhantomModel& model, DdsAdapter& adapter,
+          WorkspaceKeeper& workspace, SensingLoop& loop)
+      : cell_(cell), config_(config), model_(model), adapter_(adapter), workspace_(workspace), loop_(loop), desk_(model.arm) {
+    know_objects();
+    for (const auto& contact : cell.arm(config.arm).allowed_contact) {
+      ContactWish wish;
+      wish.allow = true;
+      wish.object = contact.object;
+      wish.link = contact.link;
+      const Answer answer = desk_.handle(wish, core::monotonic_ns());
+      if (!answer.done) throw core::ConfigError(cell.file.string() + ": allowed_contact: " + answer.message);
+      spdlog::info("{}", answer.message);
+    }
+    loop_.permit(desk_.permits());
+  }
+
+  std::string object_name(std::uint16_t id) const { return desk_.object_name(id); }
+
+  /// Once in kPoll_s.
+  void poll() {
+    know_objects();
+    loop_.workspace_watch().attended(adapter_.workspace_attended());
+    if (!tested_ && workspace_.version() != 0) self_test();
+    adapter_.handle_commands({[this](const ContactWish& wish) { return handle(wish); }, [this] { return self_test(); }});
+    for (const std::string& said : desk_.end_old(core::monotonic_ns())) spdlog::info("{}", said);
+    loop_.permit(desk_.permits());
+  }
+
+  Situation situation(core::Nanoseconds now_ns) {
+    Situation now{loop_.figures(), workspace_.version(), 0.0, desk_.permits().size(), self_tests_, tested_as_};
+    if (now_ns > before_ns_ && before_ns_ != 0)
+      now.tick_rate_hz = static_cast<double>(now.figures.ticks - ticks_before_) / core::seconds(now_ns - before_ns_);
+    before_ns_ = now_ns;
+    ticks_before_ = now.figures.ticks;
+    return now;
+  }
+
+ private:
+  /// The cell file's objects until wva_server has announced some; then those.
+  void know_objects() {
+    auto names = adapter_.objects();
+    if (names.empty()) {
+      for (std::size_t i = 0; i < cell_.objects.size(); ++i)
+        names[static_cast<std::uint16_t>(i + 1)] = cell_.objects[i].name;
+    }
+    desk_.know_objects(std::move(names));
+  }
+
+  Answer handle(const ContactWish& wish) {
+    const Answer answer = desk_.handle(wish, core::monotonic_ns());
+    loop_.permit(desk_.permits());
+    return answer;
+  }
+
+  Answer self_test() {
+    tested_ = true;
+    ++self_tests_;
+    tested_as_ = test_step(config_.percept);
+    const auto workspace = workspace_.share();
+    if (tested_as_.passed && workspace) tested_as_ = test_workspace(*workspace, cell_, config_.percept);
+    loop_.self_tested(tested_as_.passed);
+    spdlog::log(tested_as_.passed ? spdlog::level::info : spdlog::level::err, "{}", tested_as_.message);
+    return {tested_as_.passed, tested_as_.message};
+  }
+
+  const runtime::CellConfig& cell_;
+  const Config& config_;
+  const PhantomModel& model_;
+  DdsAdapter& adapter_;
+  WorkspaceKeeper& workspace_;
+  SensingLoop& loop_;
+  ContactDesk desk_;
+  bool tested_ = false;
+  std::uint64_t self_tests_ = 0;
+  SelfTestResult tested_as_;
+  core::Nanoseconds before_ns_ = 0;
+  std::uint64_t ticks_before_ = 0;
+};
+
 }  // namespace
 
 int run_service(const runtime::ProcessOptions& options, const runtime::Deployment& deployment,
                 const runtime::CellConfig& cell, const Config& config, const PhantomModel& model) {
-  DdsAdapter adapter(deployment.network, model.arm);
-  RecordingSink sink(adapter, cell, model);
+  if (const SelfTestResult tested = test_step(config.percept); !tested.passed) throw std::runtime_error(tested.message);
+  DdsAdapter adapter(deployment.network, model);
   WorkspaceKeeper workspace([&adapter](const std::string& why) { adapter.count_refused_workspace(why); });
-  SensingLoop loop(model, config, workspace, sink);
-  spdlog::info("{} sensors on {} joints; waiting for workspace and slave_state", model.skin.size(),
-               model.arm.joint_count());
+  HitLog hits(adapter, model);
+  SensingLoop loop(model, config, workspace, hits);
+  Service service(cell, config, model, adapter, workspace, loop);
+  const auto object_name = [&service](std::uint16_t id) { return service.object_name(id); };
+  spdlog::info("{} sensors and {} interest points on {} joints; waiting for workspace and slave_state",
+               model.skin.size(), model.interest_points.size(), model.arm.joint_count());
   const core::Nanoseconds start_ns = core::monotonic_ns();
   std::thread sensing([&loop] { loop.run(); });
   adapter.start_reading(loop, workspace);
 
-  core::Nanoseconds before_ns = start_ns;
-  std::uint64_t ticks_before = 0;
-  core::ComponentState said = core::ComponentState::kStarting;
+  core::Nanoseconds next_status_ns = start_ns;
+  PerceptCondition said = PerceptCondition::kNoWorkspace;
   do {
-    const LoopFigures figures = loop.figures();
+    service.poll();
+    hits.log_new(object_name);
     const core::Nanoseconds now_ns = core::monotonic_ns();
-    const double rate_hz = now_ns > before_ns ? static_cast<double>(figures.ticks - ticks_before) /
-                                                    core::seconds(now_ns - before_ns)
-                                              : 0.0;
-    before_ns = now_ns;
-    ticks_before = figures.ticks;
-    const core::Health health = health_of(figures, model, workspace, rate_hz);
-    if (health.state != said) spdlog::info("{}", health.message.empty() ? "sensing" : health.message);
-    said = health.state;
+    if (now_ns < next_status_ns) continue;
+    next_status_ns = now_ns + core::from_seconds(kStatusPeriod_s);
+    const Situation now = service.situation(now_ns);
+    const core::Health health = health_of(now, model);
+    if (now.figures.condition != said) spdlog::info("{}", health.message.empty() ? "sensing" : health.message);
+    said = now.figures.condition;
     adapter.publish_status(health);
-    sink.log_new();
-  } while (runtime::sleep_unless_stopped(0.5));
+  } while (runtime::sleep_unless_stopped(kPoll_s));
 
   adapter.stop_reading();
   loop.stop();
   sensing.join();
-  sink.log_new();
-  core::Health ended = health_of(loop.figures(), model, workspace, 0.0);
+  hits.log_new(object_name);
+  const Situation last = service.situation(core::monotonic_ns());
+  core::Health ended = health_of(last, model);
   ended.state = core::ComponentState::kStopped;
   ended.message.clear();
   adapter.publish_status(ended);
-  if (!options.report_dir.empty()) {
-    write_report(options.report_dir, loop.figures(), model, workspace.version(),
-                 core::seconds(core::monotonic_ns() - start_ns), sink.json());
-  }
+  if (!options.report_dir.empty())
+    write_report(options.report_dir, last, model, core::seconds(core::monotonic_ns() - start_ns), hits.json(object_name));
   return runtime::kExitDone;
 }
 

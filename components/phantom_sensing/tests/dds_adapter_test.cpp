@@ -101,18 +101,95 @@ TEST_F(Validation, MessagesSayWhatTheStepGave) {
   EXPECT_EQ(drag.workspace_version(), 1U);
   msg::Percept percept;
   fill(percept, out, info, 7);
-  EXPECT_EQ(percept.mu(), static_cast<double>(out.percept.worst.mu));
+  EXPECT_EQ(percept.mu(), out.percept.mu);
   EXPECT_EQ(percept.motion(), msg::MOTION_DANGEROUS);
   EXPECT_EQ(percept.object(), 1);
   EXPECT_DOUBLE_EQ(percept.speed_m_s(), 0.3);
   EXPECT_EQ(percept.drag_torque_Nm(), out.percept.drag_torque);
   msg::HitAlert alert;
   ASSERT_TRUE(out.alerts.raised);
-  fill(alert, *out.alerts.raised, false, model_.arm);
+  fill(alert, *out.alerts.raised, false, model_);
   EXPECT_EQ(alert.alert(), 1U);
   EXPECT_EQ(alert.rule(), msg::HIT_MODERATE_MOVING);
   EXPECT_EQ(alert.link_name().to_string(), model_.arm.links()[alert.link()].name);
   EXPECT_FALSE(alert.cleared());
+}
+
+TEST(OverDds, CommandsAreCarriedOutOnceAndAnsweredEachTime) {
+  const core::NetworkOptions network = dds::test_network();
+  const PhantomModel model = test::suspended_model();
+  const Config config;
+  DdsAdapter adapter(network, model);
+  WorkspaceKeeper keeper([](const std::string&) {});
+  SensingLoop loop(model, config, keeper, adapter);
+  adapter.start_reading(loop, keeper);
+  EXPECT_FALSE(adapter.workspace_attended());
+
+  dds::Participant outside("outside", network);
+  dds::Writer<msg::SensingCommand> commands(outside, dds::kSensingCommand);
+  dds::Writer<msg::WorkspaceObject> objects(outside, dds::kWorkspaceObject);
+  dds::Writer<msg::WorkspaceVersion> versions(outside, dds::kWorkspaceVersion);
+  std::mutex mutex;
+  std::vector<msg::SensingReply> replies;
+  dds::Reader<msg::SensingReply> reader(outside, dds::kSensingReply,
+                                        [&](const msg::SensingReply& reply, const dds::SampleInfo&) {
+                                          const std::lock_guard lock(mutex);
+                                          replies.push_back(reply);
+                                        });
+  EXPECT_TRUE(dds::eventually([&] { return adapter.workspace_attended(); }));
+  EXPECT_TRUE(dds::eventually([&] { return commands.matched() > 0 && reader.matched() > 0; }));
+  msg::WorkspaceObject vice;
+  vice.id(3);
+  vice.name("vice");
+  objects.write(vice);
+  EXPECT_TRUE(dds::eventually([&] { return adapter.objects().size() == 1; }));
+  EXPECT_EQ(adapter.objects().at(3), "vice");
+
+  int carried_out = 0, tests = 0;
+  const auto replies_after = [&](std::size_t count) {
+    return dds::eventually([&] {
+      adapter.handle_commands({[&](const ContactWish& wish) {
+                                 ++carried_out;
+                                 EXPECT_TRUE(wish.allow);
+                                 EXPECT_EQ(wish.object, "vice");
+                                 EXPECT_EQ(wish.link, "hand");
+                                 EXPECT_EQ(wish.duration_s, 2.5);
+                                 return Answer{true, "so be it"};
+                               },
+                               [&] {
+                                 ++tests;
+                                 return Answer{false, "broken"};
+                               }});
+      const std::lock_guard lock(mutex);
+      return replies.size() >= count;
+    });
+  };
+  dds::Stamper stamper(outside);
+  msg::SensingCommand command;
+  command.stamp(stamper.next());
+  command.requester("test");
+  command.request(msg::SENSING_ALLOW_CONTACT);
+  command.object("vice");
+  command.link("hand");
+  command.duration_s(2.5);
+  commands.write(command);
+  ASSERT_TRUE(replies_after(1));
+  commands.write(command);  // as if the reply had been lost
+  ASSERT_TRUE(replies_after(2));
+  EXPECT_EQ(carried_out, 1);
+  command.stamp(stamper.next());
+  command.request(msg::SENSING_SELF_TEST);
+  commands.write(command);
+  ASSERT_TRUE(replies_after(3));
+  EXPECT_EQ(tests, 1);
+  const std::lock_guard lock(mutex);
+  EXPECT_TRUE(replies[1].done());
+  EXPECT_EQ(replies[1].message().to_string(), "so be it");
+  EXPECT_EQ(replies[1].command().sequence_number(), replies[0].command().sequence_number());
+  EXPECT_FALSE(replies[2].done());
+  EXPECT_EQ(replies[2].command().sequence_number(), command.stamp().sequence_number());
+  EXPECT_EQ(replies[2].requester().to_string(), "test");
+  adapter.stop_reading();
 }
 
 /// The component's insides on one side of a data space, a slave, a workspace server and a listener on the
@@ -121,7 +198,7 @@ TEST(OverDds, StatesBecomeDragAndBadOnesAreCounted) {
   const core::NetworkOptions network = dds::test_network();
   const PhantomModel model = test::suspended_model();
   Config config;
-  DdsAdapter adapter(network, model.arm);
+  DdsAdapter adapter(network, model);
   WorkspaceKeeper keeper([&](const std::string& why) { adapter.count_refused_workspace(why); });
   SensingLoop loop(model, config, keeper, adapter);
   std::thread thread([&] { loop.run(); });

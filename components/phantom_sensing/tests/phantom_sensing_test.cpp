@@ -27,11 +27,11 @@ void expect_nothing_felt(const StepOutputs& out) {
     EXPECT_EQ(out.percept.drag_torque[i], 0.0);
   }
   for (const double entry : out.drag.coupled) EXPECT_EQ(entry, 0.0);
-  EXPECT_EQ(out.percept.worst.mu, 0.0F);
+  EXPECT_EQ(out.percept.mu, 0.0);
   EXPECT_EQ(out.percept.closeness, 0.0);
   EXPECT_EQ(out.percept.velocity_W_m_s, Eigen::Vector3d::Zero());
   EXPECT_EQ(out.percept.motion, percept::MotionClass::kNone);
-  EXPECT_EQ(out.percept.worst.object, 0);
+  EXPECT_EQ(out.percept.object, 0);
 }
 
 TEST_F(Step, FreeSpaceIsValidAndFeelsNothing) {
@@ -69,11 +69,11 @@ TEST_F(Step, DragRisesTowardsTheWallAndOpposesTheMotion) {
 TEST_F(Step, TellsWhereTheObjectIsAndHowTheMotionLiesToIt) {
   sensing_.step(hanging(0.18, 0.1), out_);
   const SkinPercept& percept = out_.percept;
-  ASSERT_TRUE(percept.worst.found);
+  ASSERT_GT(percept.mu, 0.0);
   EXPECT_GT(percept.gradient.pgv_W_m.normalized().x(), 0.99);
   EXPECT_EQ(percept.motion, percept::MotionClass::kDangerous);
   EXPECT_TRUE(percept.velocity_W_m_s.isApprox(Eigen::Vector3d(0.1, 0, 0), 1e-12));
-  EXPECT_DOUBLE_EQ(percept.closeness, static_cast<double>(percept.worst.mu) / 32.0);
+  EXPECT_DOUBLE_EQ(percept.closeness, percept.mu / 32.0);
   sensing_.step(hanging(0.18, -0.1), out_);
   EXPECT_EQ(out_.percept.motion, percept::MotionClass::kSafe);
   sensing_.step(hanging(0.18, 0.0), out_);
@@ -96,7 +96,7 @@ TEST_F(Step, RaisesLatchesAndEndsAlerts) {
   sensing_.step(hanging(0.2, 0.3), out_);
   ASSERT_TRUE(out_.alerts.raised);
   const Eigen::Vector3d look_at = out_.alerts.raised->at.position_W_m;
-  EXPECT_TRUE(look_at.isApprox(out_.percept.worst.position_W_m));
+  EXPECT_TRUE(look_at.isApprox(out_.percept.position_W_m));
   EXPECT_EQ(out_.alerts.raised->at.object, 1);
   StepInputs stale = hanging(0.2, 0.3);
   stale.state_valid = false;
@@ -133,7 +133,7 @@ TEST_F(Step, AReplayGivesTheSameBitForBit) {
     EXPECT_EQ(a.drag.plus, b.drag.plus);
     EXPECT_EQ(a.drag.minus, b.drag.minus);
     EXPECT_EQ(a.drag.coupled, b.drag.coupled);
-    EXPECT_EQ(a.percept.worst.sensor, b.percept.worst.sensor);
+    EXPECT_EQ(a.percept.sensor, b.percept.sensor);
     EXPECT_EQ(a.percept.gradient.pgv_W_m, b.percept.gradient.pgv_W_m);
     EXPECT_EQ(a.percept.drag_torque, b.percept.drag_torque);
     EXPECT_EQ(a.alerts.raised.has_value(), b.alerts.raised.has_value());

@@ -55,7 +55,7 @@ TEST(Probe, WritesWhatTheStepGives) {
   row.velocity[0] = 0.3;
   std::ostringstream csv;
   csv.precision(17);
-  run_probe_rows(model, {}, test::wall(), {row}, csv);
+  run_probe_rows(model, {}, test::wall(), {row}, {}, csv);
   PhantomSensing sensing(model, {});
   StepOutputs out;
   sensing.step(test::hanging(0.2, 0.3, 0.0), out);

@@ -24,10 +24,15 @@ struct Seen : PerceptSink {
   };
   std::vector<Drag> drags;
   std::vector<bool> percepts;  // valid
+  std::vector<PerceptCondition> conditions;
+  std::size_t allowed = 0, muted = 0;
   std::vector<std::pair<std::uint32_t, bool>> alerts;
   void on_drag(const StepOutputs& out, const TickInfo& info) override {
     drags.push_back({out.valid, out.drag.plus[0], info.slave.id.sequence_number,
                      info.slave.master_echo.sequence_number, out.workspace_version, info.model_age_s});
+    conditions.push_back(info.condition);
+    allowed = info.allowed_contacts;
+    muted = out.muted_sensors;
   }
   void on_percept(const StepOutputs& out, const TickInfo&) override { percepts.push_back(out.valid); }
   void on_alert(const percept::Alert& alert, bool cleared) override {
@@ -176,7 +181,86 @@ TEST_F(Loop, CountsWhatItDoes) {
   EXPECT_EQ(figures.ticks, 1U);
   EXPECT_EQ(figures.invalid_turns, 2U);
   EXPECT_TRUE(figures.state_seen);
-  EXPECT_FALSE(figures.valid);
+  EXPECT_EQ(figures.condition, PerceptCondition::kStateStale);
+}
+
+TEST_F(Loop, SaysWhyThereIsNoPercept) {
+  loop_.turn(1);
+  EXPECT_EQ(seen_.conditions.back(), PerceptCondition::kNoWorkspace);
+  give_workspace();
+  loop_.turn(1 + loop_.watchdog_period_ns());
+  EXPECT_EQ(seen_.conditions.back(), PerceptCondition::kNoState);
+  offer(1, core::kNsPerSecond);
+  loop_.turn(core::kNsPerSecond);
+  EXPECT_EQ(seen_.conditions.back(), PerceptCondition::kFresh);
+  loop_.turn(2 * core::kNsPerSecond);
+  EXPECT_EQ(seen_.conditions.back(), PerceptCondition::kStateStale);
+  EXPECT_FALSE(seen_.drags.back().valid);
+}
+
+TEST_F(Loop, APerceptFromAStaleWorkspaceIsMarkedAndThenEnds) {
+  give_workspace(1);
+  loop_.workspace_watch().announced(1);
+  std::uint64_t number = 0;
+  const auto at = [&](double t_s) {
+    offer(++number, core::from_seconds(t_s));
+    loop_.turn(core::from_seconds(t_s));
+    return seen_.conditions.back();
+  };
+  EXPECT_EQ(at(1.0), PerceptCondition::kFresh);
+  loop_.workspace_watch().announced(2);  // and its bricks do not come
+  EXPECT_EQ(at(2.0), PerceptCondition::kFresh);
+  EXPECT_EQ(at(2.9), PerceptCondition::kFresh);
+  EXPECT_EQ(at(3.1), PerceptCondition::kWorkspaceBehind);
+  EXPECT_TRUE(seen_.drags.back().valid) << "marked, and still felt";
+  EXPECT_EQ(at(6.9), PerceptCondition::kWorkspaceBehind);
+  EXPECT_EQ(at(7.1), PerceptCondition::kWorkspaceStale);
+  EXPECT_FALSE(seen_.drags.back().valid);
+  EXPECT_EQ(seen_.drags.back().coefficient, 0.0);
+  EXPECT_EQ(seen_.drags.back().version, 1U);
+  give_workspace(2);
+  EXPECT_EQ(at(8.0), PerceptCondition::kFresh);
+  EXPECT_TRUE(seen_.drags.back().valid);
+}
+
+TEST_F(Loop, AWorkspaceWithoutItsServerStaysValidAndIsMarked) {
+  give_workspace();
+  loop_.workspace_watch().attended(false);
+  offer(1, 1000);
+  loop_.turn(1000);
+  EXPECT_EQ(seen_.conditions.back(), PerceptCondition::kWorkspaceUnattended);
+  EXPECT_TRUE(seen_.drags.back().valid);
+}
+
+TEST_F(Loop, AFailedSelfTestEndsThePerceptUntilOnePasses) {
+  give_workspace();
+  loop_.self_tested(false);
+  offer(1, 1000);
+  loop_.turn(1000);
+  EXPECT_EQ(seen_.conditions.back(), PerceptCondition::kSelfTestFailed);
+  EXPECT_FALSE(seen_.drags.back().valid);
+  loop_.self_tested(true);
+  offer(2, 2000);
+  loop_.turn(2000);
+  EXPECT_TRUE(seen_.drags.back().valid);
+}
+
+TEST_F(Loop, APermitMutesUntilItsTimeIsOver) {
+  give_workspace();
+  ContactPermits permits;
+  permits.allow({1, percept::AllowedContact::kWholeArm, 5 * kNsPerMillisecond});
+  loop_.permit(permits);
+  offer(1, 4 * kNsPerMillisecond);
+  loop_.turn(4 * kNsPerMillisecond);
+  EXPECT_EQ(seen_.drags.back().coefficient, 0.0);
+  EXPECT_TRUE(seen_.drags.back().valid);
+  EXPECT_EQ(seen_.allowed, 1U);
+  EXPECT_GT(seen_.muted, 0U);
+  offer(2, 5 * kNsPerMillisecond);
+  loop_.turn(5 * kNsPerMillisecond);
+  EXPECT_GT(seen_.drags.back().coefficient, 0.0);
+  EXPECT_EQ(seen_.allowed, 0U);
+  EXPECT_EQ(seen_.muted, 0U);
 }
 
 TEST_F(Loop, RunsOnItsOwnThreadAndEnds) {

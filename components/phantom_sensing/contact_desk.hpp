@@ -1,0 +1,49 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/robot/serial_arm.hpp"
+#include "components/phantom_sensing/contact_permits.hpp"
+
+namespace phantom::phantom_sensing {
+
+/// A wish about intended contact, as it came (idl SensingCommand).
+struct ContactWish {
+  bool allow = false;       ///< else forbid
+  std::string object;       ///< name; empty: by id
+  std::uint16_t id = 0;     ///< 0 and no name: all that is allowed (forbid only)
+  std::string link;         ///< link or frame of the arm; empty: the whole arm
+  double duration_s = 0.0;  ///< 0: until it is forbidden
+};
+
+struct Answer {
+  bool done = false;
+  std::string message;
+};
+
+/// Keeps the list of contacts that are allowed, and speaks of them by name. Not thread-safe.
+class ContactDesk {
+ public:
+  /// The arm outlives this.
+  explicit ContactDesk(const robot::SerialArm& arm) : arm_(arm) {}
+  /// Which objects there are, by id; newest knowledge replaces the one before.
+  void know_objects(std::map<std::uint16_t, std::string> names) { names_ = std::move(names); }
+
+  Answer handle(const ContactWish& wish, core::Nanoseconds now_ns);
+  /// Ends the permits whose time is over; a sentence for each.
+  std::vector<std::string> end_old(core::Nanoseconds now_ns);
+  const ContactPermits& permits() const noexcept { return permits_; }
+  std::string object_name(std::uint16_t id) const;
+
+ private:
+  Answer allow(const ContactWish& wish, std::uint16_t id, std::size_t link, core::Nanoseconds now_ns);
+  std::string describe(const ContactPermit& permit) const;
+
+  const robot::SerialArm& arm_;
+  std::map<std::uint16_t, std::string> names_;
+  ContactPermits permits_;
+};
+
+}  // namespace phantom::phantom_sensing

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "common/core/clock.hpp"
+#include "common/percept/allowed_contact.hpp"
+
+namespace phantom::phantom_sensing {
+
+/// A contact that is intended: `object` may be touched by `link`, until a time.
+struct ContactPermit {
+  std::uint16_t object = 0;
+  std::size_t link = percept::AllowedContact::kWholeArm;
+  core::Nanoseconds until_ns = kForever;
+  static constexpr core::Nanoseconds kForever = std::numeric_limits<core::Nanoseconds>::max();
+};
+
+/// Permits that hold now or will end later. Bounded; copying takes no heap.
+class ContactPermits {
+ public:
+  static constexpr std::size_t kMost = percept::AllowedContact::kMost;
+
+  /// Adds one, or renews the one for the same object and link. False if there is no place left.
+  bool allow(const ContactPermit& permit) noexcept {
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (permits_[i].object != permit.object || permits_[i].link != permit.link) continue;
+      permits_[i] = permit;
+      return true;
+    }
+    if (count_ == kMost) return false;
+    permits_[count_++] = permit;
+    return true;
+  }
+  /// Ends the permit for exactly this object and link. False if there is none.
+  bool forbid(std::uint16_t object, std::size_t link) noexcept {
+    return remove_if([&](const ContactPermit& p) { return p.object == object && p.link == link; }) > 0;
+  }
+  void forbid_all() noexcept { count_ = 0; }
+  /// Removes those that have ended and names them.
+  std::vector<ContactPermit> take_ended(core::Nanoseconds now_ns) {
+    std::vector<ContactPermit> ended;
+    remove_if([&](const ContactPermit& p) {
+      if (p.until_ns > now_ns) return false;
+      ended.push_back(p);
+      return true;
+    });
+    return ended;
+  }
+  /// What is allowed now. Real-time safe: yes.
+  percept::AllowedContact at(core::Nanoseconds now_ns) const noexcept {
+    percept::AllowedContact allowed;
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (permits_[i].until_ns > now_ns) allowed.add(permits_[i].object, permits_[i].link);
+    }
+    return allowed;
+  }
+  std::size_t size() const noexcept { return count_; }
+
+ private:
+  template <class Condition>
+  std::size_t remove_if(Condition condition) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (!condition(permits_[i])) permits_[kept++] = permits_[i];
+    }
+    const std::size_t removed = count_ - kept;
+    count_ = kept;
+    return removed;
+  }
+  std::array<ContactPermit, kMost> permits_{};
+  std::size_t count_ = 0;
+};
+
+}  // namespace phantom::phantom_sensing

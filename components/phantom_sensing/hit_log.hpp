@@ -1,0 +1,49 @@
+#pragma once
+
+#include <functional>
+#include <mutex>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "components/phantom_sensing/sensing_loop.hpp"
+
+namespace phantom::phantom_sensing {
+
+/// Passes everything on to another sink and keeps the alerts for log and report. Logging is left to another thread: a
+/// log that nobody drains must not hold up the haptic path.
+class HitLog : public PerceptSink {
+ public:
+  using ObjectName = std::function<std::string(std::uint16_t)>;
+  /// Both outlive this.
+  HitLog(PerceptSink& next, const PhantomModel& model);
+
+  void on_drag(const StepOutputs& outputs, const TickInfo& info) override { next_.on_drag(outputs, info); }
+  void on_percept(const StepOutputs& outputs, const TickInfo& info) override { next_.on_percept(outputs, info); }
+  void on_alert(const percept::Alert& alert, bool cleared) override;
+
+  /// Logs the alerts that are new. One thread, as json().
+  void log_new(const ObjectName& object_name);
+  /// [{t, alert, link, object, rule, mu, speed_m_s, point, cleared_t}]; the first 10,000.
+  nlohmann::ordered_json json(const ObjectName& object_name);
+
+ private:
+  /// An alert as the report and the log tell it.
+  struct Record {
+    percept::Alert alert;
+    double raised_s = 0.0;
+    double cleared_s = -1.0;  ///< −1: not yet
+  };
+  std::optional<Record> record(std::size_t index);
+  std::string place_of(const percept::Alert& alert) const;
+
+  PerceptSink& next_;
+  const PhantomModel& model_;
+  core::Nanoseconds start_ns_ = core::monotonic_ns();
+  std::mutex mutex_;
+  std::vector<Record> records_;
+  std::size_t logged_ = 0;  // logging thread only
+};
+
+}  // namespace phantom::phantom_sensing

@@ -1,0 +1,106 @@
+// The self-test passes on what is right, and fails on each thing that is wrong.
+#include "components/phantom_sensing/self_test.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "common/runtime/cell.hpp"
+#include "components/phantom_sensing/model.hpp"
+
+namespace phantom::phantom_sensing {
+namespace {
+
+using testing::HasSubstr;
+
+const runtime::CellConfig& bench() {
+  static const runtime::CellConfig cell =
+      runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/arm_bench/cell.yaml");
+  return cell;
+}
+
+const voxel::Workspace& bench_workspace() {
+  static const voxel::Workspace workspace = build_workspace(bench());
+  return workspace;
+}
+
+TEST(SelfTest, PassesWithEverySettingThatTheConfigurationAllows) {
+  for (const bool directional : {false, true}) {
+    for (const robot::DragMode mode : {robot::DragMode::kSeparable, robot::DragMode::kCoupled}) {
+      for (const int reach : {1, 3, 7}) {
+        PerceptSettings settings;
+        settings.directional.enabled = directional;
+        settings.mode = mode;
+        settings.cluster_reach_vox = reach;
+        if (reach == 7) settings.memory = {1.0, 1.0, 1.0};
+        if (reach == 1) settings.cluster_shape = percept::ZoneShape::kCube;
+        const SelfTestResult result = test_step(settings);
+        EXPECT_TRUE(result.passed) << result.message;
+      }
+    }
+  }
+  PerceptSettings stricter;
+  stricter.motion.dangerous_below_rad = 0.0;
+  stricter.motion.safe_above_rad = 3.2;
+  stricter.hit.mu_unsafe = 11.0;
+  stricter.hit.mu_moderate = 10.5;
+  EXPECT_TRUE(test_step(stricter).passed) << test_step(stricter).message;
+}
+
+TEST(SelfTest, PassesOnTheWorkspaceOfTheCell) {
+  const SelfTestResult result = test_workspace(bench_workspace(), bench(), {});
+  EXPECT_TRUE(result.passed) << result.message;
+  EXPECT_THAT(result.message, HasSubstr("of 6 objects"));
+}
+
+/// A voxel of a layer, and where its brick keeps it.
+std::pair<voxel::BrickKey, std::size_t> layer_voxel(const voxel::Workspace& workspace, std::int8_t order) {
+  for (const voxel::BrickKey key : workspace.bricks()) {
+    for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i) {
+      if (workspace.brick(key).order[i] == order) return {key, i};
+    }
+  }
+  throw std::runtime_error("no such voxel");
+}
+
+TEST(SelfTest, FailsOnAVoxelOfAnotherViscosity) {
+  voxel::Workspace broken = bench_workspace();
+  const auto [key, at] = layer_voxel(broken, 2);
+  broken.make_brick(key).mu_code[at] -= 1;
+  const SelfTestResult result = test_workspace(broken, bench(), {});
+  EXPECT_FALSE(result.passed);
+  EXPECT_THAT(result.message, HasSubstr("order 2"));
+}
+
+TEST(SelfTest, FailsOnAVoxelOfAnotherOrder) {
+  voxel::Workspace broken = bench_workspace();
+  const auto [key, at] = layer_voxel(broken, 2);
+  broken.make_brick(key).order[at] = 98;
+  EXPECT_FALSE(test_workspace(broken, bench(), {}).passed);
+}
+
+TEST(SelfTest, FailsOnFluidOfNobody) {
+  voxel::Workspace broken = bench_workspace();
+  const auto [key, at] = layer_voxel(broken, 3);
+  broken.make_brick(key).object[at] = 0;
+  EXPECT_THAT(test_workspace(broken, bench(), {}).message, HasSubstr("belongs to no object"));
+}
+
+TEST(SelfTest, FailsOnAnotherCell) {
+  runtime::CellConfig other = bench();
+  other.voxel_size_m = 0.02;
+  EXPECT_THAT(test_workspace(bench_workspace(), other, {}).message, HasSubstr("grid is not the one"));
+  other = bench();
+  other.objects[0].profile.mu_Pa_s_per_m[1] += 1.0F;
+  EXPECT_THAT(test_workspace(bench_workspace(), other, {}).message, HasSubstr("bar, order 2"));
+}
+
+TEST(SelfTest, PassesOverObjectsThatTheCellDoesNotKnow) {
+  runtime::CellConfig fewer = bench();
+  fewer.objects.pop_back();
+  const SelfTestResult result = test_workspace(bench_workspace(), fewer, {});
+  EXPECT_TRUE(result.passed) << result.message;
+  EXPECT_THAT(result.message, HasSubstr("of 5 objects"));
+}
+
+}  // namespace
+}  // namespace phantom::phantom_sensing

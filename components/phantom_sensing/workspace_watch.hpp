@@ -1,0 +1,62 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "common/core/clock.hpp"
+
+namespace phantom::phantom_sensing {
+
+/// What a percept rests on, as in idl: the first three are valid, the first one without reserve.
+enum class PerceptCondition {
+  kFresh,
+  kWorkspaceUnattended,  ///< no wva_server is there: changes would not be told
+  kWorkspaceBehind,      ///< a newer version was announced and is not whole yet
+  kWorkspaceStale,       ///< that has lasted too long
+  kNoWorkspace,
+  kNoState,
+  kStateStale,
+  kSelfTestFailed
+};
+
+constexpr bool is_valid(PerceptCondition condition) noexcept {
+  return condition <= PerceptCondition::kWorkspaceBehind;
+}
+
+/// Judges whether the workspace in use is the newest there is. It stays valid while nothing newer is announced,
+/// also when its server ends: the world is then only known to be unattended. Once a version is announced, it must
+/// be in use, or another step towards it, within `behind_after_s`, or the percept is marked; after
+/// `stale_after_s` it ends.
+class WorkspaceWatch {
+ public:
+  WorkspaceWatch(double behind_after_s, double stale_after_s)
+      : behind_after_ns_(core::from_seconds(behind_after_s)), stale_after_ns_(core::from_seconds(stale_after_s)) {}
+
+  void announced(std::uint64_t version) noexcept { announced_.store(version, std::memory_order_relaxed); }  ///< thread-safe
+  void attended(bool there) noexcept { attended_.store(there, std::memory_order_relaxed); }                 ///< thread-safe
+
+  /// `in_use`: version that the tick uses, 0: none. One thread. Real-time safe: yes.
+  PerceptCondition judge(std::uint64_t in_use, core::Nanoseconds now_ns) noexcept {
+    if (in_use == 0) return PerceptCondition::kNoWorkspace;
+    const std::uint64_t announced = announced_.load(std::memory_order_relaxed);
+    if (announced == 0 || announced == in_use || in_use != last_in_use_) behind_since_ns_ = -1;
+    last_in_use_ = in_use;
+    if (announced != 0 && announced != in_use) {
+      if (behind_since_ns_ < 0) behind_since_ns_ = now_ns;
+      const core::Nanoseconds behind_ns = now_ns - behind_since_ns_;
+      if (behind_ns > stale_after_ns_) return PerceptCondition::kWorkspaceStale;
+      if (behind_ns > behind_after_ns_) return PerceptCondition::kWorkspaceBehind;
+    }
+    return attended_.load(std::memory_order_relaxed) ? PerceptCondition::kFresh
+                                                     : PerceptCondition::kWorkspaceUnattended;
+  }
+
+ private:
+  core::Nanoseconds behind_after_ns_, stale_after_ns_;
+  std::atomic<std::uint64_t> announced_{0};
+  std::atomic<bool> attended_{true};
+  std::uint64_t last_in_use_ = 0;
+  core::Nanoseconds behind_since_ns_ = -1;  // −1: not behind
+};
+
+}  // namespace phantom::phantom_sensing
