@@ -213,6 +213,7 @@ void Drive::finish_setup_step(core::Nanoseconds now_ns) noexcept {
   report_.sdo_abort = sdo_.abort_code();
   if (sdo_.state() == SdoClient::State::kTimedOut || sdo_.abort_code() == kAbortToggle) {
     if (++attempts_ >= kAttempts) return fail(DriveFault::kSetupTimeout, now_ns);
+    --surplus_sdo_;  // its answer may still come, late
     return begin_setup_step(now_ns);
   }
   if (sdo_.state() == SdoClient::State::kAborted && !step.optional) return fail(DriveFault::kSetupRefused, now_ns);
@@ -273,10 +274,10 @@ void Drive::control(DriveGoal goal, core::Nanoseconds now_ns) noexcept {
   }
   if (phase == DrivePhase::kResetting) {
     const bool in_fault = power == PowerState::kFault || power == PowerState::kFaultReaction;
+    if (!in_fault) return enter(DrivePhase::kReady, now_ns);  // with the controlword that it had: who holds, holds
     // A rising edge resets; a new edge every few cycles, in case one was lost.
     const auto cycle = static_cast<std::int64_t>(phase_age_s(now_ns) / timing_.period_s + 0.5);
-    controlword_ = in_fault && cycle % 8 >= 4 ? kCommandFaultReset : kCommandDisableVoltage;
-    if (!in_fault && cycle >= 4) return enter(DrivePhase::kReady, now_ns);
+    controlword_ = cycle % 8 >= 4 ? kCommandFaultReset : kCommandDisableVoltage;
     if (phase_age_s(now_ns) > timing_.state_timeout_s) fail(DriveFault::kDriveFault, now_ns);
     return;
   }

@@ -8,6 +8,8 @@ namespace {
 
 constexpr int kMostFramesPerCycle = 512;  // of one bus: four milliseconds' worth at 1 Mbit/s of the shortest frames
 
+constexpr double kApproach_s = 0.2;  // an axis in velocity mode slows down so long before its range ends
+
 bool is_ready(DrivePhase phase) noexcept {
   return phase == DrivePhase::kReady || phase == DrivePhase::kEnabling || phase == DrivePhase::kEnabled ||
          phase == DrivePhase::kQuickStop;
@@ -68,7 +70,7 @@ DriveGoal DriveGroup::goal_of(const DriveCommand& command, const Drive& drive) c
   if (!command.enable) return DriveGoal::kOff;
   if (all_ready_) return DriveGoal::kEnabled;
   // Others are not ready yet: who holds goes on holding.
-  return drive.report().phase == DrivePhase::kQuickStop ? DriveGoal::kQuickStop : DriveGoal::kOff;
+  return drive.report().power == PowerState::kQuickStopActive ? DriveGoal::kQuickStop : DriveGoal::kOff;
 }
 
 const DriveGroupReport& DriveGroup::step(const DriveCommand& command, core::Nanoseconds now_ns) noexcept {
@@ -113,9 +115,9 @@ DriveTargets DriveGroup::targets_of(const DriveCommand& command, std::size_t a) 
   if (axis.mode == DriveMode::kPosition)
     targets.position_counts = axis.units.position_counts(lead_position(command.position[a], a));
   if (axis.mode == DriveMode::kVelocity) {
-    const double position = report_.position[a];
-    double velocity = std::clamp(finite_or_zero(command.velocity[a]), -axis.max_speed, axis.max_speed);
-    if ((position >= axis.upper && velocity > 0.0) || (position <= axis.lower && velocity < 0.0)) velocity = 0.0;
+    const double fastest_up = std::clamp((axis.upper - report_.position[a]) / kApproach_s, 0.0, axis.max_speed);
+    const double fastest_down = std::clamp((axis.lower - report_.position[a]) / kApproach_s, -axis.max_speed, 0.0);
+    const double velocity = std::clamp(finite_or_zero(command.velocity[a]), fastest_down, fastest_up);
     targets.velocity_counts = axis.units.velocity_counts(velocity);
   }
   return targets;

@@ -4,6 +4,7 @@
 #include <initializer_list>
 
 #include "common/can/canopen.hpp"
+#include "common/can/cia402.hpp"
 
 namespace phantom::can {
 namespace {
@@ -87,6 +88,7 @@ std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfi
     switch_pdo_off(steps, static_cast<std::uint16_t>(0x1400 + i), kCobRpdo1 + 0x100U * i + node);
     if (i > 1) switch_pdo_off(steps, static_cast<std::uint16_t>(0x1800 + i), kCobTpdo1 + 0x100U * i + node);
   }
+  write(steps, 0x6040, 0, 2, hold ? kCommandQuickStop : kCommandDisableVoltage);  // not what it had before
   write(steps, 0x6060, 0, 1, static_cast<std::uint8_t>(axis.mode));
   write(steps, 0x1016, 1, 4,
         static_cast<std::uint32_t>(config.master_node) << 16 | milliseconds(t.heartbeat_timeout_s));

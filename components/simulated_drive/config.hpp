@@ -1,0 +1,21 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "components/simulated_drive/simulated_drive.hpp"
+
+namespace phantom::simulated_drive {
+
+/// simulated_drive.yaml.
+struct Config {
+  std::string bus;
+  double bit_rate = 1e6;  ///< of a userspace bus
+  std::vector<DriveOptions> drives;
+};
+
+/// Throws ConfigError naming file, line, key, value and what is allowed.
+Config load_config(const std::filesystem::path& file);
+
+}  // namespace phantom::simulated_drive

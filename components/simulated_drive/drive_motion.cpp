@@ -1,0 +1,71 @@
+// The drive's inner life: what its targets make the motor do.
+#include <algorithm>
+#include <cmath>
+
+#include "components/simulated_drive/simulated_drive.hpp"
+
+namespace phantom::simulated_drive {
+namespace {
+
+constexpr int kCyclicPosition = 8, kCyclicVelocity = 9, kCyclicTorque = 10;
+
+double joint_to_counts(const MotorParameters& motor, double joint) {
+  return joint * motor.counts_per_turn * motor.gear_ratio / (2.0 * 3.14159265358979323846);
+}
+
+}  // namespace
+
+// A new target is reached in one interpolation period, in a straight line.
+void SimulatedDrive::begin_interpolation() {
+  const double period_s =
+      static_cast<double>(od_.value(0x60C2, 1)) * std::pow(10.0, static_cast<double>(od_.value(0x60C2, 2)));
+  if (state_ != Power::kEnabled || od_.value(0x6060) != kCyclicPosition) return;
+  to_go_s_ = std::max(period_s, 1e-4);
+  demand_speed_ = (static_cast<double>(od_.value(0x607A)) - demand_counts_) / to_go_s_;
+}
+
+void SimulatedDrive::run_quick_stop(double dt_s) {
+  const double slower = joint_to_counts(options_.motor, options_.quick_stop_rad_s2) * dt_s;
+  demand_speed_ = std::abs(demand_speed_) <= slower ? 0.0 : demand_speed_ - std::copysign(slower, demand_speed_);
+  demand_counts_ += demand_speed_ * dt_s;
+  const bool at_rest = demand_speed_ == 0.0;
+  if (state_ == Power::kFaultReaction && at_rest) state_ = Power::kFault;
+  if (state_ == Power::kQuickStop && at_rest && od_.value(0x605A) == 2) state_ = Power::kSwitchOnDisabled;
+}
+
+MotionDemand SimulatedDrive::demand(double dt_s) {
+  using Kind = MotionDemand::Kind;
+  if (state_ == Power::kQuickStop || state_ == Power::kFaultReaction) {
+    run_quick_stop(dt_s);
+    return {Kind::kPosition, demand_counts_, demand_speed_, 0.0};
+  }
+  if (state_ != Power::kEnabled) return {};
+  switch (od_.value(0x6060)) {
+    case kCyclicPosition:
+      if (to_go_s_ > 0.0) demand_counts_ += demand_speed_ * std::min(dt_s, to_go_s_);
+      to_go_s_ = std::max(0.0, to_go_s_ - dt_s);
+      if (to_go_s_ == 0.0) demand_speed_ = 0.0;
+      return {Kind::kPosition, demand_counts_, demand_speed_, static_cast<double>(od_.value(0x60B2))};
+    case kCyclicVelocity:
+      return {Kind::kVelocity, 0.0, static_cast<double>(od_.value(0x60FF)), static_cast<double>(od_.value(0x60B2))};
+    case kCyclicTorque:
+      return {Kind::kTorque, 0.0, 0.0, static_cast<double>(od_.value(0x6071))};
+    default:
+      return {};
+  }
+}
+
+void SimulatedDrive::move(double dt_s) {
+  if (nmt_ == Nmt::kOperational) obey_controlword();
+  const double limit = std::min(static_cast<double>(od_.value(0x6072)), 1e3 * options_.motor.peak_share);
+  torque_mille_ = loops_.step(demand(dt_s), limit, dt_s);
+  const double error = demand_counts_ - static_cast<double>(motor().counts());
+  const bool follows_position = state_ == Power::kEnabled && od_.value(0x6060) == kCyclicPosition;
+  const bool off_track =
+      follows_position && std::abs(error) > joint_to_counts(options_.motor, options_.following_window_rad);
+  if (!off_track) off_track_ns_ = -1;
+  if (off_track && off_track_ns_ < 0) off_track_ns_ = now_ns_;
+  if (off_track && now_ns_ - off_track_ns_ >= od_.value(0x6066) * core::kNsPerMillisecond) trip(0x8611);
+}
+
+}  // namespace phantom::simulated_drive

@@ -1,0 +1,57 @@
+#include "components/simulated_drive/faults.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "common/core/errors.hpp"
+
+namespace phantom::simulated_drive {
+namespace {
+
+struct Kind {
+  const char* name;
+  const char* text;
+  void (*apply)(SimulatedDrive&);
+};
+
+constexpr Kind kKinds[] = {
+    {"heartbeat", "its heartbeat stops", [](SimulatedDrive& d) { d.misbehaviour.mute_heartbeat = true; }},
+    {"pdos", "it answers no SYNC", [](SimulatedDrive& d) { d.misbehaviour.mute_pdos = true; }},
+    {"sdo", "it answers no SDO", [](SimulatedDrive& d) { d.misbehaviour.mute_sdo = true; }},
+    {"mode", "it reports profile position mode", [](SimulatedDrive& d) { d.misbehaviour.shown_mode = 1; }},
+    {"length", "its PDOs are a byte short", [](SimulatedDrive& d) { d.misbehaviour.cut_pdo_bytes = 1; }},
+    {"trip", "over-current: emergency message and fault", [](SimulatedDrive& d) { d.trip(0x2310); }},
+    {"warn", "emergency message without fault", [](SimulatedDrive& d) { d.warn(0x4310); }},
+    {"reboot", "its logic supply fails for a moment", [](SimulatedDrive& d) { d.power_cycle(); }},
+    {"power", "its power stage loses its supply", [](SimulatedDrive& d) { d.cut_power(); }},
+};
+
+}  // namespace
+
+std::string fault_help() {
+  std::string help;
+  for (const Kind& kind : kKinds) help += std::string("  ") + kind.name + ": " + kind.text + "\n";
+  return help;
+}
+
+TimedFault parse_fault(const std::string& text) {
+  const auto at = text.find('@');
+  TimedFault fault{.kind = text.substr(0, at)};
+  const bool known = std::any_of(std::begin(kKinds), std::end(kKinds), [&](const Kind& k) { return fault.kind == k.name; });
+  char* end = nullptr;
+  if (at != std::string::npos) fault.at_s = std::strtod(text.c_str() + at + 1, &end);
+  if (end != nullptr && *end == ':') fault.node = static_cast<int>(std::strtol(end + 1, &end, 10));
+  if (!known || end == nullptr || *end != '\0' || !std::isfinite(fault.at_s) || fault.at_s < 0 || fault.node < 0)
+    throw core::ConfigError("--fault '" + text + "'; allowed: KIND@SECONDS or KIND@SECONDS:NODE with one of\n" +
+                            fault_help());
+  return fault;
+}
+
+void apply(const std::string& kind, SimulatedDrive& drive) {
+  for (const Kind& k : kKinds) {
+    if (kind == k.name) k.apply(drive);
+  }
+}
+
+}  // namespace phantom::simulated_drive

@@ -1,0 +1,116 @@
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+
+#include "common/can/user_bus.hpp"
+#include "common/runtime/process.hpp"
+#include "components/simulated_drive/config.hpp"
+#include "components/simulated_drive/faults.hpp"
+
+namespace {
+
+using namespace phantom;
+
+struct Options {
+  std::string bus;
+  std::vector<int> nodes;
+  std::vector<std::string> faults;
+  can::FaultRule bus_fault;
+  double delay_ms = 0.0, jitter_ms = 0.0;
+  bool serve_only = false;
+};
+
+void add_options(CLI::App& app, Options& o) {
+  app.add_option("--bus", o.bus, "can0 or another SocketCAN interface, or user:NAME; instead of the file's");
+  app.add_option("--nodes", o.nodes, "only these of the file's node ids")->delimiter(',');
+  app.add_option("--fault", o.faults, "KIND@SECONDS[:NODE]: a fault that begins then; may be given again");
+  app.add_option("--drop", o.bus_fault.drop, "share of frames that the bus loses (userspace bus only)")
+      ->check(CLI::Range(0.0, 1.0));
+  app.add_option("--duplicate", o.bus_fault.duplicate, "share of frames that the bus repeats (userspace bus only)")
+      ->check(CLI::Range(0.0, 1.0));
+  app.add_option("--delay-ms", o.delay_ms, "every frame comes so much later (userspace bus only)")
+      ->check(CLI::Range(0.0, 10000.0));
+  app.add_option("--jitter-ms", o.jitter_ms, "and up to so much more, each for itself (userspace bus only)")
+      ->check(CLI::Range(0.0, 10000.0));
+  app.add_flag("--serve-only", o.serve_only, "serve the userspace bus, without drives");
+}
+
+// A userspace bus that nobody serves yet is served here.
+std::unique_ptr<can::UserBusHub> serve(const std::string& address, const simulated_drive::Config& config,
+                                       const Options& o) {
+  if (!can::is_user_address(address)) return nullptr;
+  auto hub = can::UserBusHub::serve(address, {.bit_rate = config.bit_rate});
+  if (!hub && hub.status().code() == core::ErrorCode::kFailedPrecondition && !o.serve_only) return nullptr;
+  if (!hub) throw core::ConfigError(hub.status().message());
+  (*hub)->set_faults({o.bus_fault});
+  return std::move(hub).value();
+}
+
+std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>> make_drives(const simulated_drive::Config& config,
+                                                                          const Options& o) {
+  std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>> drives;
+  for (const auto& drive : config.drives) {
+    if (!o.nodes.empty() && std::find(o.nodes.begin(), o.nodes.end(), drive.node) == o.nodes.end()) continue;
+    auto bus = can::open_bus(config.bus);
+    if (!bus) throw core::MissingError(bus.status().message());
+    drives.push_back(std::make_unique<simulated_drive::SimulatedDrive>(drive, std::move(bus).value()));
+  }
+  if (drives.empty()) throw core::ConfigError("--nodes: none of them is in the configuration");
+  return drives;
+}
+
+int run(const runtime::ProcessOptions& options, Options o) {
+  simulated_drive::Config config = simulated_drive::load_config(options.config);
+  if (!o.bus.empty()) config.bus = o.bus;
+  o.bus_fault.delay_ns = core::from_seconds(o.delay_ms * 1e-3);
+  o.bus_fault.jitter_ns = core::from_seconds(o.jitter_ms * 1e-3);
+  std::vector<simulated_drive::TimedFault> faults;
+  for (const std::string& text : o.faults) faults.push_back(simulated_drive::parse_fault(text));
+  if (options.check) {
+    std::cout << "configuration is valid\n";
+    return runtime::kExitDone;
+  }
+  const auto hub = serve(config.bus, config, o);
+  if (hub) spdlog::info("serving {}", config.bus);
+  while (o.serve_only && runtime::sleep_unless_stopped(1.0)) {
+  }
+  if (o.serve_only) return runtime::kExitDone;
+  auto drives = make_drives(config, o);
+  spdlog::info("{} drives on {}", drives.size(), config.bus);
+  const core::Nanoseconds start_ns = core::monotonic_ns();
+  while (!runtime::stop_requested()) {
+    const core::Nanoseconds now_ns = core::monotonic_ns();
+    for (std::size_t i = 0; i < drives.size(); ++i) drives[i]->step(now_ns);
+    for (auto& fault : faults) {
+      if (fault.done || core::seconds(now_ns - start_ns) < fault.at_s) continue;
+      fault.done = true;
+      spdlog::warn("fault: {}", fault.kind);
+      for (std::size_t i = 0; i < drives.size(); ++i) {
+        if (fault.node == 0 || fault.node == drives[i]->node()) simulated_drive::apply(fault.kind, *drives[i]);
+      }
+    }
+    if (drives.front()->bus().state() == can::BusState::kDown) throw core::MissingError(config.bus + ": is down");
+    drives.front()->wait(core::kNsPerMillisecond);
+  }
+  return runtime::kExitDone;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options own;
+  runtime::ProcessDescription description;
+  description.name = "simulated_drive";
+  description.summary =
+      "Servo drives without hardware: CiA 402 on a CAN bus, with motors, gears and friction behind them. For trying "
+      "slave and master with their real drive code.";
+  description.details =
+      "Example: simulated_drive --bus user:arm --fault trip@10:2\n"
+      "A userspace bus is served by the first process that names it. Faults (--fault):\n" +
+      simulated_drive::fault_help();
+  description.add_options = [&own](CLI::App& app) { add_options(app, own); };
+  description.run = [&own](const runtime::ProcessOptions& options) { return run(options, own); };
+  return runtime::process_main(argc, argv, description);
+}

@@ -1,0 +1,47 @@
+#include "components/simulated_drive/motor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace phantom::simulated_drive {
+namespace {
+
+constexpr double kVelocityBandwidth_rad_s = 250.0;
+constexpr double kPositionBandwidth_rad_s = 60.0;
+constexpr double kIntegralPerSecond = 40.0;
+
+}  // namespace
+
+void Motor::step(double mille, double dt_s) {
+  const double torque_Nm = mille * 1e-3 * parameters_.rated_torque_Nm * parameters_.gear_ratio + parameters_.load_Nm;
+  teleop::integrate(parameters_.joint, torque_Nm, dt_s, q_rad_, v_rad_s_);
+}
+
+std::int64_t Motor::counts() const { return std::llround(std::floor(q_rad_ * counts_per_rad() + 0.5)); }
+
+double Motor::counts_per_s() const { return v_rad_s_ * counts_per_rad(); }
+
+double Motor::mille_per_acceleration() const {
+  const double torque_per_mille = 1e-3 * parameters_.rated_torque_Nm * parameters_.gear_ratio;
+  return parameters_.joint.inertia / torque_per_mille / counts_per_rad();
+}
+
+double MotionLoops::step(const MotionDemand& demand, double limit_mille, double dt_s) {
+  double mille = 0.0;
+  if (demand.kind == MotionDemand::Kind::kOff) integral_mille_ = 0.0;
+  if (demand.kind == MotionDemand::Kind::kTorque) mille = demand.offset_mille;
+  if (demand.kind == MotionDemand::Kind::kPosition || demand.kind == MotionDemand::Kind::kVelocity) {
+    double velocity = demand.velocity;
+    if (demand.kind == MotionDemand::Kind::kPosition)
+      velocity += kPositionBandwidth_rad_s * (demand.position - static_cast<double>(motor_.counts()));
+    const double gain = kVelocityBandwidth_rad_s * motor_.mille_per_acceleration();
+    const double error = velocity - motor_.counts_per_s();
+    integral_mille_ = std::clamp(integral_mille_ + kIntegralPerSecond * gain * error * dt_s, -limit_mille, limit_mille);
+    mille = demand.offset_mille + gain * error + integral_mille_;
+  }
+  mille = std::clamp(mille, -limit_mille, limit_mille);
+  motor_.step(mille, dt_s);
+  return mille;
+}
+
+}  // namespace phantom::simulated_drive

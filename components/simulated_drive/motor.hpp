@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+
+#include "common/teleop/joint_mechanics.hpp"
+
+namespace phantom::simulated_drive {
+
+/// The motor with its gear, encoder and the joint that it turns.
+struct MotorParameters {
+  double counts_per_turn = 65536;      ///< encoder, per turn of the motor
+  double gear_ratio = 5.0;             ///< motor turns per turn of the joint
+  double rated_torque_Nm = 1.0;        ///< of the motor
+  double peak_share = 3.0;             ///< greatest torque ÷ rated torque
+  double load_Nm = 0.0;                ///< constant torque on the joint, as a weight gives
+  teleop::JointMechanics joint{.inertia = 0.5, .viscous = 0.2, .coulomb = 0.05, .lower = -10, .upper = 10};
+  double start_rad = 0.0;              ///< joint angle at power-up; count 0 is joint angle 0
+};
+
+/// Advances the joint and says what the encoder shows.
+class Motor {
+ public:
+  explicit Motor(const MotorParameters& parameters) : parameters_(parameters), q_rad_(parameters.start_rad) {}
+
+  /// `mille`: torque of the motor per mille of rated.
+  void step(double mille, double dt_s);
+  std::int64_t counts() const;
+  double counts_per_s() const;
+  double joint_rad() const { return q_rad_; }
+  double joint_rad_s() const { return v_rad_s_; }
+  /// Torque per mille that gives the joint one count/s² of acceleration.
+  double mille_per_acceleration() const;
+  const MotorParameters& parameters() const { return parameters_; }
+
+ private:
+  double counts_per_rad() const { return parameters_.counts_per_turn * parameters_.gear_ratio / 6.283185307179586; }
+  MotorParameters parameters_;
+  double q_rad_ = 0.0, v_rad_s_ = 0.0;
+};
+
+/// What the inner loops are asked for.
+struct MotionDemand {
+  enum class Kind { kOff, kPosition, kVelocity, kTorque };
+  Kind kind = Kind::kOff;
+  double position = 0.0;   ///< counts
+  double velocity = 0.0;   ///< counts/s, target or feed-forward
+  double offset_mille = 0.0;  ///< torque added, or the target in kTorque
+};
+
+/// Cascaded position, velocity and torque loops, as a servo drive has them.
+class MotionLoops {
+ public:
+  explicit MotionLoops(const MotorParameters& parameters) : motor_(parameters) {}
+  /// Returns the torque that was exerted, per mille of rated, within ±`limit_mille`.
+  double step(const MotionDemand& demand, double limit_mille, double dt_s);
+  void reset() { integral_mille_ = 0.0; }
+  const Motor& motor() const { return motor_; }
+
+ private:
+  Motor motor_;
+  double integral_mille_ = 0.0;
+};
+
+}  // namespace phantom::simulated_drive

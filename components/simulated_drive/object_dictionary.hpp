@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace phantom::simulated_drive {
+
+/// Why an access was refused: the abort codes of CiA 301.
+enum AbortCode : std::uint32_t {
+  kNoAbort = 0,
+  kAbortReadOnly = 0x06010002,
+  kAbortWriteOnly = 0x06010001,
+  kAbortNoObject = 0x06020000,
+  kAbortNotMappable = 0x06040041,
+  kAbortMappingTooLong = 0x06040042,
+  kAbortWrongLength = 0x06070010,
+  kAbortNoSub = 0x06090011,
+  kAbortRange = 0x06090030,
+  kAbortState = 0x08000022,
+};
+
+/// The objects of one device: every value with its size, rights and limits.
+class ObjectDictionary {
+ public:
+  struct Object {
+    std::vector<std::uint8_t> bytes;  ///< little-endian
+    bool writable = false;
+    bool mappable = false;
+    bool any_length = false;  ///< a string: writes may change its length
+    std::int64_t least = INT64_MIN, most = INT64_MAX;
+    bool is_signed = false;
+  };
+
+  void add(std::uint16_t index, std::uint8_t sub, std::size_t size, std::int64_t value, bool writable,
+           bool mappable = false, bool is_signed = false);
+  void add_text(std::uint16_t index, const std::string& text, bool writable);
+  void limit(std::uint16_t index, std::uint8_t sub, std::int64_t least, std::int64_t most);
+
+  const Object* find(std::uint16_t index, std::uint8_t sub) const;
+  AbortCode missing(std::uint16_t index) const;
+  std::int64_t value(std::uint16_t index, std::uint8_t sub = 0) const;
+  /// For the device itself: any value, whatever the rights.
+  void set(std::uint16_t index, std::uint8_t sub, std::int64_t value);
+  /// For the bus: checks rights, length and limits.
+  AbortCode write(std::uint16_t index, std::uint8_t sub, const std::vector<std::uint8_t>& bytes);
+
+ private:
+  std::map<std::uint32_t, Object> objects_;
+};
+
+}  // namespace phantom::simulated_drive

@@ -1,0 +1,281 @@
+#include "components/simulated_drive/simulated_drive.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace phantom::simulated_drive {
+namespace {
+
+constexpr double kSubStep_s = 0.00025;
+constexpr double kMostMadeUp_s = 0.05;  // a process that stood still does not relive the time
+
+}  // namespace
+
+SimulatedDrive::SimulatedDrive(const DriveOptions& options, std::unique_ptr<can::CanBus> bus)
+    : options_(options),
+      bus_(std::move(bus)),
+      sdo_(od_, [this](auto index, auto sub, const auto& bytes) { return write_object(index, sub, bytes); }),
+      loops_(options.motor) {
+  build_communication_objects();
+  build_profile_objects();
+}
+
+void SimulatedDrive::send(std::uint32_t cob, const std::vector<std::uint8_t>& bytes) {
+  can::CanFrame frame;
+  frame.id = cob;
+  frame.length = static_cast<std::uint8_t>(bytes.size());
+  std::copy(bytes.begin(), bytes.end(), frame.data.begin());
+  bus_->send(frame);
+}
+
+void SimulatedDrive::boot() {
+  nmt_ = Nmt::kPreOperational;
+  sdo_.forget();
+  for (auto& latch : latched_) latch.clear();
+  master_heard_ns_ = -1;
+  build_communication_objects();
+  booted_ = true;
+  heartbeat_ns_ = now_ns_;
+  send(0x700U + static_cast<std::uint32_t>(options_.node), {0});
+}
+
+void SimulatedDrive::power_cycle() {
+  state_ = Power::kSwitchOnDisabled;
+  last_controlword_ = 0;
+  build_profile_objects();
+  boot();
+}
+
+void SimulatedDrive::warn(std::uint16_t code) {
+  const std::vector<std::uint8_t> bytes{static_cast<std::uint8_t>(code), static_cast<std::uint8_t>(code >> 8),
+                                        static_cast<std::uint8_t>(code != 0 ? 1 : 0), 0, 0, 0, 0, 0};
+  if (nmt_ != Nmt::kStopped) send(0x80U + static_cast<std::uint32_t>(options_.node), bytes);
+}
+
+void SimulatedDrive::trip(std::uint16_t code) {
+  if (state_ == Power::kFault || state_ == Power::kFaultReaction) return;
+  const bool moving = state_ == Power::kEnabled || state_ == Power::kQuickStop;
+  demand_speed_ = motor().counts_per_s();
+  // Fault reaction option code: 2 brakes on the quick-stop ramp first, else power off at once.
+  state_ = moving && od_.value(0x605E) == 2 ? Power::kFaultReaction : Power::kFault;
+  od_.set(0x603F, 0, code);
+  od_.set(0x1001, 0, 1);
+  warn(code);
+}
+
+// ---- the bus
+
+void SimulatedDrive::take(const can::CanFrame& frame) {
+  if (frame.extended || frame.remote) return;
+  const auto node = static_cast<std::uint32_t>(options_.node);
+  if (frame.id == 0 && frame.length == 2 && (frame.data[1] == 0 || frame.data[1] == node)) return take_nmt(frame.data[0]);
+  const std::int64_t consumer = od_.value(0x1016, 1);
+  if (frame.id == 0x700U + (consumer >> 16 & 0x7F) && frame.length == 1) {
+    master_heard_ns_ = now_ns_;
+    return;
+  }
+  if (nmt_ == Nmt::kStopped) return;
+  if (frame.id == 0x600U + node && frame.length == 8 && !misbehaviour.mute_sdo) {
+    if (const auto reply = sdo_.answer(frame.data)) send(0x580U + node, {reply->begin(), reply->end()});
+    return;
+  }
+  if (nmt_ != Nmt::kOperational) return;
+  if (frame.id == od_.value(0x1005)) return on_sync();
+  for (std::uint16_t i = 0; i < 4; ++i) {
+    const Pdo rpdo = pdo(static_cast<std::uint16_t>(0x1400 + i));
+    if (!rpdo.on || frame.id != rpdo.cob) continue;
+    std::size_t due = 0;
+    for (const std::uint32_t object : rpdo.mapping) due += (object & 0xFF) / 8;
+    if (frame.length < due) {
+      warn(0x8210);  // PDO not processed due to length error
+      continue;
+    }
+    latched_[i].assign(frame.data.begin(), frame.data.begin() + static_cast<long>(due));
+    if (rpdo.transmission > 240) take_rpdo(rpdo, frame);
+  }
+}
+
+void SimulatedDrive::take_nmt(std::uint8_t command) {
+  switch (command) {
+    case 0x01:
+      nmt_ = Nmt::kOperational;
+      syncs_ = {};
+      return;
+    case 0x02:
+      leave_operational();
+      nmt_ = Nmt::kStopped;
+      return;
+    case 0x80:
+      leave_operational();
+      nmt_ = Nmt::kPreOperational;
+      return;
+    case 0x81:
+      return power_cycle();
+    case 0x82:
+      leave_operational();
+      return boot();
+    default:
+      return;
+  }
+}
+
+// Nobody commands any more: as the abort connection option code says.
+void SimulatedDrive::leave_operational() {
+  if (nmt_ != Nmt::kOperational) return;
+  for (auto& latch : latched_) latch.clear();
+  const std::int64_t option = od_.value(0x6007);
+  if (option == 1) trip(0x8130);
+  if (state_ != Power::kEnabled) return;
+  if (option == 2) state_ = Power::kSwitchOnDisabled;
+  if (option == 3) leave_enabled(od_.value(0x605A));
+}
+
+void SimulatedDrive::take_rpdo(const Pdo& rpdo, const can::CanFrame& frame) {
+  std::size_t at = 0;
+  for (const std::uint32_t object : rpdo.mapping) {
+    const std::size_t size = (object & 0xFF) / 8;
+    const std::vector<std::uint8_t> bytes(frame.data.begin() + static_cast<long>(at),
+                                          frame.data.begin() + static_cast<long>(at + size));
+    at += size;
+    static_cast<void>(write_object(static_cast<std::uint16_t>(object >> 16), static_cast<std::uint8_t>(object >> 8), bytes));
+  }
+}
+
+void SimulatedDrive::on_sync() {
+  for (std::uint16_t i = 0; i < 4; ++i) {
+    if (latched_[i].empty()) continue;
+    can::CanFrame frame;
+    std::copy(latched_[i].begin(), latched_[i].end(), frame.data.begin());
+    latched_[i].clear();
+    take_rpdo(pdo(static_cast<std::uint16_t>(0x1400 + i)), frame);
+  }
+  begin_interpolation();
+  od_.set(0x6041, 0, statusword());
+  od_.set(0x6064, 0, motor().counts());
+  od_.set(0x606C, 0, std::llround(motor().counts_per_s()));
+  od_.set(0x6077, 0, std::llround(torque_mille_));
+  od_.set(0x6061, 0, misbehaviour.shown_mode != 0 ? misbehaviour.shown_mode : od_.value(0x6060));
+  for (std::uint16_t i = 0; i < 4; ++i) {
+    const Pdo tpdo = pdo(static_cast<std::uint16_t>(0x1800 + i));
+    if (!tpdo.on || tpdo.transmission == 0 || tpdo.transmission > 240) continue;
+    if (++syncs_[i] < tpdo.transmission) continue;
+    syncs_[i] = 0;
+    if (!misbehaviour.mute_pdos) send_tpdo(static_cast<std::uint16_t>(0x1800 + i));
+  }
+}
+
+void SimulatedDrive::send_tpdo(std::uint16_t communication) {
+  const Pdo tpdo = pdo(communication);
+  std::vector<std::uint8_t> bytes;
+  for (const std::uint32_t object : tpdo.mapping) {
+    const auto* source = od_.find(static_cast<std::uint16_t>(object >> 16), static_cast<std::uint8_t>(object >> 8));
+    bytes.insert(bytes.end(), source->bytes.begin(), source->bytes.end());
+  }
+  bytes.resize(bytes.size() - std::min<std::size_t>(bytes.size(), misbehaviour.cut_pdo_bytes));
+  send(tpdo.cob, bytes);
+}
+
+// ---- the power state machine (CiA 402)
+
+std::uint16_t SimulatedDrive::statusword() const {
+  constexpr std::uint16_t kRemote = 0x0200, kVoltage = 0x0010, kFollows = 0x1000;
+  switch (state_) {
+    case Power::kSwitchOnDisabled:
+      return kRemote | kVoltage | 0x40;
+    case Power::kReady:
+      return kRemote | kVoltage | 0x21;
+    case Power::kSwitchedOn:
+      return kRemote | kVoltage | 0x23;
+    case Power::kEnabled:
+      return kRemote | kVoltage | kFollows | 0x27;
+    case Power::kQuickStop:
+      return kRemote | kVoltage | 0x07;
+    case Power::kFaultReaction:
+      return kRemote | kVoltage | 0x0F;
+    case Power::kFault:
+      break;
+  }
+  return kRemote | kVoltage | 0x08;
+}
+
+// One transition per controlword, as the figure of the state machine has them.
+void SimulatedDrive::obey_controlword() {
+  const auto word = static_cast<std::uint16_t>(od_.value(0x6040));
+  const bool reset_edge = (word & 0x80) != 0 && (last_controlword_ & 0x80) == 0;
+  last_controlword_ = word;
+  if (state_ == Power::kFault) {
+    if (!reset_edge) return;
+    state_ = Power::kSwitchOnDisabled;
+    od_.set(0x603F, 0, 0);
+    od_.set(0x1001, 0, 0);
+    warn(0);
+    return;
+  }
+  if (state_ == Power::kFaultReaction) return;
+  if ((word & 0x02) == 0) {  // disable voltage
+    state_ = Power::kSwitchOnDisabled;
+    return;
+  }
+  if ((word & 0x04) == 0) {  // quick stop
+    if (state_ == Power::kEnabled) leave_enabled(od_.value(0x605A));
+    if (state_ != Power::kQuickStop) state_ = Power::kSwitchOnDisabled;
+    return;
+  }
+  const int command = word & 0x0F;
+  if (command == 0x06 && state_ != Power::kQuickStop) state_ = Power::kReady;
+  if (command == 0x07 && (state_ == Power::kReady || state_ == Power::kEnabled)) state_ = Power::kSwitchedOn;
+  if (command == 0x0F && (state_ == Power::kSwitchedOn || state_ == Power::kQuickStop) && !misbehaviour.refuse_enable) {
+    state_ = Power::kEnabled;
+    demand_counts_ = static_cast<double>(motor().counts());
+    demand_speed_ = 0.0;
+    off_track_ns_ = -1;
+  }
+}
+
+// From enabled into quick stop: `option` as object 0x605A, of which 0 (power off), 2 (ramp, then off) and 6 (ramp,
+// then hold) are known.
+void SimulatedDrive::leave_enabled(std::int64_t option) {
+  demand_speed_ = motor().counts_per_s();
+  demand_counts_ = static_cast<double>(motor().counts());
+  state_ = option == 0 ? Power::kSwitchOnDisabled : Power::kQuickStop;
+}
+
+void SimulatedDrive::watch() {
+  const std::int64_t consumer = od_.value(0x1016, 1);
+  const core::Nanoseconds longest_ns = (consumer & 0xFFFF) * core::kNsPerMillisecond;
+  if (longest_ns > 0 && master_heard_ns_ >= 0 && now_ns_ - master_heard_ns_ > longest_ns) {
+    master_heard_ns_ = -1;
+    warn(0x8130);
+    leave_operational();
+    if (nmt_ == Nmt::kOperational) nmt_ = Nmt::kPreOperational;
+  }
+  const std::int64_t producer_ns = od_.value(0x1017) * core::kNsPerMillisecond;
+  if (producer_ns > 0 && now_ns_ - heartbeat_ns_ >= producer_ns) {
+    const bool far_behind = now_ns_ - heartbeat_ns_ > 2 * producer_ns;
+    heartbeat_ns_ = far_behind ? now_ns_ : heartbeat_ns_ + producer_ns;
+    const std::uint8_t told = nmt_ == Nmt::kOperational ? 5 : nmt_ == Nmt::kStopped ? 4 : 127;
+    if (!misbehaviour.mute_heartbeat) send(0x700U + static_cast<std::uint32_t>(options_.node), {told});
+  }
+}
+
+void SimulatedDrive::step(core::Nanoseconds now_ns) {
+  now_ns_ = now_ns;
+  if (!booted_) {
+    moved_ns_ = now_ns;
+    boot();
+  }
+  double behind_s = std::min(core::seconds(now_ns - moved_ns_), kMostMadeUp_s);
+  for (; behind_s >= kSubStep_s; behind_s -= kSubStep_s) move(kSubStep_s);
+  moved_ns_ = now_ns - core::from_seconds(behind_s);
+  can::Received received;
+  while (bus_->receive(received)) {
+    if (received.is_frame()) take(received.frame);
+    if (received.errors & can::kErrorBusOff) {
+      leave_operational();
+      static_cast<void>(bus_->restart());
+    }
+  }
+  watch();
+}
+
+}  // namespace phantom::simulated_drive

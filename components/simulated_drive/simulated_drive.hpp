@@ -1,0 +1,113 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/can/can_bus.hpp"
+#include "components/simulated_drive/motor.hpp"
+#include "components/simulated_drive/object_dictionary.hpp"
+#include "components/simulated_drive/sdo_server.hpp"
+
+namespace phantom::simulated_drive {
+
+struct DriveOptions {
+  int node = 1;
+  MotorParameters motor;
+  double following_window_rad = 0.2;  ///< at the joint; beyond it the drive goes into fault
+  double quick_stop_rad_s2 = 20.0;    ///< deceleration at the joint
+  std::string device_name = "Phantom simulated drive";
+};
+
+/// What a drive can be made to do wrong.
+struct Misbehaviour {
+  bool mute_heartbeat = false;
+  bool mute_pdos = false;
+  bool mute_sdo = false;
+  std::int8_t shown_mode = 0;   ///< another mode of operation than it has; 0: the true one
+  std::uint8_t cut_pdo_bytes = 0;  ///< its PDOs are so much shorter
+  bool refuse_enable = false;
+  bool refuse_sdo = false;         ///< every write is refused
+};
+
+/// A CiA 402 servo drive as the bus sees one: CiA 301 services, the power state machine, cyclic synchronous position,
+/// velocity and torque, quick stop, faults; with motor, gear, friction and encoder behind it. It shares no encoding
+/// with the master's side. Not real-time safe.
+class SimulatedDrive {
+ public:
+  SimulatedDrive(const DriveOptions& options, std::unique_ptr<can::CanBus> bus);
+
+  /// Takes what has come, moves the motor on to `now_ns`, sends what is due. Call about every millisecond or after
+  /// the bus has something; the first call is the power-up.
+  void step(core::Nanoseconds now_ns);
+  void wait(core::Nanoseconds timeout_ns) { bus_->wait(timeout_ns); }
+
+  /// The drive finds a fault in itself (an emergency code of CiA 402).
+  void trip(std::uint16_t emergency_code);
+  /// Sends an emergency message, and goes on.
+  void warn(std::uint16_t emergency_code);
+  /// The logic supply fails and comes back: it boots with everything forgotten but where the motor is.
+  void power_cycle();
+  /// The power stage loses its supply.
+  void cut_power() { state_ = Power::kSwitchOnDisabled; }
+  Misbehaviour misbehaviour;
+
+  enum class Power { kSwitchOnDisabled, kReady, kSwitchedOn, kEnabled, kQuickStop, kFaultReaction, kFault };
+  enum class Nmt { kPreOperational, kOperational, kStopped };
+  Power power() const { return state_; }
+  Nmt nmt() const { return nmt_; }
+  const Motor& motor() const { return loops_.motor(); }
+  double torque_mille() const { return torque_mille_; }
+  const can::CanBus& bus() const { return *bus_; }
+  int node() const { return options_.node; }
+  const ObjectDictionary& dictionary() const { return od_; }
+
+ private:
+  struct Pdo {  // as configured in the dictionary
+    bool on = false;
+    std::uint32_t cob = 0;
+    std::uint8_t transmission = 1;
+    std::vector<std::uint32_t> mapping;
+  };
+  void build_communication_objects();
+  void build_profile_objects();
+  void boot();
+  AbortCode write_object(std::uint16_t index, std::uint8_t sub, const std::vector<std::uint8_t>& bytes);
+  AbortCode check_mapping(std::uint16_t index, std::uint8_t sub, std::uint32_t value) const;
+  Pdo pdo(std::uint16_t communication) const;
+  void take(const can::CanFrame& frame);
+  void take_nmt(std::uint8_t command);
+  void take_rpdo(const Pdo& rpdo, const can::CanFrame& frame);
+  void on_sync();
+  void send_tpdo(std::uint16_t communication);
+  void send(std::uint32_t cob, const std::vector<std::uint8_t>& bytes);
+  void leave_operational();
+  void obey_controlword();
+  void leave_enabled(std::int64_t option);
+  void watch();
+  void move(double dt_s);
+  MotionDemand demand(double dt_s);
+  void run_quick_stop(double dt_s);
+  std::uint16_t statusword() const;
+  void begin_interpolation();
+
+  DriveOptions options_;
+  std::unique_ptr<can::CanBus> bus_;
+  ObjectDictionary od_;
+  SdoServer sdo_;
+  MotionLoops loops_;
+  Power state_ = Power::kSwitchOnDisabled;
+  Nmt nmt_ = Nmt::kPreOperational;
+  bool booted_ = false;
+  core::Nanoseconds now_ns_ = 0, moved_ns_ = 0, heartbeat_ns_ = 0, master_heard_ns_ = -1, off_track_ns_ = -1;
+  std::uint16_t last_controlword_ = 0;
+  std::array<std::vector<std::uint8_t>, 4> latched_;  // RPDOs that wait for the next SYNC
+  std::array<int, 4> syncs_{};                        // since each TPDO was sent
+  double demand_counts_ = 0.0, demand_speed_ = 0.0;   // interpolated position, or the velocity that is ramped down
+  double torque_mille_ = 0.0;
+  double to_go_s_ = 0.0;
+};
+
+}  // namespace phantom::simulated_drive

@@ -1,0 +1,235 @@
+// The master's drive code against the independent simulated drive: what works when all is well.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/can/rig.hpp"
+#include "tests/support/heap_guard.hpp"
+
+namespace phantom {
+namespace {
+
+using can::DriveFault;
+using can::DriveGroupState;
+using can::DriveMode;
+using can::DrivePhase;
+using test::group_config;
+using test::Rig;
+using Power = simulated_drive::SimulatedDrive::Power;
+
+class Modes : public testing::TestWithParam<DriveMode> {};
+
+TEST_P(Modes, ComesUpWithoutMoving) {
+  simulated_drive::DriveOptions options;
+  options.motor.start_rad = 0.7;
+  Rig rig(group_config(GetParam(), 3), options);
+  ASSERT_TRUE(rig.bring_up()) << rig.group->sentence();
+  for (const auto& drive : rig.drives) {
+    EXPECT_EQ(drive->power(), Power::kEnabled);
+    EXPECT_NEAR(drive->motor().joint_rad(), 0.7, 1e-4);
+  }
+  EXPECT_NEAR(rig.group->report().position[2], 0.7, 1e-4);
+}
+
+TEST_P(Modes, PowerGoesOffWhenNotEnabled) {
+  Rig rig(group_config(GetParam(), 2));
+  ASSERT_TRUE(rig.bring_up());
+  rig.command.enable = false;
+  rig.run(0.05);
+  EXPECT_EQ(rig.state(), DriveGroupState::kReady);
+  for (const auto& drive : rig.drives) EXPECT_EQ(drive->power(), Power::kSwitchOnDisabled);
+}
+
+TEST_P(Modes, CycleUsesNoHeap) {
+  Rig rig(group_config(GetParam(), 3));
+  rig.command.enable = true;
+  for (int i = 0; i < 3000; ++i) {
+    {
+      const test::HeapGuard guard;
+      rig.group->step(rig.command, rig.bus.now_ns());
+    }
+    rig.master_frozen = true;
+    rig.cycle();
+    rig.master_frozen = false;
+    if (i == 1500) rig.drives[1]->trip(0x2310);
+  }
+  EXPECT_EQ(rig.state(), DriveGroupState::kFault);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Modes, testing::Values(DriveMode::kPosition, DriveMode::kVelocity, DriveMode::kTorque));
+
+TEST(Drives, PositionModeFollowsASineWithinAMilliradian) {
+  Rig rig(group_config(DriveMode::kPosition, 2));
+  ASSERT_TRUE(rig.bring_up());
+  double worst = 0.0;
+  const auto start_ns = rig.bus.now_ns();
+  for (int i = 0; i < 2000; ++i) {
+    const double t = core::seconds(rig.bus.now_ns() - start_ns);
+    rig.command.position[0] = 0.3 * (1.0 - std::cos(2.0 * t));
+    rig.cycle();
+    // One period until the target acts, one in which it is reached.
+    const double due = 0.3 * (1.0 - std::cos(2.0 * std::max(0.0, t - 0.002)));
+    worst = std::max(worst, std::abs(rig.drives[0]->motor().joint_rad() - due));
+  }
+  EXPECT_LT(worst, 2e-3);
+  EXPECT_EQ(rig.state(), DriveGroupState::kEnabled);
+}
+
+TEST(Drives, PositionTargetFarAwayIsApproachedAtTheGreatestSpeed) {
+  Rig rig(group_config(DriveMode::kPosition, 1));
+  ASSERT_TRUE(rig.bring_up());
+  rig.command.position[0] = 2.0;
+  double furthest_ahead = 0.0;
+  for (int i = 0; i < 500; ++i) {
+    rig.cycle();
+    furthest_ahead = std::max(furthest_ahead, rig.drives[0]->motor().joint_rad() - 1.0 * 0.002 * i);
+  }
+  EXPECT_LT(furthest_ahead, 0.05);  // max_speed is 1 rad/s; the drive's loops overshoot a little
+  EXPECT_NEAR(rig.drives[0]->motor().joint_rad(), 1.0, 0.05);
+}
+
+TEST(Drives, PositionStaysInTheJointsRange) {
+  Rig rig(group_config(DriveMode::kPosition, 1));
+  ASSERT_TRUE(rig.bring_up());
+  rig.command.position[0] = 100.0;
+  rig.run(4.0);
+  EXPECT_NEAR(rig.drives[0]->motor().joint_rad(), 3.0, 2e-3);
+}
+
+TEST(Drives, VelocityModeTurnsAtTheCommandedSpeedAndStopsAtTheRange) {
+  Rig rig(group_config(DriveMode::kVelocity, 1));
+  ASSERT_TRUE(rig.bring_up());
+  rig.command.velocity[0] = 0.5;
+  rig.run(1.0);
+  EXPECT_NEAR(rig.drives[0]->motor().joint_rad_s(), 0.5, 0.01);
+  EXPECT_NEAR(rig.group->report().velocity[0], 0.5, 0.01);
+  rig.command.velocity[0] = 50.0;
+  rig.run(4.0);
+  EXPECT_NEAR(rig.drives[0]->motor().joint_rad(), 3.0, 0.02);
+}
+
+TEST(Drives, TorqueModeExertsTheCommandedTorqueAtTheJoint) {
+  simulated_drive::DriveOptions options;
+  options.motor.joint = {.inertia = 0.5, .viscous = 0.0, .coulomb = 0.0};
+  Rig rig(group_config(DriveMode::kTorque, 1), options);
+  ASSERT_TRUE(rig.bring_up());
+  rig.command.torque[0] = 1.0;
+  rig.run(0.5);
+  EXPECT_NEAR(rig.drives[0]->motor().joint_rad_s(), 1.0 * 0.5 / 0.5, 0.02);  // τ·t/J
+  EXPECT_NEAR(rig.group->report().torque[0], 1.0, 0.01);
+  rig.command.torque[0] = 100.0;
+  rig.run(0.02);
+  EXPECT_NEAR(rig.group->report().torque[0], 5.0, 0.01);  // max_torque
+}
+
+TEST(Drives, TurnedMotorsAndOffsetsAreTheConfigurationsBusiness) {
+  auto config = group_config(DriveMode::kPosition, 1);
+  config.axes[0].units.sign = -1;
+  config.axes[0].units.offset = 0.5;
+  Rig rig(config);
+  ASSERT_TRUE(rig.bring_up());
+  EXPECT_NEAR(rig.group->report().position[0], 0.5, 1e-4);
+  rig.command.position[0] = 0.8;
+  rig.run(1.0);
+  EXPECT_NEAR(rig.drives[0]->motor().joint_rad(), -0.3, 1e-3);
+}
+
+TEST(Drives, NumbersThatAreNoneMoveNothing) {
+  for (const DriveMode mode : {DriveMode::kPosition, DriveMode::kVelocity, DriveMode::kTorque}) {
+    Rig rig(group_config(mode, 1));
+    ASSERT_TRUE(rig.bring_up());
+    rig.command.position[0] = rig.command.velocity[0] = rig.command.torque[0] = std::nan("");
+    rig.run(0.5);
+    EXPECT_NEAR(rig.drives[0]->motor().joint_rad(), 0.0, 1e-3);
+    EXPECT_GT(rig.group->report().refused_values, 0U);
+  }
+}
+
+TEST(Drives, QuickStopHoldsAgainstAWeightAndLetsGoOn) {
+  simulated_drive::DriveOptions options;
+  options.motor.load_Nm = 2.0;
+  Rig rig(group_config(DriveMode::kVelocity, 1), options);
+  ASSERT_TRUE(rig.bring_up());
+  rig.command.velocity[0] = 0.8;
+  rig.run(0.5);
+  rig.command.quick_stop = true;
+  rig.run(0.3);
+  const double held = rig.drives[0]->motor().joint_rad();
+  EXPECT_EQ(rig.state(), DriveGroupState::kQuickStop);
+  rig.run(1.0);
+  EXPECT_NEAR(rig.drives[0]->motor().joint_rad(), held, 1e-3);
+  rig.command.quick_stop = false;
+  rig.run(0.3);
+  EXPECT_EQ(rig.state(), DriveGroupState::kEnabled);
+  EXPECT_GT(rig.drives[0]->motor().joint_rad_s(), 0.7);
+}
+
+TEST(Drives, MeasurementsMayComeSeldomer) {
+  auto config = group_config(DriveMode::kPosition, 1);
+  config.timing.measure_every = 10;
+  Rig rig(config);
+  ASSERT_TRUE(rig.bring_up());
+  rig.command.position[0] = 2.0;
+  rig.run(0.5);
+  EXPECT_NEAR(rig.group->report().velocity[0], 1.0, 0.1);
+}
+
+// On a real bus the answers of one cycle must be there before the next: the bus paces at 1 Mbit/s here.
+TEST(Drives, SixDrivesFitAtFiveHundredHertzWithOneMeasurementInFive) {
+  auto config = group_config(DriveMode::kTorque, 6);
+  config.timing.measure_every = 5;
+  ASSERT_TRUE(can::check(config)) << can::check(config).message();
+  Rig rig(config);
+  ASSERT_TRUE(rig.bring_up()) << rig.group->sentence();
+  const auto missed = rig.drive(5).missed;
+  rig.run(2.0);
+  EXPECT_EQ(rig.state(), DriveGroupState::kEnabled);
+  EXPECT_EQ(rig.drive(5).missed, missed);
+  EXPECT_EQ(rig.group->report().not_sent, 0U);
+}
+
+TEST(Drives, RandomFramesNeverMoveAnArm) {
+  for (const bool enabled : {false, true}) {
+    auto config = group_config(DriveMode::kPosition, 2);
+    Rig rig(config);
+    if (enabled) {
+      ASSERT_TRUE(rig.bring_up());
+    }
+    auto intruder = rig.bus.connect("intruder");
+    std::mt19937 random(7);
+    rig.on_cycle = [&] {
+      can::CanFrame frame;
+      // Anything towards the master: all but what would command the drives.
+      const std::uint32_t to_master[] = {0x080, 0x180, 0x280, 0x380, 0x580, 0x700};
+      const std::uint32_t node = 1 + random() % 2;
+      frame.id = to_master[random() % 6] + node;
+      frame.length = static_cast<std::uint8_t>(random() % 9);
+      for (int i = 0; i < frame.length; ++i) frame.data[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(random());
+      intruder->send(frame);
+      if (random() % 50 == 0) rig.command.reset = !rig.command.reset;
+    };
+    rig.run(20.0);
+    for (const auto& drive : rig.drives) EXPECT_NEAR(drive->motor().joint_rad(), 0.0, 1e-3);
+  }
+}
+
+TEST(Drives, RandomFramesNeverBreakTheSimulatedDrive) {
+  Rig rig(group_config(DriveMode::kPosition, 1));
+  auto intruder = rig.bus.connect("intruder");
+  std::mt19937 random(3);
+  rig.on_cycle = [&] {
+    for (int n = 0; n < 3; ++n) {
+      can::CanFrame frame;
+      frame.id = random() % 2 ? 0x601 : random() % 0x800;
+      frame.length = static_cast<std::uint8_t>(random() % 9);
+      for (int i = 0; i < frame.length; ++i) frame.data[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(random());
+      intruder->send(frame);
+    }
+  };
+  rig.run(20.0);
+  EXPECT_TRUE(std::isfinite(rig.drives[0]->motor().joint_rad()));
+}
+
+}  // namespace
+}  // namespace phantom

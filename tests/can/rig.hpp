@@ -1,0 +1,110 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "common/can/drive_group.hpp"
+#include "common/can/local_bus.hpp"
+#include "components/simulated_drive/simulated_drive.hpp"
+
+namespace phantom::test {
+
+inline constexpr double kGear = 5.0, kCounts = 65536.0;
+
+inline can::AxisConfig axis(int node, can::DriveMode mode) {
+  can::AxisConfig axis;
+  axis.name = std::string("j").append(std::to_string(node));
+  axis.node = node;
+  axis.mode = mode;
+  axis.units = {.counts_per_turn = kCounts, .gear_ratio = kGear, .torque_constant_Nm_per_A = 0.25, .rated_current_A = 4};
+  axis.lower = -3.0;
+  axis.upper = 3.0;
+  axis.max_speed = 1.0;
+  axis.max_torque = 5.0;
+  return axis;
+}
+
+inline can::DriveGroupConfig group_config(can::DriveMode mode, int drives,
+                                          can::FaultReaction reaction = can::FaultReaction::kHold) {
+  can::DriveGroupConfig config;
+  for (int node = 1; node <= drives; ++node) config.axes.push_back(axis(node, mode));
+  config.reaction = reaction;
+  config.timing.boot_timeout_s = 0.2;
+  config.timing.sdo_timeout_s = 0.03;
+  config.timing.state_timeout_s = 0.5;
+  return config;
+}
+
+/// A master and its drives on one bus in one thread and in virtual time: repeats exactly.
+class Rig {
+ public:
+  explicit Rig(const can::DriveGroupConfig& config, const simulated_drive::DriveOptions& like = {})
+      : bus({.bit_rate = 1e6}), period_ns_(core::from_seconds(config.timing.period_s)) {
+    std::vector<std::unique_ptr<can::CanBus>> ports;
+    ports.push_back(bus.connect("master"));
+    port = ports.front().get();
+    group = std::make_unique<can::DriveGroup>(config, std::move(ports));
+    for (const can::AxisConfig& axis : config.axes) {
+      auto options = like;
+      options.node = axis.node;
+      add(options);
+    }
+  }
+
+  simulated_drive::SimulatedDrive& add(const simulated_drive::DriveOptions& options) {
+    drives.push_back(std::make_unique<simulated_drive::SimulatedDrive>(
+        options, bus.connect(std::to_string(options.node))));
+    frozen.push_back(false);
+    return *drives.back();
+  }
+
+  /// One period of the master; the drives run four times in it.
+  void cycle() {
+    if (on_cycle) on_cycle();
+    if (!master_frozen) group->step(command, bus.now_ns());
+    for (int part = 0; part < 4; ++part) {
+      bus.advance_to(bus.now_ns() + period_ns_ / 4);
+      for (std::size_t i = 0; i < drives.size(); ++i) {
+        if (!frozen[i] && drives[i]) drives[i]->step(bus.now_ns());
+      }
+    }
+  }
+  void run(double seconds) {
+    for (const auto until = bus.now_ns() + core::from_seconds(seconds); bus.now_ns() < until;) cycle();
+  }
+  /// Runs until `done` or for `most_s`; returns the milliseconds it took, or −1.
+  double run_until(const std::function<bool()>& done, double most_s) {
+    const auto start_ns = bus.now_ns();
+    while (!done()) {
+      if (core::seconds(bus.now_ns() - start_ns) >= most_s) return -1.0;
+      cycle();
+    }
+    return core::seconds(bus.now_ns() - start_ns) * 1e3;
+  }
+  can::DriveGroupState state() const { return group->report().state; }
+  const can::DriveReport& drive(std::size_t i) const { return group->report().drives[i]; }
+  bool bring_up() {
+    command.enable = true;
+    return run_until([this] { return state() == can::DriveGroupState::kEnabled; }, 5.0) >= 0.0;
+  }
+  void reset() {
+    command.reset = true;
+    cycle();
+    command.reset = false;
+  }
+
+  can::LocalBus bus;
+  can::CanBus* port = nullptr;
+  std::unique_ptr<can::DriveGroup> group;
+  std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>> drives;
+  std::vector<bool> frozen;
+  bool master_frozen = false;
+  can::DriveCommand command;
+  std::function<void()> on_cycle;
+
+ private:
+  core::Nanoseconds period_ns_;
+};
+
+}  // namespace phantom::test
