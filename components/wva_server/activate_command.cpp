@@ -62,18 +62,22 @@ struct Outcome {
   double load_s = 0.0, inspect_s = 0.0, voxelise_s = 0.0, layers_s = 0.0, merge_s = 0.0, fidelity_s = 0.0;
 
   void add(const std::string& name, std::uint16_t id, const geometry::TriangleMesh& mesh, const voxel::LayerProfile& profile,
-           std::vector<std::string> notes, const voxel::BodyReport& report) {
-    const double start_s = stopwatch_s();
-    const geometry::MeshReport found = geometry::inspect_mesh(mesh);
-    inspect_s += stopwatch_s() - start_s;
-    for (const std::string& defect : geometry::describe(found)) notes.push_back("the mesh " + defect);
+           std::vector<std::string> notes, const voxel::BodyReport& report, bool by_formula = false) {
+    json inspected;  // null for a solid by formula: its mesh is only for the eye
+    if (!by_formula) {
+      const double start_s = stopwatch_s();
+      const geometry::MeshReport found = geometry::inspect_mesh(mesh);
+      inspect_s += stopwatch_s() - start_s;
+      for (const std::string& defect : geometry::describe(found)) notes.push_back("the mesh " + defect);
+      inspected = report_of(found);
+    }
     for (const std::string& note : notes) spdlog::warn("{}: {}", name, note);
     objects.push_back({{"id", id},
                        {"name", name},
                        {"vertices", mesh.vertices_m.size()},
                        {"triangles", mesh.triangles.size()},
                        {"method", method_text(profile)},
-                       {"mesh", report_of(found)},
+                       {"mesh", inspected},
                        {"warnings", notes},
                        {"closed", report.mesh.closed},
                        {"disputed_voxels", report.mesh.disputed_voxels},
@@ -174,7 +178,8 @@ Outcome activate_cell(const ActivateRequest& request, const WvaServerConfig& con
   outcome.merge_s = change->merge_s;
   std::size_t i = 0;
   for (const auto& [id, object] : live.objects())
-    outcome.add(object.config.name, id, object.mesh_O, profiles[i++], object.notes, object.report);
+    outcome.add(object.config.name, id, object.mesh_O, profiles[i++], object.notes, object.report,
+                object.config.solid_O != nullptr);
   outcome.picture.title = cell.name + ", " + outcome.method;
   outcome.workspace = std::move(live).take_workspace();
   return outcome;

@@ -12,7 +12,7 @@
 #include "common/geometry/mesh_io.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "common/robot/skin.hpp"
-#include "common/runtime/cell.hpp"
+#include "common/runtime/cell_bodies.hpp"
 #include "common/runtime/config_reader.hpp"
 #include "common/voxel/distance_field.hpp"
 
@@ -36,10 +36,10 @@ std::vector<Reach> load_reaches() {
   return reaches;
 }
 
-geometry::TriangleMesh load(const std::filesystem::path& path, double scale, bool y_up = false) {
+geometry::TriangleMesh load(const std::filesystem::path& path, double scale) {
   geometry::MeshImportOptions options;
   options.scale = scale;
-  options.y_up = y_up;
+  options.y_up = false;
   auto mesh = geometry::load_mesh(path, options);
   if (!mesh) throw std::runtime_error(mesh.status().message());
   return std::move(*mesh);
@@ -83,6 +83,7 @@ class HotCell {
   std::size_t full_skin_size() const { return full_skin_size_; }
 
   runtime::CellConfig cell = runtime::load_cell(kFolder / "cell.yaml");
+  std::vector<runtime::CellBody> bodies = runtime::load_bodies(cell);
 
  private:
   HotCell() {
@@ -148,11 +149,7 @@ class Surroundings {
   Surroundings(double voxel_size_m, double far_m) : far_m_(far_m) {
     const auto& cell = HotCell::get().cell;
     std::vector<voxel::FieldBody> bodies;
-    for (std::size_t i = 0; i < cell.objects.size(); ++i) {
-      const auto& object = cell.objects[i];
-      bodies.push_back({load(object.mesh, object.mesh_scale, object.y_up).transformed(object.X_WO),
-                        static_cast<std::uint16_t>(i + 1)});
-    }
+    for (const runtime::CellBody& object : HotCell::get().bodies) bodies.push_back({object.body.mesh_W, object.body.id});
     voxel::GridSpec grid{cell.min_m, voxel_size_m, {}};
     for (int axis = 0; axis < 3; ++axis) {
       grid.size_vox[static_cast<std::size_t>(axis)] =
@@ -183,12 +180,14 @@ TEST(HotCell, HoldsAtLeastTwelveObjectsAndOneArm) {
 
 TEST(HotCell, EveryMeshIsClosedAndOfWorkableSize) {
   std::size_t total = 0;
-  for (const auto& object : HotCell::get().cell.objects) {
-    const auto mesh = load(object.mesh, object.mesh_scale);
-    EXPECT_EQ(open_edges(mesh), 0U) << object.name;
-    EXPECT_GE(mesh.triangles.size(), 500U) << object.name;
-    EXPECT_LE(mesh.triangles.size(), 20'000U) << object.name;
-    EXPECT_GT(geometry::enclosed_volume_m3(mesh), 1e-4) << object.name << " (faces outwards)";
+  for (const runtime::CellBody& object : HotCell::get().bodies) {
+    const auto& mesh = object.mesh_O;
+    const std::string& name = object.body.name;
+    EXPECT_EQ(open_edges(mesh), 0U) << name;
+    EXPECT_GE(mesh.triangles.size(), 500U) << name;
+    EXPECT_LE(mesh.triangles.size(), 20'000U) << name;
+    EXPECT_GT(geometry::enclosed_volume_m3(mesh), 1e-4) << name << " (faces outwards)";
+    EXPECT_TRUE(object.notes.empty()) << name << ": " << object.notes.front();
     total += mesh.triangles.size();
   }
   EXPECT_LT(total, 120'000U);
@@ -202,10 +201,10 @@ TEST(HotCell, EveryLinkMeshIsClosed) {
 
 TEST(HotCell, EveryObjectStandsInTheWorkspace) {
   const auto& cell = HotCell::get().cell;
-  for (const auto& object : cell.objects) {
-    const auto box = load(object.mesh, object.mesh_scale).transformed(object.X_WO).bounding_box();
-    EXPECT_TRUE((box.min_m.cast<double>().array() >= cell.min_m.array() - 1e-6).all()) << object.name;
-    EXPECT_TRUE((box.max_m.cast<double>().array() <= cell.max_m.array() + 1e-6).all()) << object.name;
+  for (const runtime::CellBody& object : HotCell::get().bodies) {
+    const auto box = object.body.mesh_W.bounding_box();
+    EXPECT_TRUE((box.min_m.cast<double>().array() >= cell.min_m.array() - 1e-6).all()) << object.body.name;
+    EXPECT_TRUE((box.max_m.cast<double>().array() <= cell.max_m.array() + 1e-6).all()) << object.body.name;
   }
 }
 
