@@ -34,22 +34,28 @@ TriangleTree::TriangleTree(const geometry::TriangleMesh& mesh_W, const GridSpec&
 std::uint32_t TriangleTree::build(std::vector<std::uint32_t>& order, std::size_t from, std::size_t to) {
   const auto index = static_cast<std::uint32_t>(nodes_.size());
   nodes_.emplace_back();
-  Eigen::AlignedBox3d box, middles;
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(kFar), high = -low, first_middle = low, last_middle = high;
   const auto middle = [this](std::uint32_t i) {
     return Eigen::Vector3d(corners_[i][0] + corners_[i][1] + corners_[i][2]);
   };
   for (std::size_t i = from; i < to; ++i) {
-    for (const auto& corner : corners_[order[i]]) box.extend(corner);
-    middles.extend(middle(order[i]));
+    for (const auto& corner : corners_[order[i]]) {
+      low = low.cwiseMin(corner);
+      high = high.cwiseMax(corner);
+    }
+    first_middle = first_middle.cwiseMin(middle(order[i]));
+    last_middle = last_middle.cwiseMax(middle(order[i]));
   }
-  nodes_[index].box = box;
+  nodes_[index].low = low;
+  nodes_[index].high = high;
   if (to - from <= kLeaf) {
     nodes_[index].first = static_cast<std::uint32_t>(from);
     nodes_[index].count = static_cast<std::uint32_t>(to - from);
     return index;
   }
   int axis = 0;
-  middles.sizes().maxCoeff(&axis);
+  (last_middle - first_middle).maxCoeff(&axis);
   const std::size_t half = from + (to - from) / 2;
   using Difference = std::vector<std::uint32_t>::difference_type;
   std::nth_element(order.begin() + static_cast<Difference>(from), order.begin() + static_cast<Difference>(half),
@@ -82,7 +88,7 @@ NearestPoint TriangleTree::search(const Eigen::Vector3d& p_vox, double limit_vox
   };
   std::array<Waiting, kDeepest> waiting;
   std::size_t count = 0;
-  waiting[count++] = {0, nodes_[0].box.squaredExteriorDistance(p_vox)};
+  waiting[count++] = {0, square_to(nodes_[0], p_vox)};
   while (count > 0) {
     const Waiting next = waiting[--count];
     if (next.square > least * kRounding) continue;
@@ -96,8 +102,8 @@ NearestPoint TriangleTree::search(const Eigen::Vector3d& p_vox, double limit_vox
       }
       continue;
     }
-    const Waiting left{next.node + 1, nodes_[next.node + 1].box.squaredExteriorDistance(p_vox)};
-    const Waiting right{node.right, nodes_[node.right].box.squaredExteriorDistance(p_vox)};
+    const Waiting left{next.node + 1, square_to(nodes_[next.node + 1], p_vox)};
+    const Waiting right{node.right, square_to(nodes_[node.right], p_vox)};
     waiting[count++] = left.square < right.square ? right : left;  // the nearer one is looked at first
     waiting[count++] = left.square < right.square ? left : right;
   }

@@ -2,7 +2,7 @@
 
 // Private to this library: the exact distance from any point to a mesh.
 
-#include <Eigen/Geometry>
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -34,12 +34,15 @@ class TriangleTree {
 
  private:
   struct Node {
-    Eigen::AlignedBox3d box;
+    Eigen::Vector3d low, high;           // of the box
     std::uint32_t first = 0, count = 0;  // triangles of a leaf
     std::uint32_t right = 0;             // else its second child; the first one stands next
   };
   NearestPoint search(const Eigen::Vector3d& p_vox, double limit_vox, NearestPoint best) const;
   NearestPoint on_triangle(const Eigen::Vector3d& p_vox, std::uint32_t triangle) const;  // with the distance squared
+  double square_to(const Node& node, const Eigen::Vector3d& p_vox) const {
+    return (node.low - p_vox).cwiseMax(p_vox - node.high).cwiseMax(0.0).squaredNorm();
+  }
   std::uint32_t build(std::vector<std::uint32_t>& order, std::size_t from, std::size_t to);
 
   std::vector<std::array<Eigen::Vector3d, 3>> corners_;  // in leaf order
