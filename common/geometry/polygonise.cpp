@@ -24,7 +24,7 @@ struct Crossing {
 
 class Polygoniser {
  public:
-  Polygoniser(const ImplicitSolid& solid, const Box& box, int cells) : solid_(&solid) {
+  Polygoniser(const ImplicitSolid& solid, const Box& box, int cells) : solid_(&solid), cells_(cells) {
     edge_m_ = box.size_m().maxCoeff() / cells;
     // An odd margin, so that faces of the box do not fall on samples.
     origin_m_ = box.min_m - Eigen::Vector3d::Constant(1.37 * edge_m_);
@@ -38,8 +38,10 @@ class Polygoniser {
   Polygonised run() {
     visit({0, 0, 0}, root_);
     for (const auto& [cell, axis, outwards] : crossed_edges_) emit(cell, axis, outwards);
-    return {std::move(mesh_), 0, thin_edges_};
+    return {std::move(mesh_), cells_, few(thin_places_)};
   }
+  /// Whether two sheets of the surface hardly ever pass through one cell.
+  bool sheets_are_apart() const { return few(meetings_); }
 
  private:
   struct CrossedEdge {
@@ -48,6 +50,10 @@ class Polygoniser {
     bool outwards;  // inside at the corner, outside at the other end
   };
 
+  /// The rims of wedges are thin, too, and no finer cells will change that.
+  bool few(std::size_t places) const {
+    return places <= std::max(static_cast<std::size_t>(cells_ / 8), crossed_edges_.size() / 500);
+  }
   Eigen::Vector3d corner_m(const Cell& c) const { return origin_m_ + edge_m_ * Eigen::Vector3d(c[0], c[1], c[2]); }
   bool inside(const Eigen::Vector3d& p) const { return solid_->value(p) < 0.0; }
   static std::uint64_t key(const Cell& c) {
@@ -88,10 +94,17 @@ class Polygoniser {
           std::array<bool, 8> corners;
           for (int i = 0; i < 8; ++i) corners[static_cast<std::size_t>(i)] = in[at(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2))];
           for (int axis = 0; axis < 3; ++axis) look_along_edge(cell, axis, corners[0], corners[std::size_t{1} << axis]);
+          meetings_ += sheets_meet(corners);
           if (std::any_of(corners.begin(), corners.end(), [&](bool c) { return c != corners[0]; })) add_vertex(cell, corners);
         }
       }
     }
+  }
+
+  /// Whether a face of the cell at its lower corner has its diagonals on different sides: two sheets in one cell.
+  static bool sheets_meet(const std::array<bool, 8>& c) {
+    const auto crossed = [&](std::size_t a, std::size_t b) { return c[0] == c[a | b] && c[a] == c[b] && c[0] != c[a]; };
+    return crossed(1, 2) || crossed(2, 4) || crossed(4, 1);
   }
 
   void look_along_edge(const Cell& corner, int axis, bool from_inside, bool to_inside) {
@@ -103,7 +116,7 @@ class Polygoniser {
     if (!other) return;
     // Two crossings on one edge: an edge or a corner of the solid that pokes in is no matter, a wall or a gap is.
     const Crossing one = cross(from, *other), two = cross(from + step, *other);
-    thin_edges_ += one.normal.dot(two.normal) < -0.9;
+    thin_places_ += one.normal.dot(two.normal) < -0.9;
   }
 
   /// A point between two that are on the same side which is on the other.
@@ -200,6 +213,7 @@ class Polygoniser {
   }
 
   const ImplicitSolid* solid_;  // near a brick, what of it matters there
+  int cells_;  // along the longest side
   double edge_m_ = 0.0;
   Eigen::Vector3d origin_m_;
   Cell size_{};
@@ -207,19 +221,19 @@ class Polygoniser {
   TriangleMesh mesh_;
   std::unordered_map<std::uint64_t, std::uint32_t> vertex_of_;
   std::vector<CrossedEdge> crossed_edges_;
-  std::size_t thin_edges_ = 0;
+  std::size_t thin_places_ = 0, meetings_ = 0;
 };
 
 }  // namespace
 
 Polygonised polygonise(const ImplicitSolid& solid, const PolygoniseOptions& options) {
-  if (auto mesh = solid.tessellation()) return {std::move(*mesh), 0, 0};
+  if (auto mesh = solid.tessellation()) return {std::move(*mesh), 0, true};
   const Box box = solid.bounding_box();
   if (box.empty() || !(box.size_m().maxCoeff() > 0.0)) return {};
   for (int cells = options.cells;; cells *= 2) {
-    Polygonised made = Polygoniser(solid, box, cells).run();
-    made.cells = cells;
-    if (made.thin_edges == 0 || 2 * cells > options.max_cells) return made;
+    Polygoniser polygoniser(solid, box, cells);
+    Polygonised made = polygoniser.run();
+    if ((made.whole && polygoniser.sheets_are_apart()) || 2 * cells > options.max_cells) return made;
   }
 }
 

@@ -15,13 +15,13 @@ struct PolygoniseOptions {
 struct Polygonised {
   TriangleMesh mesh;
   int cells = 0;                 ///< along the longest side, in the end; 0: the shape made its own mesh
-  std::size_t thin_edges = 0;    ///< edges of cells that cross a wall or a gap without having seen it: it may be left out
+  bool whole = true;  ///< false: walls or gaps thinner than a cell are there, and may be missing or closed in places
 };
 
 /// The solid's surface as a mesh: closed (every edge belongs to an even number of triangles), triangles counter-clockwise
 /// seen from outside, sharp edges and corners kept: one vertex per cell, nearest to the tangent planes at the cell's
-/// crossings (dual contouring; Ju et al. 2002). Cells are halved until no wall or gap is thinner than a cell, or
-/// `max_cells` is reached. A solid without inside gives an empty mesh. Cost rises with the surface. Not real-time safe.
+/// crossings (dual contouring; Ju et al. 2002). Cells are halved until walls and gaps are thicker than a cell, but for a few
+/// places, or `max_cells` is reached. Where two sheets pass through one cell the mesh touches itself. A solid without inside gives an empty mesh. Cost rises with the surface. Not real-time safe.
 Polygonised polygonise(const ImplicitSolid& solid, const PolygoniseOptions& options = {});
 
 }  // namespace phantom::geometry

@@ -41,7 +41,7 @@ geometry::TriangleMesh surface_of(const ObjectConfig& object, std::vector<std::s
     throw ConfigError(about(object) + "holds nothing: no point of its box is inside, or it is thinner than " +
                       std::to_string(geometry::PolygoniseOptions{}.max_cells) + "th of its length");
   }
-  if (made.thin_edges > 0) {
+  if (!made.whole) {
     notes.push_back("parts of the formula are thinner than a " + std::to_string(made.cells) +
                     "th of its length: they are activated, but viewers and the simulated world do not have them");
   }
