@@ -8,7 +8,7 @@ namespace phantom::robot {
 namespace {
 
 /// Sensors of the greatest μ that are compared by their surroundings, at most; and blocks they are taken from.
-constexpr std::size_t kCandidates = 16;
+constexpr std::size_t kCandidates = 12;
 /// Farther from the grid's origin a link feels nothing; the kernel's integers hold that many voxels.
 constexpr double kFarthest_vox = 1e9;
 
@@ -271,24 +271,36 @@ void SkinSensing::sense_link(std::size_t link, const geometry::Pose& X_WL,
     sums.scale(1.0 / static_cast<double>(totals.active));
 }
 
-/// Calls visit(link, sensor) for sensors that meet `code`: of at most kCandidates blocks of points, evenly chosen
-/// among those that hold it, and of all clusters.
-template <class Visit>
-void SkinSensing::for_each_code(std::uint8_t code, Visit&& visit) const noexcept {
+/// Sensors that meet a code, as they are found.
+struct SkinSensing::Ties {
+  struct Tie {
+    std::uint32_t link, sensor;
+  };
+  static constexpr std::size_t kMost = kCandidates * (kernel::kBlock + 1);
+  std::array<Tie, kMost> tie;
+  std::size_t count = 0;
+};
+
+/// Sensors that meet `code`: of at most kCandidates blocks of points, evenly chosen among those that hold it, and as
+/// many clusters.
+void SkinSensing::find_ties(std::uint8_t code, Ties& ties) const noexcept {
   const auto holders = static_cast<std::size_t>(std::count(block_worst_.begin(), block_worst_.end(), code));
   const std::size_t stride = (holders + kCandidates - 1) / kCandidates;
-  std::size_t block = 0, holder = 0;
-  for (std::size_t link = 0; link <= core::kMaxJoints; ++link) {
+  std::size_t block = 0, holder = 0, clusters = 0;
+  for (std::uint32_t link = 0; link <= core::kMaxJoints; ++link) {
     const std::size_t packed = packed_first_[link], points = layout_->first_cluster[link] - layout_->first[link];
     for (std::size_t first = 0; packed + first < packed_first_[link + 1]; first += kernel::kBlock, ++block) {
       if (block_worst_[block] != code || holder++ % stride != 0) continue;
       const std::size_t end = std::min(first + kernel::kBlock, points);
-      for (std::size_t i = first; i < end; ++i) {
-        if (codes_[packed + i] == code) visit(link, layout_->first[link] + i);
+      for (std::size_t i = first; i < end; ++i) {  // no branch on what is there: written, and kept if it holds
+        ties.tie[ties.count] = {link, static_cast<std::uint32_t>(layout_->first[link] + i)};
+        ties.count += codes_[packed + i] == code ? 1U : 0U;
       }
     }
-    for (std::size_t i = layout_->first_cluster[link]; i < layout_->first[link + 1]; ++i) {
-      if (cluster_codes_[i] == code) visit(link, i);
+    for (std::size_t i = layout_->first_cluster[link]; i < layout_->first[link + 1] && clusters < kCandidates; ++i) {
+      if (cluster_codes_[i] != code) continue;
+      ties.tie[ties.count++] = {link, static_cast<std::uint32_t>(i)};
+      ++clusters;
     }
   }
 }
@@ -332,16 +344,16 @@ void SkinSensing::find_worst(const LinkPoses& X_WL, const voxel::Workspace& work
     for (const std::uint8_t worst : cluster_codes_) greatest = std::max(greatest, worst);
   }
   if (greatest == 0) return;
-  std::size_t ties = 0, tie = 0;
-  for_each_code(greatest, [&](std::size_t, std::size_t) { ++ties; });
-  const std::size_t stride = (ties + kCandidates - 1) / kCandidates;
+  Ties ties;
+  find_ties(greatest, ties);
+  const std::size_t stride = (ties.count + kCandidates - 1) / kCandidates;
   double best = -1.0;
-  for_each_code(greatest, [&](std::size_t link, std::size_t sensor) {
-    if (tie++ % stride != 0) return;
+  for (std::size_t i = 0; i < ties.count; i += stride) {
+    const auto [link, sensor] = ties.tie[i];
     const auto voxel = place_of(link, sensor, greatest, workspace);
-    if (!voxel) return;
+    if (!voxel) continue;
     const double around = surroundings(*voxel, workspace);
-    if (around <= best) return;
+    if (around <= best) continue;
     best = around;
     worst_ = {true,
               sensor,
@@ -351,7 +363,7 @@ void SkinSensing::find_worst(const LinkPoses& X_WL, const voxel::Workspace& work
               workspace.palette()[greatest],
               workspace.order(*voxel),
               workspace.object(*voxel)};
-  });
+  }
 }
 
 void SkinSensing::sense(const LinkPoses& X_WL, std::size_t joint_count,

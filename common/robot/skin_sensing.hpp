@@ -78,7 +78,8 @@ class SkinSensing {
     bool has(std::uint16_t id) const noexcept;
   };
   struct Totals;  // of one link at work
-  struct Star;    // voxels around a candidate for the worst sensor
+  struct Ties;    // candidates for the worst sensor
+  struct Star;    // voxels around one
 
   kernel::Points points_of(std::size_t link) const noexcept;
   voxel::Index3 voxel_of(std::size_t link, const Eigen::Vector3d& p_L_m) const noexcept;
@@ -89,8 +90,7 @@ class SkinSensing {
   ClusterReading read_cluster(std::size_t link, const ClusterStencil& stencil, voxel::Index3 centre,
                               const voxel::Workspace& workspace) noexcept;
   void sense_link(std::size_t link, const geometry::Pose& X_WL, const voxel::Workspace& workspace) noexcept;
-  template <class Visit>
-  void for_each_code(std::uint8_t code, Visit&& visit) const noexcept;
+  void find_ties(std::uint8_t code, Ties& ties) const noexcept;
   void find_worst(const LinkPoses& X_WL, const voxel::Workspace& workspace) noexcept;
   double surroundings(voxel::Index3 at, const voxel::Workspace& workspace) const noexcept;
   std::optional<voxel::Index3> place_of(std::size_t link, std::size_t sensor, std::uint8_t code,

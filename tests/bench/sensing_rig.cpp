@@ -1,0 +1,100 @@
+#include "tests/bench/sensing_rig.hpp"
+
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <stdexcept>
+
+namespace phantom::bench {
+namespace {
+
+constexpr double kVoxel_m = 0.005, kReach_m = 2.1 * 0.45;
+constexpr double kRadius_m = 0.05;
+
+template <class T>
+T value_of(core::Expected<T> expected) {
+  if (!expected) throw std::runtime_error(expected.status().message());
+  return std::move(expected).value();
+}
+
+voxel::Workspace make_balls(int edge_vox) {
+  const double half = 0.5 * edge_vox * kVoxel_m;
+  const voxel::GridSpec grid{Eigen::Vector3d::Constant(-half), kVoxel_m, {edge_vox, edge_vox, edge_vox}};
+  voxel::Workspace workspace(grid, {0.0F, 9.0F, 10.0F, 11.0F, 13.0F, 20.0F, 32.0F, 100.0F});
+  const double spacing = 0.4;
+  for (std::int32_t z = 0; z < edge_vox; ++z) {
+    for (std::int32_t y = 0; y < edge_vox; ++y) {
+      for (std::int32_t x = 0; x < edge_vox; ++x) {
+        const Eigen::Vector3d p = grid.centre_of({x, y, z});
+        const Eigen::Vector3d ball = spacing * (p / spacing).array().round();
+        const double distance = (p - ball).norm() - 0.08;
+        const int code = distance <= 0.0 ? 7 : 6 - static_cast<int>(distance / 0.02);
+        if (code <= 0) continue;
+        const auto brick = workspace.make_brick({x >> 5, y >> 5, z >> 5});
+        brick.mu_code[voxel::brick_offset(static_cast<std::uint32_t>(x) & 31U, static_cast<std::uint32_t>(y) & 31U,
+                                          static_cast<std::uint32_t>(z) & 31U)] = static_cast<std::uint8_t>(code);
+      }
+    }
+  }
+  workspace.version = 1;
+  return workspace;
+}
+
+}  // namespace
+
+const voxel::Workspace& balls(int edge_vox) {
+  static std::map<int, voxel::Workspace> made;
+  const auto found = made.find(edge_vox);
+  return found != made.end() ? found->second : made.emplace(edge_vox, make_balls(edge_vox)).first->second;
+}
+
+robot::SerialArm tube_arm(std::size_t joints) {
+  std::vector<robot::DhRow> rows;
+  for (std::size_t i = 0; i < joints; ++i) {
+    robot::DhRow row;
+    row.link = "tube_" + std::to_string(i + 1);
+    row.a_m = kReach_m / static_cast<double>(joints);
+    row.alpha_rad = i % 2 == 0 ? 0.4 : -0.4;
+    row.lower = -3.0, row.upper = 3.0, row.max_speed = 1.0, row.max_effort = 1.0;
+    rows.push_back(row);
+  }
+  return value_of(robot::SerialArm::from_dh(rows, robot::DhConvention::kClassic,
+                                            {Eigen::Matrix3d::Identity(), {-0.45, -0.25, 0.0}}));
+}
+
+robot::SkinLayout tube_skin(const robot::SerialArm& arm, std::size_t sensors) {
+  const double share = kReach_m / static_cast<double>(arm.joint_count());
+  const double pitch_m = std::sqrt(2.0 * std::numbers::pi * kRadius_m * kReach_m / static_cast<double>(sensors));
+  std::vector<robot::LinkSkin> skin;
+  for (std::size_t i = 1; i < arm.links().size(); ++i) {
+    robot::SkinSegment tube;
+    tube.from_m = {-share, 0.0, 0.0};
+    tube.to_m = {-0.01 * share, 0.0, 0.0};
+    tube.from_radius_m = tube.to_radius_m = kRadius_m;
+    skin.push_back({arm.links()[i].name, {tube}, {}, {}});
+  }
+  return value_of(robot::lay_out_skin(
+      arm, skin, {.voxel_size_m = kVoxel_m, .pitch_vox = pitch_m / kVoxel_m, .max_sensors = 4'000'000}));
+}
+
+robot::SkinLayout cluster_skin(const robot::SerialArm& arm, std::size_t sensors, const robot::ClusterSpec& cluster) {
+  const double share = kReach_m / static_cast<double>(arm.joint_count());
+  std::vector<robot::LinkSkin> skin;
+  for (std::size_t i = 1; i < arm.links().size(); ++i) {
+    robot::AxisSensors axis;
+    axis.from_m = {-share, 0.0, 0.0};
+    axis.count = static_cast<int>(sensors / arm.joint_count());
+    axis.cluster = cluster;
+    skin.push_back({arm.links()[i].name, {}, {axis}, {}});
+  }
+  return value_of(robot::lay_out_skin(arm, skin, {.voxel_size_m = kVoxel_m}));
+}
+
+core::JointArray pose(std::size_t joints, int step) {
+  core::JointArray q{};
+  for (std::size_t i = 0; i < joints; ++i)
+    q[i] = 0.5 / static_cast<double>(joints) + 0.05 * std::sin(0.013 * step + static_cast<double>(i));
+  return q;
+}
+
+}  // namespace phantom::bench
