@@ -8,7 +8,7 @@ namespace phantom::robot {
 namespace {
 
 /// Sensors of the greatest μ that are compared by their surroundings, at most; and blocks they are taken from.
-constexpr std::size_t kCandidates = 12;
+constexpr std::size_t kCandidates = 8;
 /// Farther from the grid's origin a link feels nothing; the kernel's integers hold that many voxels.
 constexpr double kFarthest_vox = 1e9;
 
