@@ -9,7 +9,8 @@ namespace phantom::geometry {
 namespace {
 
 constexpr std::uint32_t kLeafTriangles = 8;
-constexpr double kFar = 3.0;  // in radii; Barill et al. use 2 with one more moment
+constexpr double kFar = 3.0;          // in radii of a group; Barill et al. use 2 with one more moment
+constexpr double kTriangleFar = 4.0;  // in radii of a single triangle
 
 /// Solid angle ÷ 2 of a triangle, corners relative to the eye (van Oosterom and Strackee 1983).
 double half_solid_angle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
@@ -35,8 +36,13 @@ double winding_number(const TriangleMesh& mesh, const Eigen::Vector3d& p_m) {
 WindingTree::WindingTree(const TriangleMesh& mesh) {
   triangles_.reserve(mesh.triangles.size());
   for (const auto& t : mesh.triangles) {
-    triangles_.push_back({mesh.vertices_m[t[0]].cast<double>(), mesh.vertices_m[t[1]].cast<double>(),
-                          mesh.vertices_m[t[2]].cast<double>()});
+    Corners corners{mesh.vertices_m[t[0]].cast<double>(), mesh.vertices_m[t[1]].cast<double>(),
+                    mesh.vertices_m[t[2]].cast<double>(), {}, {}, 0.0};
+    corners.centre = (corners.a + corners.b + corners.c) / 3.0;
+    corners.area_normal = 0.5 * (corners.b - corners.a).cross(corners.c - corners.a);
+    for (const Eigen::Vector3d& corner : {corners.a, corners.b, corners.c})
+      corners.radius_2 = std::max(corners.radius_2, (corner - corners.centre).squaredNorm());
+    triangles_.push_back(corners);
   }
   nodes_.reserve(mesh.triangles.size() / 2 + 1);
   if (!triangles_.empty()) build(0, static_cast<std::uint32_t>(triangles_.size()));
@@ -52,10 +58,8 @@ std::uint32_t WindingTree::build(std::uint32_t first, std::uint32_t count) {
   node.moment = Eigen::Matrix3d::Zero();
   Eigen::Vector3d low = Eigen::Vector3d::Constant(INFINITY), high = -low, mean = Eigen::Vector3d::Zero();
   double area = 0.0;
-  const auto middle = [](const Corners& t) -> Eigen::Vector3d { return (t.a + t.b + t.c) / 3.0; };
-  const auto area_normal = [](const Corners& t) -> Eigen::Vector3d { return 0.5 * (t.b - t.a).cross(t.c - t.a); };
   for (std::uint32_t i = first; i < first + count; ++i) {
-    const Eigen::Vector3d m = middle(triangles_[i]), n = area_normal(triangles_[i]);
+    const Eigen::Vector3d &m = triangles_[i].centre, &n = triangles_[i].area_normal;
     low = low.cwiseMin(m);
     high = high.cwiseMax(m);
     mean += m / count;
@@ -66,7 +70,7 @@ std::uint32_t WindingTree::build(std::uint32_t first, std::uint32_t count) {
   node.centre = area > 0.0 ? Eigen::Vector3d(node.centre / area) : mean;
   for (std::uint32_t i = first; i < first + count; ++i) {
     const Corners& t = triangles_[i];
-    node.moment += (middle(t) - node.centre) * area_normal(t).transpose();
+    node.moment += (t.centre - node.centre) * t.area_normal.transpose();
     for (const Eigen::Vector3d& corner : {t.a, t.b, t.c})
       node.radius = std::max(node.radius, (corner - node.centre).norm());
   }
@@ -75,7 +79,7 @@ std::uint32_t WindingTree::build(std::uint32_t first, std::uint32_t count) {
     (high - low).maxCoeff(&axis);
     const auto begin = triangles_.begin() + first;
     std::nth_element(begin, begin + count / 2, begin + count, [&](const Corners& s, const Corners& t) {
-      return s.a[axis] + s.b[axis] + s.c[axis] < t.a[axis] + t.b[axis] + t.c[axis];
+      return s.centre[axis] < t.centre[axis];
     });
     build(first, count / 2);
     node.right = build(first + count / 2, count - count / 2);
@@ -104,7 +108,11 @@ double WindingTree::at(const Eigen::Vector3d& p_m) const {
     } else {
       for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
         const Corners& t = triangles_[i];
-        half_angles += half_solid_angle(t.a - p_m, t.b - p_m, t.c - p_m);
+        const Eigen::Vector3d to = t.centre - p_m;
+        const double distance_2 = to.squaredNorm();
+        half_angles += distance_2 > kTriangleFar * kTriangleFar * t.radius_2
+                           ? 0.5 * t.area_normal.dot(to) / (distance_2 * std::sqrt(distance_2))
+                           : half_solid_angle(t.a - p_m, t.b - p_m, t.c - p_m);
       }
     }
   }

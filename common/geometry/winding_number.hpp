@@ -15,7 +15,7 @@ namespace phantom::geometry {
 double winding_number(const TriangleMesh& mesh, const Eigen::Vector3d& p_m);
 
 /// The same, fast: far groups of triangles act as a dipole and its first moment (Barill et al. 2018), near
-/// triangles are summed exactly. Off by less than 0.01 for meshes whose triangles agree on outside.
+/// triangles are summed exactly. Off by less than 0.02 for meshes whose triangles agree on outside.
 class WindingTree {
  public:
   /// Copies what it needs. O(n log n).
@@ -33,8 +33,9 @@ class WindingTree {
     std::uint32_t first = 0, count = 0;  ///< of the triangles below
     std::uint32_t right = 0;  ///< the left child is the next node; 0: leaf
   };
-  struct Corners {
-    Eigen::Vector3d a, b, c;
+  struct Corners {  // of a triangle, and what stands for it from afar
+    Eigen::Vector3d a, b, c, centre, area_normal;
+    double radius_2;  ///< square of the farthest corner's distance from the centre
   };
   std::uint32_t build(std::uint32_t first, std::uint32_t count);
 

@@ -85,33 +85,95 @@ Votes ask_all_axes(const SnappedMesh& mesh, const VoxelBox& box) {
   return votes;
 }
 
+/// Decides voxels of a row by the generalised winding number.
+class Judge {
+ public:
+  Judge(const geometry::WindingTree& tree, const GridSpec& grid, const VoxelBox& box)
+      : tree_(tree), grid_(grid), box_(box) {}
+
+  /// Sets the voxels of [first, last] that are inside; no surface may lie between them. Off the surface the number
+  /// changes smoothly: between two places that clearly agree it is not asked again.
+  void run(std::uint64_t* row, std::int32_t first, std::int32_t last, std::int32_t y, std::int32_t z) const {
+    double w = at(first, y, z);
+    for (std::int32_t from = first; from < last;) {
+      const std::int32_t to = std::min(last, from + kStride);
+      const double next = at(to, y, z);
+      between(row, from, w, to, next, y, z);
+      from = to;
+      w = next;
+    }
+    put(row, last, w);
+  }
+
+ private:
+  static constexpr std::int32_t kStride = 16;
+  static constexpr double kClearPerVoxel = 0.0125;  // off the threshold, times the places' distance: 0.2 a stride
+
+  double at(std::int32_t x, std::int32_t y, std::int32_t z) const {
+    return std::abs(tree_.at(grid_.centre_of({box_.min.x + x, box_.min.y + y, box_.min.z + z})));
+  }
+  static void put(std::uint64_t* row, std::int32_t x, double w) {
+    if (w > 0.5) row[x >> 6] |= std::uint64_t{1} << (x & 63);
+  }
+  /// Voxels [from, to).
+  void between(std::uint64_t* row, std::int32_t from, double w_from, std::int32_t to, double w_to, std::int32_t y,
+               std::int32_t z) const {
+    const double low = std::min(w_from, w_to), high = std::max(w_from, w_to);
+    const double clear = kClearPerVoxel * (to - from);
+    if (to - from == 1 || low > 0.5 + clear || high < 0.5 - clear) {
+      for (std::int32_t x = from; x < to; ++x) put(row, x, w_from);
+      return;
+    }
+    const std::int32_t middle = from + (to - from) / 2;
+    const double w = at(middle, y, z);
+    between(row, from, w_from, middle, w, y, z);
+    between(row, middle, w, to, w_to, y, z);
+  }
+
+  const geometry::WindingTree& tree_;
+  const GridSpec& grid_;
+  const VoxelBox& box_;
+};
+
+/// Writes what is agreed about a row, and into `disputed` what is not.
+void count_votes(const Votes& votes, std::int32_t y, std::int32_t z, std::int32_t size_x, std::uint64_t* inside,
+                 std::vector<std::uint64_t>& disputed) {
+  const auto any = [](const std::uint64_t* bits) { return bits[0] | bits[1] | bits[2]; };
+  const auto two = [](const std::uint64_t* b) { return (b[0] & b[1]) | (b[1] & b[2]) | (b[2] & b[0]); };
+  const std::uint64_t silent_x = votes.silent[0].get(y, z, 0) ? ~std::uint64_t{0} : 0;
+  for (std::size_t i = 0; i < disputed.size(); ++i) {
+    const std::uint64_t silent[3] = {silent_x, votes.silent[1].row(z, 0)[i], votes.silent[2].row(y, 0)[i]};
+    std::uint64_t in[3], out[3];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      in[axis] = votes.inside[axis].row(y, z)[i] & ~silent[axis];
+      out[axis] = ~votes.inside[axis].row(y, z)[i] & ~silent[axis];
+    }
+    const std::int32_t left = size_x - static_cast<std::int32_t>(i * 64);
+    const std::uint64_t valid = left >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << left) - 1;
+    inside[i] = two(in) & ~any(out) & valid;
+    disputed[i] = ~(inside[i] | (two(out) & ~any(in))) & valid;
+  }
+}
+
 /// Settles rows of the slab: agreed voxels as agreed, the others by the winding number; returns how many those are.
-std::size_t settle(const Votes& votes, Slab slab, const geometry::WindingTree& tree, const GridSpec& grid,
-                   const VoxelBox& box, BitVolume& inside) {
+std::size_t settle(const Votes& votes, Slab slab, const Judge& judge, SolidVoxels& solid) {
   std::size_t disputed_voxels = 0;
+  std::vector<std::uint64_t> disputed(solid.inside.words_per_row());
+  const auto is_disputed = [&](std::int32_t x) { return (disputed[static_cast<std::size_t>(x >> 6)] >> (x & 63) & 1) != 0; };
   for (std::int32_t z = slab.first; z < slab.last; ++z) {
-    for (std::int32_t y = 0; y < box.size[1]; ++y) {
-      for (std::size_t i = 0; i < inside.words_per_row(); ++i) {
-        const std::uint64_t silent_x = votes.silent[0].get(y, z, 0) ? ~std::uint64_t{0} : 0;
-        const std::uint64_t silent[3] = {silent_x, votes.silent[1].row(z, 0)[i], votes.silent[2].row(y, 0)[i]};
-        std::uint64_t in[3], out[3];
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          in[axis] = votes.inside[axis].row(y, z)[i] & ~silent[axis];
-          out[axis] = ~votes.inside[axis].row(y, z)[i] & ~silent[axis];
-        }
-        const auto any = [](const std::uint64_t* bits) { return bits[0] | bits[1] | bits[2]; };
-        const auto two = [](const std::uint64_t* b) { return (b[0] & b[1]) | (b[1] & b[2]) | (b[2] & b[0]); };
-        std::uint64_t word = two(in) & ~any(out);
-        const std::int32_t first_x = static_cast<std::int32_t>(i * 64), left = box.size[0] - first_x;
-        const std::uint64_t valid = left >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << left) - 1;
-        std::uint64_t disputed = ~(word | (two(out) & ~any(in))) & valid;
-        disputed_voxels += static_cast<std::size_t>(std::popcount(disputed));
-        for (; disputed != 0; disputed &= disputed - 1) {
-          const std::int32_t x = first_x + std::countr_zero(disputed);
-          const double w = tree.at(grid.centre_of({box.min.x + x, box.min.y + y, box.min.z + z}));
-          if (std::abs(w) > 0.5) word |= std::uint64_t{1} << (x & 63);
-        }
-        inside.row(y, z)[i] = word & valid;
+    for (std::int32_t y = 0; y < solid.box.size[1]; ++y) {
+      std::uint64_t* row = solid.inside.row(y, z);
+      count_votes(votes, y, z, solid.box.size[0], row, disputed);
+      std::size_t left = 0;
+      for (const std::uint64_t word : disputed) left += static_cast<std::size_t>(std::popcount(word));
+      disputed_voxels += left;
+      for (std::int32_t first = 0, last = 0; left > 0; first = last + 1) {
+        while (!is_disputed(first)) ++first;
+        last = first;
+        const auto on_surface = [&](std::int32_t x) { return solid.boundary.get(x, y, z); };
+        while (last + 1 < solid.box.size[0] && is_disputed(last + 1) && !on_surface(last) && !on_surface(last + 1)) ++last;
+        judge.run(row, first, last, y, z);
+        left -= static_cast<std::size_t>(last - first + 1);
       }
     }
   }
@@ -134,8 +196,8 @@ void fill_mended(const geometry::TriangleMesh& mesh_W, const SnappedMesh& snappe
     const Votes votes = ask_all_axes(mesh, solid.box);
     const geometry::WindingTree tree({mesh_W.vertices_m, mended.triangles});
     std::atomic<std::size_t> disputed = 0;
-    in_slabs(solid.box.size[2], threads,
-             [&](Slab z) { disputed += settle(votes, z, tree, grid, solid.box, solid.inside); });
+    const Judge judge(tree, grid, solid.box);
+    in_slabs(solid.box.size[2], threads, [&](Slab z) { disputed += settle(votes, z, judge, solid); });
     solid.report.disputed_voxels = disputed;
   }
   solid.report.degenerate_triangles = mended.degenerate;
@@ -183,10 +245,12 @@ core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const
     if (mended) solid.inside = BitVolume(solid.box.size);
   }
   if (mended) fill_mended(mesh_W, mesh, grid, threads, solid);
-  solid.interior = solid.inside;
-  for (std::size_t i = 0; i < solid.interior.words().size(); ++i) {
-    solid.interior.words()[i] &= ~solid.boundary.words()[i];
-  }
+  solid.interior = BitVolume(solid.box.size);
+  in_slabs(solid.box.size[2], threads, [&](Slab z) {
+    const std::size_t layer = solid.inside.words_per_row() * static_cast<std::size_t>(solid.box.size[1]);
+    for (std::size_t i = layer * static_cast<std::size_t>(z.first); i < layer * static_cast<std::size_t>(z.last); ++i)
+      solid.interior.words()[i] = solid.inside.words()[i] & ~solid.boundary.words()[i];
+  });
   return solid;
 }
 

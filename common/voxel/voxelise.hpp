@@ -42,7 +42,8 @@ struct SolidVoxels {
 /// shell, shells that face against the others and lie within none. If it still has gaps, the lines along x, y and z
 /// vote; a line that enters and leaves a different number of times has no say. Where at least two do not agree, or
 /// fewer than two have a say, the generalised winding number does (|w| > ½): it closes a hole with a smooth sheet
-/// and never floods the surroundings.
+/// and never floods the surroundings. It is asked along x at most every 16 voxels where no surface lies between, and
+/// more closely the nearer it is to ½.
 ///
 /// Exact on closed meshes: vertices are rounded to 1/16384 voxel, all decisions after that are made in integers;
 /// the same for any number of threads. kInvalidArgument if a coordinate is not finite, kResourceExhausted if the
