@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <random>
 
 #include "common/can/bus_load.hpp"
@@ -55,10 +56,10 @@ TEST(BusLoad, NoFrameIsLongerThanTheWorstCase) {
       std::uint32_t longest = 0;
       for (int i = 0; i < 20000; ++i) {
         CanFrame f{.id = static_cast<std::uint32_t>(random()) % (extended ? 1U << 29 : 1U << 11), .extended = extended, .length = length};
-        const bool much = random() % 2;  // patterns that stuff much: five equal bits and then in fours
-        for (std::size_t b = 0; b < length; ++b)
-          f.data[b] = static_cast<std::uint8_t>(much ? (random() % 2 ? 0x0F : 0x87) : random());
-        if (much) f.id = extended ? 0x10F0F0F0 : 0x078;
+        const bool much = random() % 2;  // what stuffs most: equal bits in fours, in any phase
+        const auto fours = std::rotl(std::uint8_t{0x0F}, static_cast<int>(random() % 8));
+        for (std::size_t b = 0; b < length; ++b) f.data[b] = much ? fours : static_cast<std::uint8_t>(random());
+        if (much) f.id = extended ? 0x10F0F0F0 + static_cast<std::uint32_t>(random()) % 4096 : 0x078;
         longest = std::max(longest, literal_bits(f));
       }
       EXPECT_LE(longest, worst_case_bits(length, extended)) << int{length};

@@ -1,0 +1,129 @@
+// The real executable on a userspace bus: killed, frozen, and with faults of its own; on the real clock, with times that
+// a busy machine can keep.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <thread>
+
+#include "common/can/user_bus.hpp"
+#include "tests/can/rig.hpp"
+
+namespace phantom {
+namespace {
+
+using can::DriveFault;
+using can::DriveGroupState;
+
+class DriveProcess : public testing::Test {
+ protected:
+  void SetUp() override {
+    hub_ = can::UserBusHub::serve(address_, {.bit_rate = 1e6}).value();
+    auto config = test::group_config(can::DriveMode::kPosition, 2);
+    config.timing = {.period_s = 0.01,
+                     .heartbeat_s = 0.1,
+                     .heartbeat_timeout_s = 1.0,
+                     .most_missed = 40,
+                     .sdo_timeout_s = 0.5,
+                     .boot_timeout_s = 0.5,
+                     .state_timeout_s = 5.0};
+    std::vector<std::unique_ptr<can::CanBus>> ports;
+    ports.push_back(can::open_bus(address_).value());
+    group_ = std::make_unique<can::DriveGroup>(config, std::move(ports));
+  }
+  void TearDown() override { end(); }
+
+  void start(std::initializer_list<const char*> more = {}) {
+    pid_ = fork();
+    ASSERT_GE(pid_, 0);
+    if (pid_ > 0) return;
+    std::vector<char*> args{const_cast<char*>("simulated_drive"), const_cast<char*>("--bus"),
+                            const_cast<char*>(address_.c_str()), const_cast<char*>("--nodes"),
+                            const_cast<char*>("1,2")};
+    for (const char* arg : more) args.push_back(const_cast<char*>(arg));
+    args.push_back(nullptr);
+    execv(PHANTOM_SIMULATED_DRIVE, args.data());
+    _exit(127);
+  }
+  void end() {
+    if (pid_ <= 0) return;
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+    pid_ = 0;
+  }
+  bool reaches(DriveGroupState state, double most_s = 20.0) {
+    const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(most_s);
+    while (std::chrono::steady_clock::now() < until) {
+      if (group_->step(command_, core::monotonic_ns()).state == state) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return false;
+  }
+  bool recovers() {
+    command_.reset = true;
+    group_->step(command_, core::monotonic_ns());
+    command_.reset = false;
+    return reaches(DriveGroupState::kEnabled);
+  }
+
+  std::string address_ = std::string("user:drive-").append(std::to_string(getpid()));
+  std::unique_ptr<can::UserBusHub> hub_;
+  std::unique_ptr<can::DriveGroup> group_;
+  can::DriveCommand command_{.enable = true};
+  pid_t pid_ = 0;
+};
+
+TEST_F(DriveProcess, FollowsAndIsFoundWhenKilledAndWhenItComesBack) {
+  start();
+  ASSERT_TRUE(reaches(DriveGroupState::kEnabled)) << group_->sentence();
+  command_.position[0] = 0.2;
+  for (int i = 0; i < 400 && std::abs(group_->report().position[0] - 0.2) > 1e-3; ++i)
+    reaches(DriveGroupState::kFault, 0.01);
+  EXPECT_NEAR(group_->report().position[0], 0.2, 1e-3);
+  end();
+  ASSERT_TRUE(reaches(DriveGroupState::kFault));
+  EXPECT_EQ(group_->report().drives[0].fault, DriveFault::kFeedbackMissing);
+  start();
+  EXPECT_TRUE(recovers()) << group_->sentence();
+}
+
+TEST_F(DriveProcess, AFrozenProcessIsFoundAndTakenBackAfterAReset) {
+  start();
+  ASSERT_TRUE(reaches(DriveGroupState::kEnabled)) << group_->sentence();
+  kill(pid_, SIGSTOP);
+  ASSERT_TRUE(reaches(DriveGroupState::kFault));
+  EXPECT_EQ(group_->report().drives[0].fault, DriveFault::kFeedbackMissing);
+  kill(pid_, SIGCONT);
+  reaches(DriveGroupState::kEnabled, 0.5);  // what had piled up goes over the bus; nothing follows without a reset
+  EXPECT_EQ(group_->report().state, DriveGroupState::kFault);
+  EXPECT_TRUE(recovers()) << group_->sentence();
+}
+
+TEST_F(DriveProcess, OurOwnBusOffIsLeftByAReset) {
+  start();
+  ASSERT_TRUE(reaches(DriveGroupState::kEnabled)) << group_->sentence();
+  hub_->set_bus_off(getpid());
+  ASSERT_TRUE(reaches(DriveGroupState::kFault));
+  EXPECT_EQ(group_->report().drives[0].fault, DriveFault::kBusOff);
+  EXPECT_TRUE(recovers()) << group_->sentence();
+}
+
+TEST_F(DriveProcess, AFaultOfItsOwnComesAsAskedFor) {
+  start({"--fault", "trip@0:2"});
+  ASSERT_TRUE(reaches(DriveGroupState::kFault));
+  EXPECT_EQ(group_->report().drives[1].fault, DriveFault::kDriveFault);
+  EXPECT_TRUE(recovers()) << group_->sentence();
+}
+
+TEST_F(DriveProcess, WrongArgumentsEndWithTwo) {
+  start({"--fault", "explode@1"});
+  int status = 0;
+  ASSERT_EQ(waitpid(pid_, &status, 0), pid_);
+  pid_ = 0;
+  EXPECT_EQ(WEXITSTATUS(status), 2);
+}
+
+}  // namespace
+}  // namespace phantom
