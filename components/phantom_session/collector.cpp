@@ -75,6 +75,26 @@ void Collector::add_row(double t_s) {
 
 void Collector::on_percept(const PerceptSample& sample) { percept_ = sample; }
 
+std::string Collector::live_line() const {
+  if (!percept_.valid) return percept_.t_s > 0.0 ? "no percept" : "no percept yet";
+  std::string line = "drag";
+  for (const double torque : percept_.torque) line += format(" %+.2f", torque);
+  line += " | ";
+  if (percept_.mu_Pa_s_per_m > 0.0) {
+    const bool named = percept_.link < link_names_.size();
+    line += named ? link_names_[percept_.link] : "link " + std::to_string(percept_.link);
+    line += format(", μ %.0f of ", percept_.mu_Pa_s_per_m) + object_name(percept_.object);
+    if (!percept_.motion.empty()) line += ", " + percept_.motion;
+  } else {
+    line += "free";
+  }
+  if (percept_.muted_sensors > 0) line += " | " + std::to_string(percept_.muted_sensors) + " sensors muted";
+  const auto sensing = statuses_.find("phantom_sensing");
+  if (sensing == statuses_.end()) return line;
+  const auto age = sensing->second.figures.find("model_age");
+  return age == sensing->second.figures.end() ? line : line + format(" | model age %.1f ms", age->second);
+}
+
 void Collector::on_hit(const HitSample& sample) {
   if (sample.cleared) return;
   hits_.push_back(sample);

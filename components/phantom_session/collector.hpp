@@ -34,6 +34,11 @@ struct PerceptSample {
   bool valid = false;
   double mu_Pa_s_per_m = 0.0;
   double closeness = 0.0;
+  std::size_t link = 0;        ///< that carries the worst sensor
+  int object = 0;              ///< whose fluid it meets
+  std::string motion;          ///< its class: "leaving", "passing", "nearing"; empty: none
+  std::vector<double> torque;  ///< drag per joint, N·m or N
+  std::size_t muted_sensors = 0;
 };
 struct HitSample {
   double t_s = 0.0;
@@ -49,6 +54,7 @@ struct StatusSample {
   std::string message;
   std::vector<core::LoopStatistics> loops;
   std::map<std::string, std::uint64_t> deadline_missed;  ///< by topic, this component's endpoints added up
+  std::map<std::string, double> figures;
 };
 
 /// One reach of the operator into the cell.
@@ -82,6 +88,8 @@ class Collector {
   Collector(double onset_threshold_Nm, double row_interval_s, Narrate narrate);
 
   void on_object_name(int object, const std::string& name) { object_names_[object] = name; }
+  /// Of the arm, by link index; without it links are called by their numbers.
+  void on_link_names(std::vector<std::string> names) { link_names_ = std::move(names); }
   void on_master(const MasterSample& sample);
   void on_slave(const SlaveSample& sample);
   void on_percept(const PerceptSample& sample);
@@ -93,6 +101,8 @@ class Collector {
   const std::vector<HitSample>& hits() const { return hits_; }  ///< raised ones only
   const std::map<std::string, StatusSample>& statuses() const { return statuses_; }
   std::string object_name(int object) const;
+  /// What is felt now, in a line: drag per joint, worst sensor, motion class, age of the model.
+  std::string live_line() const;
   /// Whether every one of `components` has reported to be ready or running.
   bool all_ready(const std::vector<std::string>& components, std::string* missing) const;
 
@@ -104,6 +114,7 @@ class Collector {
   double onset_threshold_Nm_, row_interval_s_;
   Narrate narrate_;
   std::map<int, std::string> object_names_;
+  std::vector<std::string> link_names_;
   MasterSample master_;
   SlaveSample slave_;
   PerceptSample percept_;

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <fstream>
-#include <iostream>
 
+#include "common/core/errors.hpp"
+#include "common/runtime/arm_model.hpp"
+#include "common/runtime/cell.hpp"
 #include "common/runtime/config_reader.hpp"
 #include "components/phantom_session/collector.hpp"
+#include "components/phantom_session/console.hpp"
 #include "components/phantom_session/dds_adapter.hpp"
 #include "components/phantom_session/report.hpp"
 #include "components/phantom_session/supervisor.hpp"
@@ -15,6 +18,7 @@ namespace {
 
 constexpr double kPoll_s = 0.05;
 constexpr int kLogLinesShown = 12;
+constexpr int kPollsPerLiveLine = 5;
 
 const runtime::DeployedHost& find_host(const runtime::Deployment& deployment, const std::string& name) {
   if (name.empty() && deployment.hosts.size() == 1) return deployment.hosts.front();
@@ -35,9 +39,10 @@ class Session {
       : options_(options),
         config_(config),
         request_(request),
+        cell_(deployment.cell),
         planned_(plan(deployment, options, request)),
         collector_(config.onset_threshold_Nm, config.row_interval_s,
-                   [](const std::string& line) { say(line); }),
+                   [this](const std::string& line) { say(line); }),
         joints_(config.row_interval_s),
         adapter_(deployment.network, collector_, joints_) {}
 
@@ -65,7 +70,7 @@ class Session {
   }
 
  private:
-  static void say(const std::string& line) { std::cout << line << std::endl; }
+  void say(const std::string& line) { console_.say(line); }
   std::filesystem::path log_of(const std::string& name) const {
     return options_.report_dir / "logs" / (name + ".log");
   }
@@ -122,12 +127,38 @@ class Session {
     return true;
   }
 
+  // The arm's links by name, for the live line; without them it tells their numbers.
+  void name_links() {
+    if (!console_.is_terminal()) return;
+    try {
+      const runtime::CellConfig cell = runtime::load_cell(cell_);
+      if (cell.arms.size() != 1) return;
+      const robot::SerialArm arm = runtime::load_arm(cell.arm());
+      std::vector<std::string> names;
+      for (const robot::Link& link : arm.links()) names.push_back(link.name);
+      const auto guard = adapter_.lock();
+      collector_.on_link_names(std::move(names));
+    } catch (const core::ConfigError&) {  // the components that need the cell say what is wrong with it
+    }
+  }
+
+  void show_live() {
+    if (!console_.is_terminal() || ++polls_ % kPollsPerLiveLine != 0) return;
+    const std::string line = [&] {
+      const auto guard = adapter_.lock();
+      return collector_.live_line();
+    }();
+    console_.show(line);
+  }
+
   // Until the time is up or the user stops it (true), or a component dies (false).
   bool watch() {
+    name_links();
     const auto end_ns = core::monotonic_ns() + core::from_seconds(request_.seconds);
     while (runtime::sleep_unless_stopped(kPoll_s)) {
       if (!all_alive()) return false;
       if (request_.seconds > 0.0 && core::monotonic_ns() >= end_ns) return true;
+      show_live();
     }
     return true;
   }
@@ -143,6 +174,9 @@ class Session {
   const runtime::ProcessOptions& options_;
   const Config& config_;
   const SessionRequest& request_;
+  std::filesystem::path cell_;
+  Console console_;
+  int polls_ = 0;
   std::vector<PlannedProcess> planned_;
   Collector collector_;
   JointLog joints_;
