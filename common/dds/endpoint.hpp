@@ -64,7 +64,8 @@ class Writer {
   Writer(Participant& participant, const TopicSpec<T>& topic) : raw_(participant, topic) {}
   /// False if the sample could not be queued.
   bool write(const T& sample) { return raw_.write(const_cast<T*>(&sample)); }
-  /// Ends the instance with `sample`'s key (keyed topics).
+  /// Ends the instance with `sample`'s key (keyed topics). Not for durable topics: a reader of another process that
+  /// joins later waits for ever at the disposal and gets nothing that was written after it (Fast DDS 2.9.1).
   bool dispose(const T& sample) { return raw_.dispose(const_cast<T*>(&sample)); }
   std::uint32_t matched() const { return raw_.matched(); }
   void assert_liveliness() { raw_.assert_liveliness(); }

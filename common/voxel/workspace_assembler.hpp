@@ -27,7 +27,7 @@ struct VersionDescription {
 /// Workspace of them when count and hash say that a committed version is whole. Never shows a half-updated
 /// volume: until the next version is whole, current() stays the last whole one.
 ///
-///     reader of workspace_brick:   put_brick / remove_brick (dispose)
+///     reader of workspace_brick:   put_brick
 ///     reader of workspace_version: commit
 ///     after each call:             if (assembler.current() != mine) { mine = assembler.current(); … }
 ///
@@ -39,7 +39,8 @@ struct VersionDescription {
 /// real-time safe.
 class WorkspaceAssembler {
  public:
-  /// Takes the newest state of one brick. Refuses bytes that are no brick and keys that no grid can have.
+  /// Takes the newest state of one brick; no bytes: it exists no more. Refuses bytes that are no brick and keys that no
+  /// grid can have.
   core::Status put_brick(BrickKey key, std::uint64_t version, std::span<const std::uint8_t> bytes);
   void remove_brick(BrickKey key);
   /// Takes the newest committed version. Refuses a description that contradicts itself (grid, palette).

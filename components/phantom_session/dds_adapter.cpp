@@ -43,6 +43,27 @@ JointRow row_of(const msg::MasterState& m, double t_s) {
           .feedback_torque = m.feedback_torque_Nm()};
 }
 
+const char* motion_name(msg::MotionClass motion) {
+  switch (motion) {
+    case msg::MOTION_SAFE:
+      return "leaving";
+    case msg::MOTION_NEUTRAL:
+      return "passing";
+    case msg::MOTION_DANGEROUS:
+      return "nearing";
+    default:
+      return "";
+  }
+}
+
+PerceptSample percept_of(const msg::Percept& percept, double t_s) {
+  PerceptSample out{t_s, percept.valid(), percept.mu(), percept.closeness(), percept.link(), percept.object(),
+                    motion_name(percept.motion()), {}, percept.muted_sensors()};
+  const auto count = std::min<std::size_t>(percept.joint_count(), percept.drag_torque_Nm().size());
+  out.torque.assign(percept.drag_torque_Nm().begin(), percept.drag_torque_Nm().begin() + static_cast<std::ptrdiff_t>(count));
+  return out;
+}
+
 core::ComponentState state_of(msg::ComponentState state) {
   switch (state) {
     case msg::COMPONENT_STARTING:
@@ -69,6 +90,7 @@ StatusSample status_of(const msg::ComponentStatus& status, double t_s) {
                          loop.wakeup_p99_us(), loop.wakeup_max_us(), loop.work_p50_us(), loop.work_max_us(),
                          loop.ticks(), loop.slips()});
   }
+  for (const auto& figure : status.figures()) out.figures[figure.name().to_string()] = figure.value();
   for (const auto& topic : status.topics()) {
     if (!topic.writer()) out.deadline_missed[topic.topic().to_string()] += topic.deadline_missed();
   }
@@ -105,7 +127,7 @@ struct DdsAdapter::Impl {
         collector(into_collector),
         joints(into_joints),
         objects(participant, dds::kWorkspaceObject, into([this](const msg::WorkspaceObject& o, double) {
-                  collector.on_object_name(o.id(), o.name().to_string());
+                  if (o.mesh_hash() != 0) collector.on_object_name(o.id(), o.name().to_string());
                 })),
         master(participant, dds::kMasterState, into([this](const msg::MasterState& m, double t_s) {
                  collector.on_master({t_s, m.reach(), m.percept_enabled(),
@@ -120,7 +142,7 @@ struct DdsAdapter::Impl {
                 joints.on_slave(s.position_rad());
               })),
         percept(participant, dds::kPercept, into([this](const msg::Percept& p, double t_s) {
-                  collector.on_percept({t_s, p.valid(), p.mu(), p.closeness()});
+                  collector.on_percept(percept_of(p, t_s));
                 })),
         hits(participant, dds::kHitAlert, into([this](const msg::HitAlert& h, double t_s) {
                collector.on_hit(

@@ -224,7 +224,6 @@ struct DdsAdapter::Impl {
   // Each belongs to the thread of its reader's callbacks.
   dds::SequenceGuard arm_order, master_order, percept_order, hit_order;
   std::map<std::string, dds::SequenceGuard> component_order;  // by name and host
-  std::map<dds::InstanceId, std::uint16_t> object_ids;
 
   // Last, so that their callbacks end before what they use.
   Input<msg::SlaveState> arm;
@@ -295,20 +294,16 @@ void DdsAdapter::Impl::open_events() {
 }
 
 void DdsAdapter::Impl::open_workspace() {
-  objects.open(
-      participant, dds::kWorkspaceObject,
-      [this](const msg::WorkspaceObject& message, const dds::SampleInfo& info) {
-        auto object = convert(message);
-        if (!object) return objects.refuse();
-        object_ids[info.instance] = object->id;
-        inbox.put(std::move(*object));
-      },
-      [this](const dds::InstanceId& instance) {
-        const auto known = object_ids.find(instance);
-        if (known == object_ids.end()) return;
-        inbox.put(ObjectGone{known->second});
-        object_ids.erase(known);
-      });
+  objects.open(participant, dds::kWorkspaceObject,
+               [this](const msg::WorkspaceObject& message, const dds::SampleInfo&) {
+                 if (message.mesh_hash() == 0) {
+                   inbox.put(ObjectGone{message.id()});
+                   return;
+                 }
+                 auto object = convert(message);
+                 if (!object) return objects.refuse();
+                 inbox.put(std::move(*object));
+               });
   chunks.open(participant, dds::kMeshChunk, [this](const msg::MeshChunk& message, const dds::SampleInfo&) {
     auto chunk = convert(message);
     if (!chunk) return chunks.refuse();

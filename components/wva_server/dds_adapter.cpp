@@ -1,7 +1,7 @@
 #include "components/wva_server/dds_adapter.hpp"
 
-#include <map>
 #include <mutex>
+#include <set>
 #include <stdexcept>
 
 #include "common/dds/endpoint.hpp"
@@ -26,7 +26,6 @@ struct DdsAdapter::Impl {
       : accept_commands(accept), participant("wva_server", network) {}
 
   void publish_mesh(const ServedObject& object, std::size_t chunk_bytes);
-  void drop_mesh(std::uint64_t hash);
   void take_in(const msg::WorkspaceCommand& message);
   void send(const Request& request, const Reply& reply);
 
@@ -37,12 +36,7 @@ struct DdsAdapter::Impl {
   dds::Writer<msg::WorkspaceObject> objects{participant, dds::kWorkspaceObject};
   dds::Writer<msg::MeshChunk> chunks{participant, dds::kMeshChunk};
   dds::StatusReporter status{participant};
-  struct PublishedMesh {
-    std::uint32_t chunk_count = 0;
-    std::size_t objects = 0;
-  };
-  std::map<std::uint64_t, PublishedMesh> meshes;       // by content hash
-  std::map<std::uint16_t, std::uint64_t> object_mesh;  // of each published object
+  std::set<std::uint64_t> meshes;  // published, by content hash
 
   CommandDesk desk;
   std::mutex sending;  // replies come from the reader's thread, too
@@ -66,19 +60,7 @@ void DdsAdapter::Impl::publish_mesh(const ServedObject& object, std::size_t chun
     message.data(pieces[i]);
     write(chunks, message, "mesh_chunk");
   }
-  meshes[object.mesh_hash].chunk_count = message.chunk_count();
-}
-
-void DdsAdapter::Impl::drop_mesh(std::uint64_t hash) {
-  const auto mesh = meshes.find(hash);
-  if (--mesh->second.objects > 0) return;
-  msg::MeshChunk message;
-  message.mesh_hash(hash);
-  for (std::uint32_t i = 0; i < mesh->second.chunk_count; ++i) {
-    message.chunk(i);
-    chunks.dispose(message);
-  }
-  meshes.erase(mesh);
+  meshes.insert(object.mesh_hash);
 }
 
 void DdsAdapter::Impl::take_in(const msg::WorkspaceCommand& message) {
@@ -106,18 +88,14 @@ DdsAdapter::~DdsAdapter() = default;
 
 void DdsAdapter::publish_object(const ServedObject& object, std::size_t chunk_bytes) {
   if (!impl_->meshes.contains(object.mesh_hash)) impl_->publish_mesh(object, chunk_bytes);
-  if (impl_->object_mesh.emplace(object.id, object.mesh_hash).second) ++impl_->meshes[object.mesh_hash].objects;
   write(impl_->objects, to_message(object), "workspace_object");
 }
 
 void DdsAdapter::withdraw_object(std::uint16_t id) {
-  const auto known = impl_->object_mesh.find(id);
-  if (known == impl_->object_mesh.end()) return;
   msg::WorkspaceObject message;
   message.id(id);
-  impl_->objects.dispose(message);
-  impl_->drop_mesh(known->second);
-  impl_->object_mesh.erase(known);
+  message.mesh_hash(0);
+  write(impl_->objects, message, "workspace_object");
 }
 
 void DdsAdapter::publish_change(const LiveCell& cell, const voxel::WorkspaceChange& change) {
@@ -136,7 +114,7 @@ void DdsAdapter::publish_change(const LiveCell& cell, const voxel::WorkspaceChan
   brick.voxels_zstd({});
   for (const voxel::BrickKey key : change.removed) {
     put_key(key);
-    impl_->bricks.dispose(brick);
+    write(impl_->bricks, brick, "workspace_brick");
   }
   write(impl_->versions, version_message(cell.cell().name, cell.workspace(), cell.content_hash()),
         "workspace_version");

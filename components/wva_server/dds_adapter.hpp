@@ -20,9 +20,9 @@ class DdsAdapter {
 
   /// An object that is new or stands elsewhere, and its mesh if no object had that before.
   void publish_object(const ServedObject& object, std::size_t chunk_bytes);
-  /// Disposes an object, and its mesh with the last object that has it.
+  /// Says that an object is gone. Its mesh stays, for objects that may be added with it.
   void withdraw_object(std::uint16_t id);
-  /// What a change made of the workspace: changed bricks, disposals of removed ones, then the version that commits them.
+  /// What a change made of the workspace: changed bricks, removed ones, then the version that commits them.
   void publish_change(const LiveCell& cell, const voxel::WorkspaceChange& change);
   /// Publishes component_status.
   void report(const core::Health& health);

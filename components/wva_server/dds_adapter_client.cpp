@@ -18,6 +18,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kAgain(500);  // a reply may have been sent before we could hear it
+constexpr std::chrono::milliseconds kNotMatched(20);
 
 std::string requester_name() {
   char host[65] = {};
@@ -59,8 +60,9 @@ std::optional<Reply> CommandClient::ask(const CellCommand& command, double timeo
   std::string said;
   while (Clock::now() < give_up) {
     if (Clock::now() >= say_again) {
-      if (impl_->commands.matched() > 0) impl_->commands.write(message);
-      say_again = Clock::now() + kAgain;
+      const bool heard = impl_->commands.matched() > 0 && impl_->reader.matched() > 0;
+      if (heard) impl_->commands.write(message);
+      say_again = Clock::now() + (heard ? kAgain : kNotMatched);
     }
     std::unique_lock lock(impl_->mutex);
     impl_->changed.wait_until(lock, std::min(give_up, say_again), [this] { return !impl_->replies.empty(); });
@@ -102,24 +104,14 @@ std::optional<Listing> CommandClient::list(double timeout_s) {
                                                 listing.version = version.version();
                                                 listing.bricks = version.brick_count();
                                               }));
-  std::map<dds::InstanceId, std::uint16_t> ids;  // a disposed instance comes without its key
   dds::Reader<msg::WorkspaceObject> objects_reader(
-      impl_->participant, dds::kWorkspaceObject,
-      [&](const msg::WorkspaceObject& object, const dds::SampleInfo& info) {
-        {
-          const std::lock_guard lock(mutex);
-          ids[info.instance] = object.id();
+      impl_->participant, dds::kWorkspaceObject, under_lock([&](const msg::WorkspaceObject& object) {
+        if (object.mesh_hash() == 0) {
+          objects.erase(object.id());
+        } else {
           objects[object.id()] = {object.id(), object.name().c_str(), pose_of(object.X_WO())};
         }
-        changed.notify_one();
-      },
-      [&](const dds::InstanceId& gone) {
-        {
-          const std::lock_guard lock(mutex);
-          if (const auto id = ids.find(gone); id != ids.end()) objects.erase(id->second);
-        }
-        changed.notify_one();
-      });
+      }));
   dds::Reader<msg::ComponentStatus> statuses(impl_->participant, dds::kComponentStatus,
                                              under_lock([&](const msg::ComponentStatus& status) {
                                                if (status.component_name() != "wva_server") return;

@@ -232,17 +232,19 @@ TEST_F(Adapter, TakesTheNewestSoundStateAndARestartedWriter) {
   EXPECT_EQ(sample.position[0], 0.3);
 }
 
-TEST_F(Adapter, ObjectsComeToLateJoinersAndGoWhenDisposed) {
+TEST_F(Adapter, ObjectsComeToLateJoinersAndGoWhenRemoved) {
   dds::Writer<msg::WorkspaceObject> writer(other_, dds::kWorkspaceObject);
   msg::WorkspaceObject object;
   object.X_WO().qw(1);
+  object.mesh_hash(5);
   for (std::uint16_t id = 1; id <= 12; ++id) {
     object.id(id);
     writer.write(object);
   }
   ASSERT_TRUE(eventually([&] { return got<ObjectSample>().size() == 12; }));
   object.id(7);
-  writer.dispose(object);
+  object.mesh_hash(0);
+  writer.write(object);
   ASSERT_TRUE(eventually([&] { return got<ObjectGone>().size() == 1; }));
   EXPECT_EQ(got<ObjectGone>()[0].id, 7);
 }
