@@ -1,0 +1,28 @@
+#pragma once
+
+#include <mutex>
+#include <string>
+
+namespace phantom::phantom_session {
+
+/// Standard output: lines that stay, and below them, on a terminal, one line that is overwritten. Elsewhere (a pipe, a
+/// file) nothing but the lines that stay is written. Thread-safe.
+class Console {
+ public:
+  /// Finds out whether standard output is a terminal.
+  Console();
+  bool is_terminal() const { return terminal_; }
+  void say(const std::string& line);
+  /// Replaces the line below, cut to the terminal's width; empty: takes it away. Nothing if this is no terminal.
+  void show(const std::string& line);
+
+ private:
+  std::mutex mutex_;
+  bool terminal_;
+  bool shown_ = false;
+};
+
+/// The first `columns` characters (code points) of a UTF-8 text.
+std::string cut(const std::string& text, std::size_t columns);
+
+}  // namespace phantom::phantom_session
