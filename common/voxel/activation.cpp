@@ -79,9 +79,12 @@ class Steps {
   explicit Steps(const ActivationOptions& options) : options_(options), start_s_(now_s()) {}
   double now_s() const { return options_.stopwatch ? options_.stopwatch() : 0.0; }
   double start_s() const { return start_s_; }
+  void tell(double share) const {
+    if (options_.on_progress) options_.on_progress(share);
+  }
   /// Tells the share that is done; false if the work shall end here.
   bool go_on(double share) const {
-    if (options_.on_progress) options_.on_progress(share);
+    tell(share);
     return !options_.keep_going || options_.keep_going();
   }
 
@@ -94,16 +97,122 @@ const core::Status kStopped{core::ErrorCode::kUnavailable, "activation was stopp
 
 constexpr double kVoxelised = 0.3;  // share of the work, about
 
-ActivatedObject layered(const geometry::TriangleMesh& mesh_W, const SolidVoxels& solid, const LayerProfile& profile,
-                        const GridSpec& grid, int threads, const Steps& steps) {
-  ActivatedObject object;
-  const auto go_on = [&](double share) { return steps.go_on(kVoxelised + (1.0 - kVoxelised) * share); };
-  object.bricks = lay_layers(mesh_W, solid, profile, grid, VoxelBox::of(grid), {threads, go_on});
-  object.report.mesh = solid.report;
-  object.report.box = solid.box.grown(profile.reach_vox()).intersection(voxelise_clip(grid, profile));
-  object.report.boundary_voxels = solid.boundary.count();
-  object.report.interior_voxels = solid.interior.count();
-  return object;
+/// Voxels of the volume, which covers `box`, that lie in `part`.
+std::size_t count_in(const BitVolume& bits, const VoxelBox& box, const VoxelBox& part) {
+  const VoxelBox here = box.intersection(part);
+  if (here.empty()) return 0;
+  const std::int32_t low = here.min.x - box.min.x, high = low + here.size[0] - 1;
+  const std::uint64_t first = ~std::uint64_t{0} << (low & 63), last = ~std::uint64_t{0} >> (63 - (high & 63));
+  std::size_t count = 0;
+  for (std::int32_t z = here.min.z - box.min.z; z < here.min.z - box.min.z + here.size[2]; ++z) {
+    for (std::int32_t y = here.min.y - box.min.y; y < here.min.y - box.min.y + here.size[1]; ++y) {
+      const std::uint64_t* row = bits.row(y, z);
+      for (std::int32_t i = low >> 6; i <= high >> 6; ++i) {
+        const std::uint64_t word = row[i] & (i == low >> 6 ? first : ~std::uint64_t{0}) & (i == high >> 6 ? last : ~std::uint64_t{0});
+        if (word != 0) count += word == ~std::uint64_t{0} ? 64 : static_cast<std::size_t>(std::popcount(word));
+      }
+    }
+  }
+  return count;
+}
+
+/// Cuts what an object reaches of a grid into parts of whole bricks.
+std::vector<VoxelBox> parts_of(const VoxelBox& reached, const GridSpec& grid, std::size_t most_voxels) {
+  std::array<std::int32_t, 3> first{reached.min.x & -kBrickEdge, reached.min.y & -kBrickEdge, reached.min.z & -kBrickEdge}, end, edge;
+  const std::array<std::int32_t, 3> min{reached.min.x, reached.min.y, reached.min.z};
+  const auto cube = static_cast<std::int32_t>(std::cbrt(static_cast<double>(most_voxels))) & -kBrickEdge;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    end[axis] = std::min(grid.size_vox[axis], (min[axis] + reached.size[axis] + kBrickEdge - 1) & -kBrickEdge);
+    edge[axis] = reached.voxel_count() <= most_voxels ? end[axis] - first[axis] : std::max(kBrickEdge, cube);
+  }
+  std::vector<VoxelBox> parts;
+  for (std::int32_t z = first[2]; z < end[2]; z += edge[2]) {
+    for (std::int32_t y = first[1]; y < end[1]; y += edge[1]) {
+      for (std::int32_t x = first[0]; x < end[0]; x += edge[0])
+        parts.push_back({{x, y, z}, {std::min(edge[0], end[0] - x), std::min(edge[1], end[1] - y), std::min(edge[2], end[2] - z)}});
+    }
+  }
+  return parts;
+}
+
+/// Makes an object's bricks, part by part.
+class Maker {
+ public:
+  Maker(const Body& body, const GridSpec& grid, const ActivationOptions& options, const Steps& steps)
+      : body_(body), grid_(grid), options_(options), steps_(steps), margin_(-voxelise_clip(grid, body.profile).min.x) {}
+
+  /// `reached`: what the object reaches of the grid.
+  core::Expected<ActivatedObject> all(const VoxelBox& reached) {
+    if (reached.empty()) return finish();
+    const std::vector<VoxelBox> parts = parts_of(reached, grid_, options_.most_voxels_at_once);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      done_ = static_cast<double>(i) / static_cast<double>(parts.size());
+      share_ = 1.0 / static_cast<double>(parts.size());
+      const double start_s = steps_.now_s();
+      auto solid = solid_of(body_, grid_, parts[i].grown(margin_), options_.threads);
+      if (!solid) return about(body_, solid.status());
+      object_.report.voxelise_s += steps_.now_s() - start_s;
+      if (!add(*solid, parts[i])) return about(body_, kStopped);
+    }
+    return finish();
+  }
+  /// The same of a solid that is known as a whole.
+  core::Expected<ActivatedObject> of(const SolidVoxels& solid) {
+    if (!add(solid, VoxelBox::of(grid_))) return about(body_, kStopped);
+    return finish();
+  }
+
+ private:
+  bool add(const SolidVoxels& solid, const VoxelBox& part) {
+    if (!steps_.go_on(done_ + share_ * kVoxelised)) return false;
+    const double start_s = steps_.now_s();
+    bool stopped = false;
+    const auto go_on = [&](double share) {
+      stopped = stopped || !steps_.go_on(done_ + share_ * (kVoxelised + (1.0 - kVoxelised) * share));
+      return !stopped;
+    };
+    ObjectBricks bricks = lay_layers(body_.mesh_W, solid, body_.profile, grid_, part, {options_.threads, go_on});
+    if (stopped) return false;
+    for (ObjectBricks::Part& brick : bricks.take_parts()) bricks_.push_back(std::move(brick));
+    BodyReport& report = object_.report;
+    report.boundary_voxels += count_in(solid.boundary, solid.box, part);
+    report.interior_voxels += count_in(solid.interior, solid.box, part);
+    const std::size_t disputed = report.mesh.disputed_voxels;
+    if (!known_ || !solid.box.empty()) report.mesh = solid.report;  // of a part without the mesh it says less
+    report.mesh.disputed_voxels = disputed + solid.report.disputed_voxels;
+    known_ = true;
+    report.layers_s += steps_.now_s() - start_s;
+    return true;
+  }
+  ActivatedObject finish() {
+    object_.bricks = ObjectBricks(std::move(bricks_));
+    return std::move(object_);
+  }
+
+  const Body& body_;
+  const GridSpec& grid_;
+  const ActivationOptions& options_;
+  const Steps& steps_;
+  std::int32_t margin_;
+  double done_ = 0.0, share_ = 1.0;
+  bool known_ = false;
+  std::vector<ObjectBricks::Part> bricks_;
+  ActivatedObject object_;
+};
+
+core::Status check_all(const Body& body, double voxel_size_m) {
+  if (core::Status checked = check_profile(body.profile); !checked) return about(body, checked);
+  if (core::Status checked = check_place(body, voxel_size_m); !checked) return about(body, checked);
+  return core::Status::ok();
+}
+
+/// The workspace of one object.
+Workspace workspace_of(const Body& body, const GridSpec& grid, const ActivatedObject& object, int threads) {
+  Workspace workspace(grid, *make_palette({body.profile}));
+  const CodeTable codes = code_table(body.profile, workspace.palette());
+  const MergeEntry entry{&object.bricks, body.id, &codes};
+  merge_bricks(MergeLaw::kHighestViscosity, {&entry, 1}, object.bricks.keys(), workspace, threads);
+  return workspace;
 }
 
 }  // namespace
@@ -120,52 +229,46 @@ GridSpec grid_over(const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m, d
 
 core::Expected<ActivatedObject> activate_object(const Body& body, const GridSpec& grid,
                                                 const ActivationOptions& options) {
-  if (core::Status checked = check_profile(body.profile); !checked) return about(body, checked);
-  if (core::Status checked = check_place(body, grid.voxel_size_m); !checked) return about(body, checked);
-  const VoxelBox clip = voxelise_clip(grid, body.profile);
-  const VoxelBox reached = bounds_of(body, grid).grown(body.profile.reach_vox()).intersection(clip);
-  if (core::Status checked = check_size(reached); !checked) return about(body, checked);
+  if (core::Status checked = check_all(body, grid.voxel_size_m); !checked) return checked;
+  const VoxelBox reached = bounds_of(body, grid).grown(body.profile.reach_vox());
+  if (core::Status checked = check_size(reached.intersection(voxelise_clip(grid, body.profile))); !checked) return about(body, checked);
   const Steps steps(options);
-  const auto solid = solid_of(body, grid, clip, options.threads);
-  if (!solid) return about(body, solid.status());
-  const double voxelised_s = steps.now_s();
-  if (!steps.go_on(kVoxelised)) return about(body, kStopped);
-  ActivatedObject object = layered(body.mesh_W, *solid, body.profile, grid, options.threads, steps);
-  object.report.voxelise_s = voxelised_s - steps.start_s();
-  object.report.layers_s = steps.now_s() - voxelised_s;
-  if (!steps.go_on(1.0)) return about(body, kStopped);
+  auto object = Maker(body, grid, options, steps).all(reached.intersection(VoxelBox::of(grid)));
+  if (!object) return object.status();
+  object->report.box = reached.intersection(voxelise_clip(grid, body.profile));
+  steps.tell(1.0);
   return object;
 }
 
 core::Expected<std::pair<Workspace, BodyReport>> activate_alone(const Body& body, double voxel_size_m,
                                                                 const ActivationOptions& options) {
-  if (core::Status checked = check_profile(body.profile); !checked) return about(body, checked);
-  auto palette = make_palette({body.profile});
-  if (!palette) return palette.status();
-  if (core::Status checked = check_place(body, voxel_size_m); !checked) return about(body, checked);
+  if (core::Status checked = check_all(body, voxel_size_m); !checked) return checked;
   const GridSpec lattice{Eigen::Vector3d::Zero(), voxel_size_m, {0, 0, 0}};
   const VoxelBox around = bounds_of(body, lattice);
-  if (core::Status checked = check_size(around.grown(body.profile.reach_vox())); !checked)
-    return about(body, checked);
+  const VoxelBox reached = around.grown(body.profile.reach_vox());
+  if (core::Status checked = check_size(reached); !checked) return about(body, checked);
+  const auto grid_of = [&](const VoxelBox& box) {
+    return GridSpec{voxel_size_m * Eigen::Vector3d(box.min.x, box.min.y, box.min.z), voxel_size_m, box.size};
+  };
   const Steps steps(options);
+  if (reached.voxel_count() > options.most_voxels_at_once) {
+    auto object = activate_object(body, grid_of(reached), options);
+    if (!object) return object.status();
+    return std::pair{workspace_of(body, grid_of(reached), *object, options.threads), object->report};
+  }
   auto solid = solid_of(body, lattice, around, options.threads);
   if (!solid) return about(body, solid.status());
-  const double voxelised_s = steps.now_s();
-  if (!steps.go_on(kVoxelised)) return about(body, kStopped);
-
+  const double voxelise_s = steps.now_s() - steps.start_s();
   const VoxelBox whole = tight_box(*solid).grown(body.profile.reach_vox());
-  const Index3 min = whole.min;
-  const GridSpec grid{voxel_size_m * Eigen::Vector3d(min.x, min.y, min.z), voxel_size_m, whole.size};
-  solid->box.min = {solid->box.min.x - min.x, solid->box.min.y - min.y, solid->box.min.z - min.z};
-  ActivatedObject object = layered(body.mesh_W, *solid, body.profile, grid, options.threads, steps);
-  object.report.voxelise_s = voxelised_s - steps.start_s();
-  object.report.layers_s = steps.now_s() - voxelised_s;
-  const CodeTable codes = code_table(body.profile, *palette);
-  const MergeEntry entry{&object.bricks, body.id, &codes};
-  Workspace workspace(grid, *palette);
-  merge_bricks(MergeLaw::kHighestViscosity, {&entry, 1}, object.bricks.keys(), workspace, options.threads);
-  if (!steps.go_on(1.0)) return about(body, kStopped);
-  return std::pair{std::move(workspace), object.report};
+  solid->box.min = {solid->box.min.x - whole.min.x, solid->box.min.y - whole.min.y, solid->box.min.z - whole.min.z};
+  const GridSpec grid = grid_of(whole);
+  auto object = Maker(body, grid, options, steps).of(*solid);
+  if (!object) return object.status();
+  object->report.voxelise_s = voxelise_s;
+  object->report.box = VoxelBox::of(grid);
+  Workspace workspace = workspace_of(body, grid, *object, options.threads);
+  steps.tell(1.0);
+  return std::pair{std::move(workspace), object->report};
 }
 
 std::array<std::uint64_t, 256> count_orders(const Workspace& workspace) {

@@ -27,7 +27,7 @@ struct Body {
 struct BodyReport {
   VoxeliseReport mesh;
   VoxelBox box;  ///< of the object voxel array, within the grid grown by the profile's reach
-  std::size_t boundary_voxels = 0;
+  std::size_t boundary_voxels = 0;  ///< in the grid, as interior_voxels
   std::size_t interior_voxels = 0;
   double voxelise_s = 0.0, layers_s = 0.0;
 };
@@ -35,8 +35,9 @@ struct BodyReport {
 /// Seconds from any origin; for the reports only. Null: durations stay 0.
 using Stopwatch = std::function<double()>;
 
-/// Most voxels of one object's dense work space.
-inline constexpr std::size_t kMaxObjectVoxels = std::size_t{1} << 30;
+/// Most voxels of the box around an object and its layers: a cell of 5 m × 4 m × 4 m at 1 mm, and something to spare.
+/// More is a mistake in scale.
+inline constexpr std::size_t kMaxObjectVoxels = std::size_t{1} << 37;
 
 /// Grid over a box in W with corner `min_m`; a last voxel that is not whole is added.
 GridSpec grid_over(const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m, double voxel_size_m);
@@ -46,7 +47,9 @@ struct ActivationOptions {
   int threads = 1;
   Stopwatch stopwatch;
   std::function<void(double share)> on_progress;  ///< 0…1, now and then, rising; from the calling thread
-  std::function<bool()> keep_going;               ///< asked now and then, by any thread; "no" ends it with kUnavailable
+  std::function<bool()> keep_going;               ///< asked now and then, likewise; "no" ends it with kUnavailable
+  /// Objects in larger boxes are made part by part: it bounds the work space, at three to four bits a voxel.
+  std::size_t most_voxels_at_once = std::size_t{1} << 29;
 };
 
 /// A body turned into graded, viscous space.
@@ -61,8 +64,9 @@ struct ActivatedObject {
 core::Expected<ActivatedObject> activate_object(const Body& body, const GridSpec& grid,
                                                 const ActivationOptions& options = {});
 
-/// Activates a single mesh in a grid of its own: the smallest whole-voxel box around the solid, grown by the
-/// profile's reach; voxel borders at whole multiples of the voxel size in W.
+/// Activates a single mesh in a grid of its own: the smallest whole-voxel box around the solid (one or two voxels more on
+/// each side if it is made part by part), grown by the profile's reach; voxel borders at whole multiples of the voxel
+/// size in W.
 core::Expected<std::pair<Workspace, BodyReport>> activate_alone(const Body& body, double voxel_size_m,
                                                                 const ActivationOptions& options = {});
 

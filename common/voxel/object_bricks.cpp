@@ -105,6 +105,15 @@ std::int8_t ObjectBricks::at(Index3 v) const noexcept {
                                                static_cast<std::uint32_t>(v.z & 31))];
 }
 
+std::vector<ObjectBricks::Part> ObjectBricks::take_parts() {
+  std::vector<Part> parts;
+  parts.reserve(keys_.size());
+  for (std::size_t i = 0; i < keys_.size(); ++i) parts.push_back({keys_[i], std::move(orders_[i])});
+  keys_.clear();
+  orders_.clear();
+  return parts;
+}
+
 std::size_t ObjectBricks::bytes() const noexcept {
   const auto own = std::count_if(orders_.begin(), orders_.end(), [](const auto& orders) { return orders != nullptr; });
   return static_cast<std::size_t>(own) * kBrickVoxels + keys_.capacity() * sizeof(BrickKey) +

@@ -35,6 +35,8 @@ class ObjectBricks {
   std::int8_t* edit(BrickKey key);
   /// Order of a voxel of the grid, none of whose indices is negative; free where the object has nothing.
   std::int8_t at(Index3 v) const noexcept;
+  /// The parts that it is made of, as for the constructor; it is empty then.
+  std::vector<Part> take_parts();
   /// Memory taken.
   std::size_t bytes() const noexcept;
 

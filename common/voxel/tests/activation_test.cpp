@@ -79,12 +79,50 @@ TEST(Activation, LayersBeyondTheGridStillReachIn) {
   EXPECT_EQ(workspace.order({4, 10, 10}), kOrderFree);
 }
 
+TEST(Activation, PartByPartIsThatOfTheWhole) {
+  const GridSpec grid{{-0.05, -0.3, 0.0}, 0.01, {100, 70, 75}};  // part of it lies beyond
+  geometry::TriangleMesh open = geometry::make_torus(0.3, 0.06).transformed({Eigen::Matrix3d::Identity(), {0.2, 0.1, 0.3}});
+  open.triangles.resize(open.triangles.size() - 40);
+  for (const auto& mesh : {geometry::make_sphere(0.35, 4).transformed({Eigen::Matrix3d::Identity(), {0.3, 0, 0.3}}), open}) {
+    Body body{"body", 1, mesh, kProfile};
+    for (const LayerMethod method : {LayerMethod::kDistance, LayerMethod::kDilation, LayerMethod::kSurface}) {
+      body.profile.method = method;
+      ActivationOptions in_parts;
+      in_parts.most_voxels_at_once = 32 * 32 * 32;
+      std::vector<double> shares;
+      in_parts.on_progress = [&](double share) { shares.push_back(share); };
+      const auto whole = activate_object(body, grid), parts = activate_object(body, grid, in_parts);
+      ASSERT_TRUE(whole && parts);
+      EXPECT_EQ(whole->bricks.keys(), parts->bricks.keys());
+      std::size_t different = 0;
+      twin::for_each(VoxelBox::of(grid), [&](Index3 v) { different += whole->bricks.at(v) != parts->bricks.at(v) ? 1 : 0; });
+      EXPECT_EQ(different, 0U);
+      EXPECT_EQ(whole->report.boundary_voxels, parts->report.boundary_voxels);
+      EXPECT_EQ(whole->report.interior_voxels, parts->report.interior_voxels);
+      EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+      EXPECT_EQ(shares.back(), 1.0);
+    }
+  }
+}
+
+TEST(Activation, EndsWhenToldTo) {
+  const Body body{"ball", 1, geometry::make_sphere(0.2, 4), kProfile};
+  for (int answers = 0; answers < 2; ++answers) {
+    ActivationOptions options;
+    int asked = 0;
+    options.keep_going = [&] { return asked++ < answers; };
+    const auto stopped = activate_object(body, {{-0.3, -0.3, -0.3}, 0.01, {60, 60, 60}}, options);
+    ASSERT_FALSE(stopped);
+    EXPECT_EQ(stopped.status().code(), core::ErrorCode::kUnavailable);
+  }
+}
+
 TEST(Activation, NamesTheBodyThatItCannotTake) {
   const GridSpec grid{{0, 0, 0}, 0.01, {20, 20, 20}};
   const auto refused = activate_object({"drum", 1, geometry::make_sphere(5000, 2), kProfile}, grid);
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.status().message().find("'drum'"), std::string::npos);
-  const auto huge = activate_alone({"drum", 1, geometry::make_sphere(50, 2), kProfile}, 0.01);
+  const auto huge = activate_alone({"drum", 1, geometry::make_sphere(500, 2), kProfile}, 0.01);
   ASSERT_FALSE(huge);
   EXPECT_NE(huge.status().message().find("scale"), std::string::npos);
   EXPECT_FALSE(activate_alone({"drum", 1, geometry::make_sphere(1e30, 2), kProfile}, 0.01));
