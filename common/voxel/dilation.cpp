@@ -17,38 +17,91 @@ long long greatest_square(ShapingElement element, int m) {
   return element == ShapingElement::kSphere ? static_cast<long long>(m) * m : static_cast<long long>(m) * m + m;
 }
 
-/// An element as rows along x: cells −half…half at (dy, dz).
+/// An element as rows along x: cells −half…half at dy, by |dz|. All elements are the same both ways along each axis.
 struct ElementRow {
-  int dy, dz, half;
+  int dy, half;
+};
+struct Element {
+  int m;
+  std::vector<std::vector<ElementRow>> rows;  // index: |dz|, 0…m
 };
 
-std::vector<ElementRow> rows_of(ShapingElement element, int m) {
-  std::vector<ElementRow> rows;
-  for (int dz = -m; dz <= m; ++dz) {
+Element element_of(ShapingElement shape, int m) {
+  Element element{m, std::vector<std::vector<ElementRow>>(static_cast<std::size_t>(m) + 1)};
+  for (int dz = 0; dz <= m; ++dz) {
     for (int dy = -m; dy <= m; ++dy) {
       int half = m;
-      while (half >= 0 && !in_element(element, m, half, dy, dz)) --half;
-      if (half >= 0) rows.push_back({dy, dz, half});
+      while (half >= 0 && !in_element(shape, m, half, dy, dz)) --half;
+      if (half >= 0) element.rows[static_cast<std::size_t>(dz)].push_back({dy, half});
     }
   }
-  return rows;
+  return element;
 }
 
-/// to |= row moved by `shift` voxels towards higher x (lower if negative); `to` and `row` are `words` long.
-void or_shifted(const std::uint64_t* row, std::ptrdiff_t words, int shift, std::uint64_t* to) {
-  const std::ptrdiff_t by = std::abs(shift) / kWord;
-  const int bits = std::abs(shift) % kWord;
-  if (shift >= 0) {
-    for (std::ptrdiff_t i = words - 1; i >= by; --i) {
-      const std::uint64_t carry = bits > 0 && i > by ? row[i - by - 1] >> (kWord - bits) : 0;
-      to[i] |= row[i - by] << bits | carry;
-    }
-  } else {
-    for (std::ptrdiff_t i = 0; i + by < words; ++i) {
-      const std::uint64_t carry = bits > 0 && i + by + 1 < words ? row[i + by + 1] << (kWord - bits) : 0;
-      to[i] |= row[i + by] >> bits | carry;
+/// Every row of a slice widened along x by 0…m voxels on both sides; only the words between the first and the last that
+/// can hold anything.
+class WidenedSlice {
+ public:
+  /// False if the slice is empty.
+  bool load(const BitVolume& bits, std::int32_t z, int m);
+
+  std::ptrdiff_t first_word() const { return first_; }
+  std::ptrdiff_t width() const { return width_; }
+  bool any(std::int32_t y) const { return y >= 0 && y < static_cast<std::int32_t>(any_.size()) && any_[static_cast<std::size_t>(y)] != 0; }
+  const std::uint64_t* row(std::int32_t y, int half) const { return words_.data() + (std::ptrdiff_t{y} * (m_ + 1) + half) * width_; }
+
+ private:
+  void find_words(const BitVolume& bits, std::int32_t z);
+
+  int m_ = 0;
+  std::ptrdiff_t first_ = 0, width_ = 0;
+  std::vector<std::uint8_t> any_;  // per row
+  std::vector<std::uint64_t> words_;
+};
+
+/// `to` becomes the row widened by one voxel on both sides.
+void widen(const std::uint64_t* row, std::ptrdiff_t words, std::uint64_t* to) {
+  if (words == 1) {
+    to[0] = row[0] | row[0] << 1 | row[0] >> 1;
+    return;
+  }
+  to[0] = row[0] | row[0] << 1 | row[0] >> 1 | row[1] << (kWord - 1);
+  for (std::ptrdiff_t i = 1; i + 1 < words; ++i)
+    to[i] = row[i] | row[i] << 1 | row[i] >> 1 | row[i - 1] >> (kWord - 1) | row[i + 1] << (kWord - 1);
+  to[words - 1] = row[words - 1] | row[words - 1] << 1 | row[words - 1] >> 1 | row[words - 2] >> (kWord - 1);
+}
+
+void WidenedSlice::find_words(const BitVolume& bits, std::int32_t z) {
+  const auto words = static_cast<std::ptrdiff_t>(bits.words_per_row());
+  std::ptrdiff_t first = words, last = 0;
+  any_.assign(static_cast<std::size_t>(bits.size()[1]), 0);
+  for (std::size_t y = 0; y < any_.size(); ++y) {
+    const std::uint64_t* row = bits.row(static_cast<std::int32_t>(y), z);
+    for (std::ptrdiff_t i = 0; i < words; ++i) {
+      if (row[i] == 0) continue;
+      any_[y] = 1;
+      first = std::min(first, i);
+      last = std::max(last, i + 1);
     }
   }
+  const std::ptrdiff_t margin = (m_ + kWord - 1) / kWord;
+  first_ = std::max<std::ptrdiff_t>(0, first - margin);
+  width_ = first < last ? std::min(words, last + margin) - first_ : 0;
+}
+
+bool WidenedSlice::load(const BitVolume& bits, std::int32_t z, int m) {
+  m_ = m;
+  find_words(bits, z);
+  if (width_ == 0) return false;
+  words_.resize(any_.size() * static_cast<std::size_t>((m + 1) * width_));
+  for (std::size_t y = 0; y < any_.size(); ++y) {
+    if (any_[y] == 0) continue;
+    const std::uint64_t* from = bits.row(static_cast<std::int32_t>(y), z) + first_;
+    std::uint64_t* wide = words_.data() + static_cast<std::ptrdiff_t>(y) * (m + 1) * width_;
+    std::copy(from, from + width_, wide);
+    for (int half = 1; half <= m; ++half, wide += width_) widen(wide, width_, wide + width_);
+  }
+  return true;
 }
 
 constexpr std::int32_t brick_of(std::int32_t voxel) { return voxel >> 5; }
@@ -85,7 +138,7 @@ class Growth {
   }
 
   /// The next layer: what the element, centred on every voxel of the front, holds of free space.
-  void grow(const std::vector<ElementRow>& element, std::int8_t order) {
+  void grow(const Element& element, std::int8_t order) {
     for_slabs([&](const Slab& slab) { spread(element, slab); });
     for_slabs([&](const Slab& slab) { settle(slab, order); });
   }
@@ -104,9 +157,9 @@ class Growth {
   void take(const BitVolume& bits, const VoxelBox& from, BitVolume& to) const;
   void paint_solid();
   void paint_solid(const Slab& slab, std::int32_t from_y, std::int32_t to_y);
-  void spread(const std::vector<ElementRow>& element, const Slab& slab);
-  void spread_row(const std::vector<ElementRow>& element, const Slab& slab, std::int32_t y, std::int32_t z, int m,
-                  std::vector<std::uint64_t>& widened);
+  void spread(const Element& element, const Slab& slab);
+  void spread_to_row(const Element& element, const Slab& slab, const WidenedSlice& slice, std::int32_t y, std::int32_t z,
+                     std::vector<std::uint64_t>& gathered);
   void settle(const Slab& slab, std::int8_t order);
 
   VoxelBox box_;
@@ -176,43 +229,40 @@ void Growth::paint_solid(const Slab& slab, std::int32_t from_y, std::int32_t to_
   }
 }
 
-void Growth::spread(const std::vector<ElementRow>& element, const Slab& slab) {
-  int m = 0;
-  for (const ElementRow& row : element) m = std::max(m, row.half);
-  std::vector<std::uint64_t> widened;
-  const std::int32_t from = std::max(0, slab.from_z - m), to = std::min(box_.size[2], slab.to_z + m);
+void Growth::spread(const Element& element, const Slab& slab) {
+  WidenedSlice slice;
+  std::vector<std::uint64_t> gathered;
+  const std::int32_t from = std::max(0, slab.from_z - element.m), to = std::min(box_.size[2], slab.to_z + element.m);
   for (std::int32_t z = from; z < to; ++z) {
-    for (std::int32_t y = 0; y < box_.size[1]; ++y) spread_row(element, slab, y, z, m, widened);
+    if (!slice.load(front_, z, element.m)) continue;
+    std::int32_t near = 0;  // rows that hold something, within m of y
+    for (std::int32_t y = 0; y < element.m; ++y) near += slice.any(y) ? 1 : 0;
+    for (std::int32_t y = 0; y < box_.size[1]; ++y) {
+      near += slice.any(y + element.m) ? 1 : 0;
+      if (near > 0) spread_to_row(element, slab, slice, y, z, gathered);
+      near -= slice.any(y - element.m) ? 1 : 0;
+    }
   }
 }
 
-void Growth::spread_row(const std::vector<ElementRow>& element, const Slab& slab, std::int32_t y, std::int32_t z, int m,
-                        std::vector<std::uint64_t>& widened) {
-  const std::uint64_t* row = front_.row(y, z);
-  const auto words = static_cast<std::ptrdiff_t>(front_.words_per_row());
-  std::ptrdiff_t first = 0, last = words;
-  while (first < last && row[first] == 0) ++first;
-  if (first == last) return;
-  while (row[last - 1] == 0) --last;
-  const std::ptrdiff_t margin = (m + kWord - 1) / kWord;
-  first = std::max<std::ptrdiff_t>(0, first - margin);
-  last = std::min(words, last + margin);
-  const std::ptrdiff_t width = last - first;
-  // The row widened by 0…m voxels on both sides, each made from the one before.
-  widened.resize(static_cast<std::size_t>(width * (m + 1)));
-  std::copy(row + first, row + last, widened.begin());
-  for (int half = 1; half <= m; ++half) {
-    std::uint64_t* wider = widened.data() + half * width;
-    std::copy(wider - width, wider, wider);
-    or_shifted(row + first, width, half, wider);
-    or_shifted(row + first, width, -half, wider);
-  }
-  for (const ElementRow& part : element) {
-    const std::int32_t to_y = y + part.dy, to_z = z + part.dz;
-    if (to_y < 0 || to_y >= box_.size[1] || to_z < slab.from_z || to_z >= slab.to_z) continue;
-    const std::uint64_t* wide = widened.data() + part.half * width;
-    std::uint64_t* to = grown_.row(to_y, to_z) + first;
-    for (std::ptrdiff_t i = 0; i < width; ++i) to[i] |= wide[i];
+/// What the element, centred on slice z, holds of the rows y of all slices.
+void Growth::spread_to_row(const Element& element, const Slab& slab, const WidenedSlice& slice, std::int32_t y, std::int32_t z,
+                           std::vector<std::uint64_t>& gathered) {
+  const std::ptrdiff_t width = slice.width();
+  for (int dz = 0; dz <= element.m; ++dz) {
+    const bool above = z + dz >= slab.from_z && z + dz < slab.to_z, below = dz > 0 && z - dz >= slab.from_z && z - dz < slab.to_z;
+    if (!above && !below) continue;
+    gathered.assign(static_cast<std::size_t>(width), 0);
+    for (const ElementRow& part : element.rows[static_cast<std::size_t>(dz)]) {
+      if (!slice.any(y + part.dy)) continue;
+      const std::uint64_t* wide = slice.row(y + part.dy, part.half);
+      for (std::ptrdiff_t i = 0; i < width; ++i) gathered[static_cast<std::size_t>(i)] |= wide[i];
+    }
+    for (const std::int32_t to_z : {above ? z + dz : -1, below ? z - dz : -1}) {
+      if (to_z < 0) continue;
+      std::uint64_t* to = grown_.row(y, to_z) + slice.first_word();
+      for (std::ptrdiff_t i = 0; i < width; ++i) to[i] |= gathered[static_cast<std::size_t>(i)];
+    }
   }
 }
 
@@ -250,12 +300,12 @@ ObjectBricks dilation_bricks(const SolidVoxels& solid, const LayerProfile& profi
   Growth growth(solid, work_box(reached), whole_bricks(reached.intersection(part), part), options.threads);
   if (profile.guard_vox > 0) {
     growth.start_from_solid();
-    growth.grow(rows_of(ShapingElement::kSphere, profile.guard_vox), kOrderGuard);
+    growth.grow(element_of(ShapingElement::kSphere, profile.guard_vox), kOrderGuard);
   }
   const std::size_t layers = profile.thickness_vox.size();
   for (std::size_t i = 0; i < layers; ++i) {
     if (options.go_on && !options.go_on(static_cast<double>(i) / static_cast<double>(layers))) return {};
-    growth.grow(rows_of(profile.element, profile.thickness_vox[i]), static_cast<std::int8_t>(i + 1));
+    growth.grow(element_of(profile.element, profile.thickness_vox[i]), static_cast<std::int8_t>(i + 1));
   }
   return growth.finish();
 }
