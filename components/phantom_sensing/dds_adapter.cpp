@@ -41,7 +41,6 @@ class RefusalLog {
 struct DdsAdapter::Impl {
   struct Readers {
     Readers(Impl& owner, SensingLoop& loop, WorkspaceKeeper& workspace);
-    std::map<dds::InstanceId, voxel::BrickKey> brick_of;  // a disposed instance comes without its key
     dds::SequenceGuard order;
     std::atomic<bool> ready{false};  // the first sample may come before the reader's constructor is through
     dds::Reader<msg::SlaveState> slave;
@@ -92,7 +91,7 @@ struct DdsAdapter::Impl {
   std::deque<msg::SensingReply> given;  // handle_commands() only
   mutable std::mutex inbox_mutex;       // commands, objects
   std::deque<msg::SensingCommand> commands;
-  std::map<dds::InstanceId, std::pair<std::uint16_t, std::string>> objects;
+  std::map<std::uint16_t, std::string> objects;
   RefusalLog slave_refusals{"slave_state"}, workspace_refusals{"workspace_brick, workspace_version"};
   std::mutex readers_mutex;  // between stop_reading() and the keeper's thread
   std::unique_ptr<Readers> readers;
@@ -121,26 +120,18 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
               }),
       brick(
           owner.participant, dds::kWorkspaceBrick,
-          [&workspace, this](const msg::WorkspaceBrick& sample, const dds::SampleInfo& info) {
-            const voxel::BrickKey key{sample.bx(), sample.by(), sample.bz()};
-            brick_of[info.instance] = key;
-            workspace.put_brick(key, sample.version(), sample.voxels_zstd());
-          },
-          [&workspace, this](const dds::InstanceId& instance) {
-            const auto found = brick_of.find(instance);
-            if (found == brick_of.end()) return;  // never had it
-            workspace.remove_brick(found->second);
-            brick_of.erase(found);
+          [&workspace](const msg::WorkspaceBrick& sample, const dds::SampleInfo&) {
+            workspace.put_brick({sample.bx(), sample.by(), sample.bz()}, sample.version(), sample.voxels_zstd());
           }),
       object(
           owner.participant, dds::kWorkspaceObject,
-          [&owner](const msg::WorkspaceObject& sample, const dds::SampleInfo& info) {
+          [&owner](const msg::WorkspaceObject& sample, const dds::SampleInfo&) {
             const std::lock_guard lock(owner.inbox_mutex);
-            owner.objects[info.instance] = {sample.id(), sample.name().to_string()};
-          },
-          [&owner](const dds::InstanceId& instance) {
-            const std::lock_guard lock(owner.inbox_mutex);
-            owner.objects.erase(instance);
+            if (sample.mesh_hash() == 0) {  // removed
+              owner.objects.erase(sample.id());
+            } else {
+              owner.objects[sample.id()] = sample.name().to_string();
+            }
           }),
       command(owner.participant, dds::kSensingCommand,
               [&owner](const msg::SensingCommand& sample, const dds::SampleInfo&) {
@@ -179,9 +170,7 @@ bool DdsAdapter::workspace_attended() const {
 
 std::map<std::uint16_t, std::string> DdsAdapter::objects() const {
   const std::lock_guard lock(impl_->inbox_mutex);
-  std::map<std::uint16_t, std::string> names;
-  for (const auto& [instance, object] : impl_->objects) names.insert(object);
-  return names;
+  return impl_->objects;
 }
 
 void DdsAdapter::handle_commands(const Handlers& handlers) {

@@ -44,6 +44,7 @@ int main(int argc, char** argv) {
     const auto deployment = runtime::load_deployment(options);
     const auto cell = runtime::load_cell(deployment.cell);
     const auto model = phantom_sensing::load_model(cell, config);
+    phantom_sensing::allowed_contact(cell, config, model);
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
       const auto tested = phantom_sensing::test_step(config.percept);

@@ -6,6 +6,7 @@
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell_bodies.hpp"
 #include "common/voxel/live_workspace.hpp"
+#include "components/phantom_sensing/contact_desk.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {
@@ -45,6 +46,20 @@ PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
     points.push_back({point.name, frame->first, frame->second * point.position_m});
   }
   return {std::move(arm), std::move(skin), std::move(points)};
+}
+
+percept::AllowedContact allowed_contact(const runtime::CellConfig& cell, const Config& config,
+                                        const PhantomModel& model) {
+  ContactDesk desk(model.arm);
+  std::map<std::uint16_t, std::string> names;
+  for (std::size_t i = 0; i < cell.objects.size(); ++i)
+    names[static_cast<std::uint16_t>(i + 1)] = cell.objects[i].name;
+  desk.know_objects(std::move(names));
+  for (const auto& contact : cell.arm(config.arm).allowed_contact) {
+    const Answer answer = desk.handle({.allow = true, .object = contact.object, .link = contact.link}, 0);
+    if (!answer.done) throw ConfigError(cell.file.string() + ": allowed_contact: " + answer.message);
+  }
+  return desk.permits().at(0);
 }
 
 voxel::Workspace build_workspace(const runtime::CellConfig& cell) {

@@ -10,6 +10,11 @@ namespace phantom::phantom_sensing {
 /// Logs what was left out or is coarser than the rule.
 PhantomModel load_model(const runtime::CellConfig& cell, const Config& config);
 
+/// The contacts that the cell's file allows the arm `config.arm`. Throws ConfigError naming an object or link that is not
+/// there.
+percept::AllowedContact allowed_contact(const runtime::CellConfig& cell, const Config& config,
+                                        const PhantomModel& model);
+
 /// The cell's objects, voxelised, layered and merged in this process, as wva_server would publish them
 /// (version 1). Throws ConfigError naming the object. Takes seconds.
 voxel::Workspace build_workspace(const runtime::CellConfig& cell);

@@ -9,7 +9,6 @@
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
 #include "common/percept/closeness.hpp"
-#include "components/phantom_sensing/contact_desk.hpp"
 #include "components/phantom_sensing/model.hpp"
 
 namespace phantom::phantom_sensing {
@@ -174,21 +173,6 @@ void write_skin(const PhantomModel& model, std::ostream& csv) {
   }
 }
 
-/// Object ids and link numbers of the contacts that the cell file allows.
-percept::AllowedContact allowed_contact(const runtime::CellConfig& cell, const runtime::ArmConfig& config,
-                                        const robot::SerialArm& arm) {
-  ContactDesk desk(arm);
-  std::map<std::uint16_t, std::string> names;
-  for (std::size_t i = 0; i < cell.objects.size(); ++i)
-    names[static_cast<std::uint16_t>(i + 1)] = cell.objects[i].name;
-  desk.know_objects(std::move(names));
-  for (const auto& contact : config.allowed_contact) {
-    const Answer answer = desk.handle({.allow = true, .object = contact.object, .link = contact.link}, 0);
-    if (!answer.done) throw ConfigError(cell.file.string() + ": allowed_contact: " + answer.message);
-  }
-  return desk.permits().at(0);
-}
-
 int run_probe(const ProbeRequest& request, Config config) {
   if (!request.arm.empty()) config.arm = request.arm;
   if (request.mode == "coupled") config.percept.mode = robot::DragMode::kCoupled;
@@ -201,7 +185,7 @@ int run_probe(const ProbeRequest& request, Config config) {
     write_skin(model, skin);
     if (!skin.flush()) throw std::runtime_error(request.skin.string() + ": could not be written to the end");
   }
-  const auto allowed = allowed_contact(cell, cell.arm(config.arm), model.arm);
+  const auto allowed = allowed_contact(cell, config, model);
   std::ifstream joints(request.joints);
   if (!joints) throw core::MissingError(request.joints.string() + ": no such file");
   const auto rows = read_probe_rows(joints, request.joints.string(), model.arm.joint_count());

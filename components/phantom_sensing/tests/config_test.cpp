@@ -142,6 +142,20 @@ TEST(Model, InterestPointsStandInTheFrameOfTheirMovingLink) {
               testing::ThrowsMessage<core::ConfigError>(HasSubstr("'elbow' is on an unknown link 'tentacle'")));
 }
 
+TEST(Model, AllowedContactMustNameWhatThereIs) {
+  auto cell = runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/cell.yaml");
+  const Config config = load_config(write("skin: {pitch_vox: 2}"));
+  const PhantomModel model = load_model(cell, config);
+  cell.arms[0].allowed_contact = {{"vice", "tool"}, {"pump", ""}};
+  const percept::AllowedContact allowed = allowed_contact(cell, config, model);
+  EXPECT_TRUE(allowed.mutes(7, 2));
+  EXPECT_FALSE(allowed.mutes(6, 2));
+  EXPECT_TRUE(allowed.mutes(1, 6));
+  cell.arms[0].allowed_contact = {{"vise", ""}};
+  EXPECT_THAT([&] { allowed_contact(cell, config, model); },
+              testing::ThrowsMessage<core::ConfigError>(AllOf(HasSubstr("cell.yaml"), HasSubstr("'vise'"))));
+}
+
 TEST(Model, TooManySensorsAreRefused) {
   const auto cell = runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/cell.yaml");
   EXPECT_THROW(load_model(cell, load_config(write("skin: {max_sensors: 500}"))), core::ConfigError);

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <thread>
 
 #include "common/dds/endpoint.hpp"
@@ -141,6 +142,7 @@ TEST(OverDds, CommandsAreCarriedOutOnceAndAnsweredEachTime) {
   msg::WorkspaceObject vice;
   vice.id(3);
   vice.name("vice");
+  vice.mesh_hash(77);
   objects.write(vice);
   EXPECT_TRUE(dds::eventually([&] { return adapter.objects().size() == 1; }));
   EXPECT_EQ(adapter.objects().at(3), "vice");
