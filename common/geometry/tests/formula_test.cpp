@@ -175,6 +175,39 @@ TEST(Formula, NamesTheFaultAndItsColumn) {
   EXPECT_THAT(refusal("x = 3"), HasSubstr("column 3: '='"));
 }
 
+TEST(Formula, AnyTextGivesAFormulaOrAFaultWithItsColumn) {
+  Writer writer(23);
+  const std::string letters = "xyz0123456789.e+-*/^(), sincoxaptmlg\t\xff\0";
+  int accepted = 0;
+  for (int i = 0; i < 20000; ++i) {
+    std::string text = writer.formula(3);
+    for (int k = writer.roll(4); k > 0 && !text.empty(); --k) {
+      const auto at = static_cast<std::size_t>(writer.roll(static_cast<int>(text.size())));
+      const char letter = letters[static_cast<std::size_t>(writer.roll(static_cast<int>(letters.size())))];
+      if (writer.roll(3) == 0) {
+        text.erase(at, 1);
+      } else if (writer.roll(2) == 0) {
+        text.insert(at, 1, letter);
+      } else {
+        text[at] = letter;
+      }
+    }
+    const auto formula = Formula::parse(text, kVariables);
+    if (!formula) {
+      EXPECT_THAT(formula.status().message(), HasSubstr("column "));
+      continue;
+    }
+    ++accepted;
+    const double point[3] = {0.5, -1.5, 2.0};
+    const Interval box[3] = {{0, 1}, {-2, -1}, {2, 2}};
+    const double value = formula->value(point);
+    const Interval bounds = formula->bounds(box);
+    EXPECT_TRUE(std::isnan(value) ? !bounds.defined : bounds.contains(value)) << text;
+  }
+  EXPECT_GT(accepted, 2000);
+  EXPECT_LT(accepted, 18000);
+}
+
 TEST(Formula, RefusesWhatIsTooLargeInsteadOfRunningOut) {
   EXPECT_THAT(refusal(std::string(100000, '(')), HasSubstr("too long"));
   EXPECT_THAT(refusal(std::string(2000, '(') + "x" + std::string(2000, ')')), HasSubstr("nested too deeply"));
