@@ -1,0 +1,172 @@
+// Arms as configurations: the shipped ones by the thesis's tables, and each fault by its name.
+#include "common/runtime/cell_arms.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <numbers>
+
+#include "common/core/errors.hpp"
+#include "common/runtime/arm_model.hpp"
+#include "common/runtime/cell.hpp"
+#include "common/runtime/config_reader.hpp"
+
+namespace phantom::runtime {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+const CellConfig& bench() {
+  static const CellConfig cell = load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/arm_bench/cell.yaml");
+  return cell;
+}
+
+struct Axis {
+  double lower, upper, speed;
+};
+
+void expect_axes(const std::string& arm_name, const std::vector<Axis>& table) {
+  const robot::SerialArm arm = load_arm(bench().arm(arm_name));
+  ASSERT_EQ(arm.joint_count(), table.size()) << arm_name;
+  for (std::size_t j = 0; j < table.size(); ++j) {
+    const robot::Joint& joint = arm.joints()[j];
+    const double unit = joint.type == robot::JointType::kPrismatic ? 1.0 : kDegree;
+    EXPECT_NEAR(joint.lower, table[j].lower * unit, 2e-6) << arm_name << " " << joint.name;
+    EXPECT_NEAR(joint.upper, table[j].upper * unit, 2e-6) << arm_name << " " << joint.name;
+    EXPECT_NEAR(joint.max_speed, table[j].speed * unit, 1e-6) << arm_name << " " << joint.name;
+  }
+}
+
+TEST(ShippedArms, HaveTheThesissRangesAndSpeeds) {
+  expect_axes("suspended_arm", {{0, 1.8, 0.02}, {-180, 180, 10}, {-60, 60, 10}, {-90, 90, 10}, {-45, 60, 10}, {-180, 180, 20}});
+  expect_axes("cartesian_probe", {{0, 0.72, 0.24}, {0, 0.676, 0.156}, {0, 0.442, 0.156}, {-75, 180, 50}, {0, 90, 50}});
+  expect_axes("active_joystick", {{-150, 150, 18000}, {-180, 90, 18000}});
+}
+
+TEST(ShippedArms, HaveTheThesissLengthsAndConstants) {
+  const robot::SerialArm test_arm = load_arm(bench().arm("test_arm"));
+  const auto [from, to] = test_arm.link_axis_m(2);
+  EXPECT_NEAR((to - from).norm(), 0.57, 1e-12);
+  const ArmConfig& ajs = bench().arm("active_joystick");
+  EXPECT_EQ(ajs.torque_constant_Nm_A, (std::vector<double>{0.36, 0.49}));
+  const robot::SerialArm joystick = load_arm(ajs);
+  EXPECT_EQ(joystick.joints()[0].max_effort, 0.32);
+  EXPECT_EQ(joystick.joints()[1].max_effort, 1.27);
+  const auto [axis, hand] = joystick.link_axis_m(2);
+  EXPECT_NEAR((hand - axis).norm(), 0.075, 1e-12);
+  EXPECT_EQ(load_arm(bench().arm("wall_arm")).joint_count(), 6U);
+  EXPECT_EQ(load_arm(bench().arm("scara")).joints()[2].type, robot::JointType::kPrismatic);
+}
+
+TEST(ShippedArms, TheTestArmMeetsTheBarAtFortyDegrees) {
+  const robot::SerialArm arm = load_arm(bench().arm("test_arm"));
+  robot::LinkPoses X_WL;
+  core::JointArray q{};
+  q[1] = 40.0 * kDegree;
+  arm.link_poses(q, X_WL);
+  const auto [from, to] = arm.link_axis_m(2);
+  const Eigen::Vector3d a = X_WL[2] * from, b = X_WL[2] * to, bar = bench().objects[0].X_WO.translation_m;
+  const double along = (bar - a).dot(b - a) / (b - a).squaredNorm();
+  EXPECT_GT(along, 0.5);
+  EXPECT_LT(along, 1.0);
+  EXPECT_LT((a + along * (b - a) - bar).norm(), 0.025) << "the axis runs through the bar";
+}
+
+/// One arm, with one line of it replaced per case, in a file of its own or in the cell's.
+class ArmFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / ("phantom_arms_" + std::to_string(getpid()));
+    std::filesystem::create_directories(folder_);
+    std::ofstream(folder_ / "cell.yaml") << "name: bench\n"
+                                            "workspace: {min_m: [-1, -1, 0], max_m: [1, 1, 1.5], voxel_size_m: 0.01}\n"
+                                            "profile: {thickness_vox: [4], mu_Pa_s_per_m: [32]}\n"
+                                            "arms: [{name: arm, file: arm.yaml, mount: {xyz_m: [0, 0, 0.5]}}]\n";
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  ArmConfig load(const std::string& from = "", const std::string& to = "") {
+    std::string text = kArm;
+    if (!from.empty()) {
+      const auto at = text.find(from);
+      EXPECT_NE(at, std::string::npos) << from;
+      text.replace(at, from.size(), to);
+    }
+    std::ofstream(folder_ / "arm.yaml") << text;
+    const CellConfig cell = load_cell(folder_ / "cell.yaml");
+    const robot::SerialArm arm = load_arm(cell.arm());
+    load_skin(cell.arm(), arm);
+    return cell.arm();
+  }
+  void expect_refused(const std::string& from, const std::string& to, const std::string& message) {
+    EXPECT_THAT([&] { load(from, to); }, ThrowsMessage<ConfigError>(HasSubstr(message))) << to;
+    EXPECT_THAT([&] { load(from, to); }, ThrowsMessage<ConfigError>(HasSubstr("arm.yaml"))) << "names the arm's own file";
+  }
+
+  static constexpr const char* kArm = R"(dh:
+  convention: classic
+  rows:
+    - {link: base_turn, d_m: 0.3, alpha_deg: 90, range_deg: [-90, 90], max_speed_deg_s: 30, max_torque_Nm: 50}
+    - {link: slide, type: prismatic, range_m: [0, 0.4], max_speed_m_s: 0.1, max_force_N: 200}
+home: [0, 0.1]
+torque_constants_Nm_A: [0.3, 0]
+skin:
+  - link: base_turn
+    segments: [{offset_m: 0.05, length_m: 0.2, from_polygon: {r_m: [0.05, 0.05, 0.05], psi_deg: [0, 120, 240]}}]
+  - link: slide
+    axes: [{from_m: [0, 0, 0], to_m: [0, 0, 0.2], count: 30, cluster: {reach_vox: 3, shape: fraction}, tip_reach_vox: 1}]
+interest_points: [{name: end, link: slide, position_m: [0, 0, 0.2]}]
+)";
+  std::filesystem::path folder_;
+};
+
+TEST_F(ArmFile, LoadsWithUnits) {
+  const ArmConfig arm = load();
+  EXPECT_EQ(arm.X_WB.translation_m.z(), 0.5);
+  ASSERT_EQ(arm.dh.size(), 2U);
+  EXPECT_NEAR(arm.dh[0].alpha_rad, std::numbers::pi / 2, 1e-12);
+  EXPECT_NEAR(arm.dh[0].max_speed, 30 * kDegree, 1e-12);
+  EXPECT_EQ(arm.dh[1].upper, 0.4);
+  EXPECT_EQ(arm.skin[1].axes[0].cluster->shape, robot::ClusterShape::kFraction);
+  EXPECT_EQ(arm.skin[1].axes[0].tip_reach_vox, 1);
+  const auto skin = load_skin(arm, load_arm(arm));
+  EXPECT_NEAR((skin[0].segments[0].to_m - skin[0].segments[0].from_m).norm(), 0.2, 1e-12) << "placed along the axis";
+}
+
+TEST_F(ArmFile, AnEndlessJointNeedsNoRange) {
+  EXPECT_TRUE(std::isinf(load("range_deg: [-90, 90], ", "").dh[0].upper));
+}
+
+TEST_F(ArmFile, EachFaultIsNamed) {
+  expect_refused("convention: classic", "convention: denavit", "allowed: classic, modified");
+  expect_refused("dh:\n", "urdf: arm.urdf\ndh:\n", "stands beside urdf");
+  expect_refused("range_deg: [-90, 90]", "range_deg: [90, -90]", "lower below upper");
+  expect_refused("range_m: [0, 0.4], ", "", "range_m: is missing");
+  expect_refused("max_speed_deg_s: 30", "max_speed_deg_s: 0", "0.001 to 36000 degrees/s");
+  expect_refused("max_force_N: 200", "max_torque_Nm: 200", "max_force_N: is missing");
+  expect_refused("type: prismatic", "type: screw", "allowed: revolute, prismatic");
+  expect_refused("home: [0, 0.1]", "home: [0]", "home: has 1 values; allowed: 2");
+  expect_refused("home: [0, 0.1]", "home: [0, 0.5]", "is outside of its limits; allowed: 0.0");
+  expect_refused("torque_constants_Nm_A: [0.3, 0]", "torque_constants_Nm_A: [0.3]", "has 1 values; allowed: 2");
+  expect_refused("psi_deg: [0, 120, 240]", "psi_deg: [0, 120]", "has 2 values for 3 of r_m");
+  expect_refused("offset_m: 0.05", "from_m: [0, 0, 0]", "one way to place a segment");
+  expect_refused("length_m: 0.2,", "length_m: 0.2, from_radius_m: 0.1,", "stands beside a radius");
+  expect_refused("shape: fraction", "shape: star", "allowed: cube, sphere, fraction");
+  expect_refused("tip_reach_vox: 1", "tip_reach_vox: 4", "1 to 3 voxels");
+  expect_refused("reach_vox: 3,", "reach_vox: 16,", "1 to 15 voxels");
+  expect_refused("count: 30", "count: 0", "allowed: 1 to 100000 sensors");
+  expect_refused("axes: [{from_m: [0, 0, 0]", "axes: [{from_m: [0, 0, 0.2]", "is the same point as from_m");
+  expect_refused("  - link: slide\n    axes", "  - link: slide\n    lines", "at least one of segments, axes, meshes");
+  expect_refused("axes: [", "meshes: [{mesh: gone.stl}]\n    axes: [", "'gone.stl' is not a file");
+  expect_refused("axes: [", "meshes: [{gain: 1}]\n    axes: [", "has no visual meshes");
+  expect_refused("interest_points: [", "interest_points: [{name: end, link: slide, position_m: [0, 0, 0]}, ", "stands twice");
+  expect_refused("home:", "colour: red\nhome:", "unknown key");
+}
+
+}  // namespace
+}  // namespace phantom::runtime
