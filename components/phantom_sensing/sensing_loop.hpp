@@ -59,7 +59,7 @@ struct LoopFigures {
   std::size_t active_sensors = 0;
   std::size_t muted_sensors = 0;   ///< of the newest tick
   bool state_seen = false;  ///< a slave_state has come since the start
-  PerceptCondition condition = PerceptCondition::kNoState;  ///< of the newest result
+  PerceptCondition condition = PerceptCondition::kNoWorkspace;  ///< of the newest result
 };
 
 /// Turns every new slave_state into one tick and what it publishes; the newest state wins. A watchdog on the
