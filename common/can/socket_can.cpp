@@ -90,7 +90,7 @@ class SocketCan final : public CanBus {
   BusCounters counters_;
   core::Nanoseconds newest_ns_ = 0;
   std::uint32_t overflows_ = 0;  // the kernel's running count
-  bool overflow_to_report_ = false;
+  bool overflow_to_report_ = false, down_to_report_ = false;
 };
 
 SendResult SocketCan::send(const CanFrame& frame) noexcept {
@@ -109,6 +109,7 @@ SendResult SocketCan::send(const CanFrame& frame) noexcept {
   }
   ++counters_.refused;
   if (errno == ENOBUFS || errno == EAGAIN) return SendResult::kQueueFull;
+  down_to_report_ = down_to_report_ || state_ != BusState::kDown;  // the socket tells it once, here or in receive()
   return SendResult::kDown;
 }
 
@@ -146,6 +147,11 @@ void SocketCan::read_control(msghdr& message, core::Nanoseconds& time_ns) noexce
 }
 
 bool SocketCan::receive(Received& received) noexcept {
+  if (down_to_report_) {
+    down_to_report_ = false;
+    state_ = BusState::kDown;
+    return report(kErrorDown, received);
+  }
   if (overflow_to_report_) {
     overflow_to_report_ = false;
     return report(kErrorOverflow, received);
@@ -184,7 +190,7 @@ bool SocketCan::receive(Received& received) noexcept {
 }
 
 bool SocketCan::wait(core::Nanoseconds timeout_ns) noexcept {
-  if (overflow_to_report_) return true;
+  if (overflow_to_report_ || down_to_report_) return true;
   pollfd entry{socket_, POLLIN, 0};
   const timespec timeout{timeout_ns / core::kNsPerSecond, timeout_ns % core::kNsPerSecond};
   return ppoll(&entry, 1, &timeout, nullptr) > 0;
@@ -217,6 +223,7 @@ Status SocketCan::restart() {
   int pending = 0;
   socklen_t size = sizeof pending;
   getsockopt(socket_, SOL_SOCKET, SO_ERROR, &pending, &size);
+  down_to_report_ = false;
   state_ = BusState::kActive;
   return Status::ok();
 }

@@ -6,6 +6,8 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdlib>
+#include <sstream>
 #include <thread>
 
 #include "common/can/user_bus.hpp"
@@ -21,6 +23,9 @@ class DriveProcess : public testing::Test {
  protected:
   void SetUp() override {
     hub_ = can::UserBusHub::serve(address_, {.bit_rate = 1e6}).value();
+    connect();
+  }
+  void connect() {
     auto config = test::group_config(can::DriveMode::kPosition, 2);
     config.timing = {.period_s = 0.01,
                      .heartbeat_s = 0.1,
@@ -40,7 +45,7 @@ class DriveProcess : public testing::Test {
     ASSERT_GE(pid_, 0);
     if (pid_ > 0) return;
     std::vector<char*> args{const_cast<char*>("simulated_drive"), const_cast<char*>("--bus"),
-                            const_cast<char*>(address_.c_str()), const_cast<char*>("--nodes"),
+                            const_cast<char*>(drive_address_.c_str()), const_cast<char*>("--nodes"),
                             const_cast<char*>("1,2")};
     for (const char* arg : more) args.push_back(const_cast<char*>(arg));
     args.push_back(nullptr);
@@ -69,6 +74,7 @@ class DriveProcess : public testing::Test {
   }
 
   std::string address_ = std::string("user:drive-").append(std::to_string(getpid()));
+  std::string drive_address_ = address_;
   std::unique_ptr<can::UserBusHub> hub_;
   std::unique_ptr<can::DriveGroup> group_;
   can::DriveCommand command_{.enable = true};
@@ -124,6 +130,64 @@ TEST_F(DriveProcess, WrongArgumentsEndWithTwo) {
   pid_ = 0;
   EXPECT_EQ(WEXITSTATUS(status), 2);
 }
+
+// The same over SocketCAN; interfaces as in the contract suite of the buses.
+class DriveOnSocketCan : public DriveProcess, public testing::WithParamInterface<std::string> {
+ protected:
+  void SetUp() override {
+    if (GetParam().empty())
+      GTEST_SKIP() << "no CAN interface named; scripts/test_can_vm runs these cases on Debian's own kernel";
+    const auto comma = GetParam().find(',');
+    address_ = GetParam().substr(0, comma);
+    drive_address_ = comma == std::string::npos ? address_ : GetParam().substr(comma + 1);
+    connect();
+  }
+};
+
+TEST_P(DriveOnSocketCan, FollowsAndIsFoundWhenFrozenAndWhenKilled) {
+  start();
+  ASSERT_TRUE(reaches(DriveGroupState::kEnabled)) << group_->sentence();
+  command_.position[0] = 0.2;
+  for (int i = 0; i < 400 && std::abs(group_->report().position[0] - 0.2) > 1e-3; ++i)
+    reaches(DriveGroupState::kFault, 0.01);
+  EXPECT_NEAR(group_->report().position[0], 0.2, 1e-3);
+  kill(pid_, SIGSTOP);
+  ASSERT_TRUE(reaches(DriveGroupState::kFault));
+  EXPECT_EQ(group_->report().drives[0].fault, DriveFault::kFeedbackMissing);
+  kill(pid_, SIGCONT);
+  reaches(DriveGroupState::kEnabled, 0.5);
+  ASSERT_TRUE(recovers()) << group_->sentence();
+  end();
+  ASSERT_TRUE(reaches(DriveGroupState::kFault));
+  start();
+  EXPECT_TRUE(recovers()) << group_->sentence();
+}
+
+TEST_P(DriveOnSocketCan, AnInterfaceThatGoesDownIsNamedAndLeftByAReset) {
+  start();
+  ASSERT_TRUE(reaches(DriveGroupState::kEnabled)) << group_->sentence();
+  const std::string down = "/sbin/ip link set " + address_ + " down";
+  ASSERT_EQ(std::system(down.c_str()), 0);
+  ASSERT_TRUE(reaches(DriveGroupState::kFault));
+  EXPECT_EQ(group_->report().drives[0].fault, DriveFault::kBusDown);
+  end();
+  command_.reset = true;  // takes the interface up again
+  group_->step(command_, core::monotonic_ns());
+  command_.reset = false;
+  start();
+  EXPECT_TRUE(reaches(DriveGroupState::kEnabled)) << group_->sentence();
+}
+
+std::vector<std::string> interfaces() {
+  std::vector<std::string> pairs;
+  const char* given = std::getenv("PHANTOM_CAN_INTERFACES");
+  std::istringstream list(given == nullptr ? "" : given);
+  for (std::string pair; std::getline(list, pair, ';');) pairs.push_back(pair);
+  if (pairs.empty()) pairs.emplace_back();
+  return pairs;
+}
+
+INSTANTIATE_TEST_SUITE_P(Interfaces, DriveOnSocketCan, testing::ValuesIn(interfaces()));
 
 }  // namespace
 }  // namespace phantom
