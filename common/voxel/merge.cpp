@@ -69,7 +69,7 @@ void make_room(std::span<const BrickKey> keys, const Claims& claims, Workspace& 
     } else if (on_it.size() == 1) {
       workspace.make_brick_of(keys[i], first.id);
     } else {
-      workspace.make_brick(keys[i]);
+      workspace.make_brick_of_several(keys[i]);
     }
   }
 }

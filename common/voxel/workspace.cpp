@@ -135,6 +135,13 @@ Workspace::MutableBrick Workspace::make_brick_of(BrickKey key, std::uint16_t obj
   return arrays(slot);
 }
 
+Workspace::MutableBrick Workspace::make_brick_of_several(BrickKey key) {
+  make_brick_of(key, 0);
+  const std::uint32_t slot = directory_[directory_index(key)];
+  slots_[slot].object_list = take_object_list();
+  return arrays(slot);
+}
+
 void Workspace::fill_brick(BrickKey key, std::uint8_t mu_code, std::int8_t order, std::uint16_t object) {
   remove_brick(key);
   const auto alike = std::find_if(uniform_slots_.begin(), uniform_slots_.end(), [&](std::uint32_t slot) {

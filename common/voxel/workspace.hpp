@@ -93,6 +93,8 @@ class Workspace {
   /// Makes the brick anew for one object, to which every voxel with a μ belongs; half the memory of make_brick()'s.
   /// Its codes and orders are for the caller to fill, all of them; `object` is null.
   MutableBrick make_brick_of(BrickKey key, std::uint16_t object);
+  /// Makes the brick anew for several objects; codes, orders and objects are for the caller to fill, all of them.
+  MutableBrick make_brick_of_several(BrickKey key);
   /// Makes the brick anew with all voxels alike; such bricks share their memory.
   void fill_brick(BrickKey key, std::uint8_t mu_code, std::int8_t order, std::uint16_t object);
   /// A brick that exists, to be changed as it was made: not one of fill_brick()'s.
