@@ -126,7 +126,7 @@ void memory_of_cell(State& state) {
 void huge_cell(State& state, double voxel_size_m) {
   const Eigen::Vector3d size_m(5, 4, 4);
   const GridSpec grid = voxel::grid_over(Eigen::Vector3d::Zero(), size_m, voxel_size_m);
-  const std::vector<Body> bodies = cell_of(38, size_m);
+  const std::vector<Body> bodies = large_cell();
   for (auto _ : state) {
     reset_peak();
     const std::size_t before = heap_bytes();

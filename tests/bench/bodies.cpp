@@ -12,14 +12,31 @@ namespace {
 
 constexpr double kVoxel_m = 0.005;
 
-geometry::Pose pose(std::mt19937& random, const Eigen::Vector3d& size_m) {
+/// A pose turned at random about two axes.
+geometry::Pose turned(std::mt19937& random, const Eigen::Vector3d& place_m) {
   const auto share = [&] { return static_cast<double>(random()) / 4294967296.0; };
   const double yaw = 6.28 * share(), pitch = 6.28 * share();
   Eigen::Matrix3d turn_z, turn_x;
   turn_z << std::cos(yaw), -std::sin(yaw), 0, std::sin(yaw), std::cos(yaw), 0, 0, 0, 1;
   turn_x << 1, 0, 0, 0, std::cos(pitch), -std::sin(pitch), 0, std::sin(pitch), std::cos(pitch);
-  const Eigen::Vector3d place(share(), share(), share());
-  return {turn_z * turn_x, size_m.cwiseProduct(Eigen::Vector3d::Constant(0.12) + 0.76 * place)};
+  return {turn_z * turn_x, place_m};
+}
+
+/// Plates, tubes, tanks and rings in turn.
+geometry::TriangleMesh thing(std::size_t i, double unit_m) {
+  return i % 4 == 0   ? geometry::make_box({0.5 * unit_m, 0.3 * unit_m, 0.05 * unit_m})
+         : i % 4 == 1 ? geometry::make_cylinder(0.05 * unit_m, 0.6 * unit_m, 64)
+         : i % 4 == 2 ? geometry::make_sphere(0.12 * unit_m, 5)
+                      : geometry::make_torus(0.2 * unit_m, 0.04 * unit_m, 96, 48);
+}
+
+voxel::Body body_of(std::size_t i, geometry::TriangleMesh mesh_W) {
+  voxel::Body body;
+  body.name = "object " + std::to_string(i + 1);
+  body.id = static_cast<std::uint16_t>(i + 1);
+  body.mesh_W = std::move(mesh_W);
+  body.profile = six_layers();
+  return body;
 }
 
 }  // namespace
@@ -72,19 +89,21 @@ voxel::Body sphere_in_box(int edge_vox, std::uint32_t rings) {
 
 std::vector<voxel::Body> cell_of(std::size_t count, const Eigen::Vector3d& size_m) {
   std::mt19937 random(20);
+  const auto share = [&] { return 0.12 + 0.76 * static_cast<double>(random()) / 4294967296.0; };
   std::vector<voxel::Body> bodies;
-  const double unit_m = size_m.minCoeff() / 1.5;
   for (std::size_t i = 0; i < count; ++i) {
-    const geometry::TriangleMesh mesh = i % 4 == 0   ? geometry::make_box({0.5 * unit_m, 0.3 * unit_m, 0.05 * unit_m})
-                                        : i % 4 == 1 ? geometry::make_cylinder(0.05 * unit_m, 0.6 * unit_m, 64)
-                                        : i % 4 == 2 ? geometry::make_sphere(0.12 * unit_m, 5)
-                                                     : geometry::make_torus(0.2 * unit_m, 0.04 * unit_m, 96, 48);
-    voxel::Body body;
-    body.name = "object " + std::to_string(i + 1);
-    body.id = static_cast<std::uint16_t>(i + 1);
-    body.mesh_W = mesh.transformed(pose(random, size_m));
-    body.profile = six_layers();
-    bodies.push_back(std::move(body));
+    const Eigen::Vector3d place_m(share() * size_m.x(), share() * size_m.y(), share() * size_m.z());
+    bodies.push_back(body_of(i, thing(i, size_m.minCoeff() / 1.5).transformed(turned(random, place_m))));
+  }
+  return bodies;
+}
+
+std::vector<voxel::Body> large_cell() {
+  std::mt19937 random(21);
+  std::vector<voxel::Body> bodies;
+  for (std::size_t i = 0; i < 80; ++i) {
+    const Eigen::Vector3d place_m(static_cast<double>(i % 5) + 0.5, static_cast<double>(i / 5 % 4) + 0.5, static_cast<double>(i / 20) + 0.5);
+    bodies.push_back(body_of(i, thing(i + i / 5, 1.4).transformed(turned(random, place_m))));
   }
   return bodies;
 }

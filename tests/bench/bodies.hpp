@@ -20,6 +20,9 @@ voxel::GridSpec sphere_grid(int edge_vox);
 /// A cell of `size_m` with `count` objects of many kinds and angles (tables, tubes, tanks, tori), always the same.
 std::vector<voxel::Body> cell_of(std::size_t count, const Eigen::Vector3d& size_m);
 
+/// A cell of 5 m × 4 m × 4 m with an object about each metre.
+std::vector<voxel::Body> large_cell();
+
 /// A cell activated: what a server keeps of it.
 struct Activated {
   std::vector<voxel::ObjectBricks> bricks;
