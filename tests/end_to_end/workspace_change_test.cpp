@@ -1,0 +1,310 @@
+// Objects added, moved and removed by command while the real processes run; processes that join late, die or are cut off
+// meanwhile.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <csignal>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+
+#include "tests/end_to_end/running_system.hpp"
+#include "tests/end_to_end/workspace_observer.hpp"
+
+namespace phantom::end_to_end {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr const char* kWvaServer = PHANTOM_BIN_DIR "/wva_server";
+constexpr const char* kSensing = PHANTOM_BIN_DIR "/phantom_sensing";
+
+struct Said {
+  int exit_code = 0;
+  std::string output;
+};
+
+Said run(const std::string& command) {
+  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
+  std::string output;
+  std::array<char, 4096> buffer;
+  while (const std::size_t got = fread(buffer.data(), 1, buffer.size(), pipe)) output.append(buffer.data(), got);
+  const int status = pclose(pipe);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), output};
+}
+
+/// A process of this test; ended with it.
+class Process {
+ public:
+  Process(std::vector<std::string> arguments, const std::filesystem::path& log) : log_(log) {
+    pid_ = fork();
+    if (pid_ != 0) return;
+    const int file = open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
+    dup2(file, STDOUT_FILENO);
+    dup2(file, STDERR_FILENO);
+    std::vector<char*> pointers;
+    for (std::string& argument : arguments) pointers.push_back(argument.data());
+    pointers.push_back(nullptr);
+    execvp(pointers[0], pointers.data());
+    _exit(127);
+  }
+  ~Process() { end(SIGTERM); }
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  void end(int signal) {
+    if (pid_ <= 0) return;
+    kill(pid_, signal);
+    waitpid(std::exchange(pid_, -1), nullptr, 0);
+  }
+  std::string output() const { return read_text(log_); }
+
+ private:
+  std::filesystem::path log_;
+  pid_t pid_ = -1;
+};
+
+/// `wva_server command …` as a person would type it.
+Said command(const std::string& words, const std::string& deployment, int domain) {
+  return run(std::string(kWvaServer) + " command " + words + " --timeout-s 30 --deployment " + deployment + " --domain " +
+             std::to_string(domain));
+}
+
+/// The version that a command's answer names; 0: none.
+std::uint64_t version_in(const std::string& output) {
+  const auto at = output.find("\nversion ");
+  return at == std::string::npos ? 0 : std::stoull(output.substr(at + 9));
+}
+
+TEST(RunningDemo, AnObjectMovedByCommandChangesItsBricksOnlyAndThePerceptFollows) {
+  RunningSystem system(0.0);
+  const std::string deployment = (system.folder() / "topology.yaml").string();
+  const int domain = system.network().domain;
+  WorkspaceObserver observer(system.network());
+  ASSERT_TRUE(eventually([&] { return observer.felt_version() != 0 && observer.felt_version() == observer.version(); }))
+      << system.output();
+  const auto before = observer.workspace();
+  const std::size_t all = before->brick_count();
+  ASSERT_TRUE(eventually([&] { return observer.id_of("pump") != 0; }));
+  const std::uint16_t pump = observer.id_of("pump");
+  observer.take_bricks();
+
+  double greatest_s = 0.0;
+  for (int i = 1; i <= 5; ++i) {
+    const Said said = command("move --object pump --pose '0.4 " + std::to_string(-0.22 + 0.02 * i) + " 0.301 0 0 15'",
+                              deployment, domain);
+    ASSERT_EQ(said.exit_code, 0) << said.output;
+    const std::uint64_t version = version_in(said.output);
+    ASSERT_GT(version, before->version);
+    ASSERT_TRUE(eventually([&] { return observer.felt_version() == version && observer.delay_s(version); }))
+        << system.output();
+    greatest_s = std::max(greatest_s, *observer.delay_s(version));
+    EXPECT_LT(*observer.delay_s(version), 1.0);
+    std::cout << "percept rests on the new version " << 1e3 * *observer.delay_s(version) << " ms after its arrival\n";
+  }
+  RecordProperty("greatest_delay_ms", static_cast<int>(1e3 * greatest_s));
+
+  const auto bricks = observer.take_bricks();
+  EXPECT_FALSE(bricks.empty());
+  EXPECT_LT(bricks.size(), all / 5);
+  ASSERT_TRUE(eventually([&] { return observer.version() == observer.felt_version(); }));
+  const auto now = observer.workspace();
+  std::size_t different = 0;
+  for (voxel::Index3 v{0, 0, 0}; v.z < now->grid().size_vox[2]; ++v.z) {
+    for (v.y = 0; v.y < now->grid().size_vox[1]; ++v.y) {
+      for (v.x = 0; v.x < now->grid().size_vox[0]; ++v.x) {
+        const bool same = before->mu_code(v) == now->mu_code(v) && before->order(v) == now->order(v) &&
+                          before->object(v) == now->object(v);
+        if (same) continue;
+        ++different;
+        ASSERT_TRUE(before->object(v) == pump || now->object(v) == pump) << "nobody else's voxels change";
+      }
+    }
+  }
+  EXPECT_GT(different, 10'000u);
+  EXPECT_NEAR(observer.objects().at(pump).X_WO().position_m().y(), -0.12, 1e-9) << "viewers are told as well";
+
+  // Removed, added, refused; then a process that never saw any of it.
+  EXPECT_EQ(command("remove --object vice", deployment, domain).exit_code, 0);
+  std::ofstream(system.folder() / "ball.yaml") << "name: ball\nprimitive: {sphere: {radius_m: 0.08}}\n"
+                                                  "pose: {xyz_m: [0.0, -0.4, 0.5]}\n";
+  const Said added = command("add --file " + (system.folder() / "ball.yaml").string(), deployment, domain);
+  EXPECT_EQ(added.exit_code, 0) << added.output;
+  const Said refused = command("move --object vice --pose '0 0 0.3 0 0 0'", deployment, domain);
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.output, HasSubstr("no object 'vice'"));
+  const Said listed = command("list", deployment, domain);
+  EXPECT_EQ(listed.exit_code, 0) << listed.output;
+  EXPECT_THAT(listed.output, testing::AllOf(HasSubstr("ball"), HasSubstr("pump"), testing::Not(HasSubstr("vice"))));
+  WorkspaceObserver late(system.network());
+  const std::uint64_t version = version_in(added.output);
+  ASSERT_TRUE(eventually([&] { return late.version() == version && observer.version() == version; }));
+  EXPECT_EQ(late.workspace()->content_hash(), observer.workspace()->content_hash());
+  EXPECT_TRUE(eventually([&] { return late.objects().size() == observer.objects().size(); }));
+  EXPECT_EQ(late.id_of("vice"), 0);
+  EXPECT_TRUE(eventually([&] { return observer.felt_version() == version; }));
+  system.stop();
+  EXPECT_EQ(system.wait(), 0) << system.output();
+}
+
+/// wva_server and phantom_sensing alone, as processes that a test may kill.
+class Processes : public testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(folder_); }
+  void TearDown() override {
+    sensing_.reset();
+    server_.reset();
+    if (HasFailure()) std::cerr << read_text(folder_ / "server.log") << read_text(folder_ / "sensing.log");
+    std::filesystem::remove_all(folder_);
+  }
+  std::string topology(const std::string& name, const std::string& interfaces) {
+    const std::string source = PHANTOM_SOURCE_DIR;
+    std::ofstream(folder_ / name) << "name: test\ndomain: " << domain_ << "\nqos_profiles: " << source
+                                  << "/deploy/qos/phantom.xml\ncell: " << source
+                                  << "/deploy/cells/hot_cell/cell.yaml\nnetwork: {interfaces: [" << interfaces
+                                  << "], shared_memory: false}\n";
+    return (folder_ / name).string();
+  }
+  core::NetworkOptions network(std::vector<std::string> interfaces) const {
+    core::NetworkOptions network;
+    network.domain = domain_;
+    network.qos_profiles = PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml";
+    network.interfaces = std::move(interfaces);
+    return network;
+  }
+  void start_server(const std::string& deployment) {
+    server_.emplace(std::vector<std::string>{kWvaServer, "--deployment", deployment}, folder_ / "server.log");
+  }
+  void start_sensing(const std::string& deployment, std::vector<std::string> in_front = {}) {
+    for (const char* word : {kSensing, "--deployment", deployment.c_str()}) in_front.push_back(word);
+    sensing_.emplace(std::move(in_front), folder_ / "sensing.log");
+  }
+  static std::string move_to(double y_m) {
+    return "move --object pump --pose '0.4 " + std::to_string(y_m) + " 0.301 0 0 15'";
+  }
+
+  std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() / ("phantom_change_" + std::to_string(getpid()));
+  int domain_ = 100 + static_cast<int>(getpid() % 100);
+  std::optional<Process> server_, sensing_;
+};
+
+TEST_F(Processes, APhantomThatIsKilledDuringAChangeComesBackWithTheRightVersion) {
+  const std::string deployment = topology("topology.yaml", "127.0.0.1");
+  WorkspaceObserver observer(network({"127.0.0.1"}));
+  start_server(deployment);
+  start_sensing(deployment);
+  ASSERT_TRUE(eventually([&] { return observer.felt_version() != 0 && observer.felt_version() == observer.version(); }));
+  for (int round = 0; round < 4; ++round) {
+    observer.take_bricks();
+    const std::uint64_t killed = observer.felt_by();
+    Process mover({"/bin/sh", "-c",
+                   std::string("exec ") + kWvaServer + " command " + move_to(-0.2 + 0.03 * round) + " --deployment " +
+                       deployment},
+                  folder_ / ("move_" + std::to_string(round) + ".log"));
+    ASSERT_TRUE(eventually([&] { return observer.bricks_heard() > 0; })) << mover.output();
+    sensing_->end(SIGKILL);  // in the midst of the new version's bricks
+    start_sensing(deployment);
+    ASSERT_TRUE(eventually([&] { return version_in(mover.output()) != 0; })) << mover.output();
+    ASSERT_TRUE(eventually([&] {
+      return observer.felt_by() != killed && observer.felt_version() != 0 &&
+             observer.felt_version() == version_in(mover.output());
+    }));
+  }
+}
+
+TEST_F(Processes, AServerThatIsKilledAndStartedAnewIsFollowedAndItsBricksReplaceTheOldOnes) {
+  const std::string deployment = topology("topology.yaml", "127.0.0.1");
+  WorkspaceObserver observer(network({"127.0.0.1"}));
+  start_server(deployment);
+  start_sensing(deployment);
+  ASSERT_TRUE(eventually([&] { return observer.felt_version() != 0 && observer.felt_version() == observer.version(); }));
+  const std::uint64_t hash_of_file = observer.workspace()->content_hash();
+  const Said moved = command(move_to(0.0), deployment, domain_);
+  ASSERT_EQ(moved.exit_code, 0) << moved.output;
+  const std::uint64_t moved_version = version_in(moved.output);
+  ASSERT_TRUE(eventually([&] { return observer.felt_version() == moved_version; }));
+  EXPECT_NE(observer.workspace()->content_hash(), hash_of_file);
+  server_->end(SIGKILL);
+  start_server(deployment);
+  ASSERT_TRUE(eventually([&] { return observer.version() > moved_version; }));
+  EXPECT_EQ(observer.workspace()->content_hash(), hash_of_file) << "changes by command end with their server";
+  EXPECT_TRUE(eventually([&] { return observer.felt_version() == observer.version(); }));
+}
+
+/// phantom_sensing in a network namespace of its own, with one cable to the rest, which a test may cut.
+class CutOff : public Processes {
+ protected:
+  void SetUp() override {
+    Processes::SetUp();
+    const std::string n = std::to_string(getpid() % 250);
+    space_ = "phantom_" + n, cable_ = "phcable" + n, far_end_ = "phfar" + n;
+    here_ = "10.199." + n + ".1", there_ = "10.199." + n + ".2";
+    if (geteuid() != 0 || run("ip netns add " + space_).exit_code != 0)
+      GTEST_SKIP() << "needs root and network namespaces";
+    const std::string in_space = "ip -n " + space_ + " ";
+    const std::string steps[] = {"ip link add " + cable_ + " type veth peer name " + far_end_ + " netns " + space_,
+                                 "ip addr add " + here_ + "/24 dev " + cable_,
+                                 "ip link set " + cable_ + " up",
+                                 in_space + "addr add " + there_ + "/24 dev " + far_end_,
+                                 in_space + "link set lo up",
+                                 in_space + "link set " + far_end_ + " up"};
+    for (const std::string& step : steps) {
+      if (const Said said = run(step); said.exit_code != 0) GTEST_SKIP() << step << ": " << said.output;
+    }
+  }
+  void TearDown() override {
+    Processes::TearDown();
+    run("ip netns del " + space_);
+    run("ip link del " + cable_);
+  }
+  void cut() { ASSERT_EQ(run("ip -n " + space_ + " link set " + far_end_ + " down").exit_code, 0); }
+  void mend() { ASSERT_EQ(run("ip -n " + space_ + " link set " + far_end_ + " up").exit_code, 0); }
+
+  /// Percepts rest on the newest version again, and never on one that was not.
+  void expect_right(WorkspaceObserver& observer, const std::set<std::uint64_t>& versions) {
+    EXPECT_TRUE(eventually([&] { return observer.felt_version() == *versions.rbegin(); }, 60.0))
+        << observer.felt_version() << " instead of " << *versions.rbegin();
+    for (const std::uint64_t felt : observer.felt_versions()) EXPECT_TRUE(versions.contains(felt)) << felt;
+  }
+
+  std::string space_, cable_, far_end_, here_, there_;
+};
+
+TEST_F(CutOff, APhantomThatIsCutOffDuringChangesEndsWithTheRightVersion) {
+  const std::string near = topology("near.yaml", "127.0.0.1, " + here_), far = topology("far.yaml", there_);
+  WorkspaceObserver observer(network({"127.0.0.1", here_}));
+  start_server(near);
+  start_sensing(far, {"ip", "netns", "exec", space_});
+  ASSERT_TRUE(eventually([&] { return observer.felt_version() != 0 && observer.felt_version() == observer.version(); }));
+  std::set<std::uint64_t> versions{observer.version()};
+  const auto change = [&](const std::string& words) {
+    const Said said = command(words, near, domain_);
+    ASSERT_EQ(said.exit_code, 0) << said.output;
+    versions.insert(version_in(said.output));
+  };
+
+  // For less than the participants' lease: what was lost is sent again.
+  cut();
+  change(move_to(0.0));
+  change("remove --object vice");
+  mend();
+  expect_right(observer, versions);
+
+  // Until both sides have forgotten each other.
+  ASSERT_TRUE(eventually([&] { return observer.brick_readers() == 2; }));
+  cut();
+  change("remove --object lead_wall");
+  change(move_to(-0.1));
+  ASSERT_TRUE(eventually([&] { return observer.brick_readers() == 1; }, 60.0)) << observer.brick_readers();
+  change(move_to(0.1));
+  mend();
+  expect_right(observer, versions);
+}
+
+}  // namespace
+}  // namespace phantom::end_to_end
