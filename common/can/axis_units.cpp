@@ -48,12 +48,14 @@ core::Status check_units(const AxisUnits& units, const std::string& axis, double
                                             "; allowed: greater than 0, at most " + text(p.most));
   }
   if (!(units.velocity_counts_per_turn >= 0.0 && units.velocity_counts_per_turn <= 1e9))
-    return core::Status::invalid_argument(axis + ".velocity_counts_per_turn: " +
-                                          text(units.velocity_counts_per_turn) + "; allowed: 0 to 1e9");
+    return core::Status::invalid_argument(
+        axis + ".velocity_counts_per_turn: " + text(units.velocity_counts_per_turn) + "; allowed: 0 to 1e9");
   if (units.sign != 1 && units.sign != -1)
-    return core::Status::invalid_argument(axis + ".sign: " + std::to_string(units.sign) + "; allowed: 1 or -1");
+    return core::Status::invalid_argument(axis + ".sign: " + std::to_string(units.sign) +
+                                          "; allowed: 1 or -1");
   if (!std::isfinite(units.offset))
-    return core::Status::invalid_argument(axis + ".offset: " + text(units.offset) + "; allowed: a finite number");
+    return core::Status::invalid_argument(axis + ".offset: " + text(units.offset) +
+                                          "; allowed: a finite number");
   for (const double limit : {lower, upper}) {
     const double counts = (limit - units.offset) * units.counts_per_unit();
     if (!(std::abs(counts) < 2147483647.0))

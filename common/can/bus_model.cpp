@@ -141,7 +141,8 @@ void BusModel::put_on_bus(NodeId sender, const CanFrame& frame, core::Nanosecond
     if (rule.drop > 0.0 && share(random_) < rule.drop) return;
     if (rule.duplicate > 0.0 && share(random_) < rule.duplicate) copies = 2;
     for (core::Nanoseconds& delay_ns : delays_ns)
-      delay_ns += rule.delay_ns + static_cast<core::Nanoseconds>(share(random_) * static_cast<double>(rule.jitter_ns));
+      delay_ns += rule.delay_ns +
+                  static_cast<core::Nanoseconds>(share(random_) * static_cast<double>(rule.jitter_ns));
   }
   for (int copy = 0; copy < copies; ++copy) {
     for (NodeId to = 0; to < nodes_.size(); ++to) {

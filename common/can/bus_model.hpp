@@ -15,21 +15,21 @@ namespace phantom::can {
 struct FaultRule {
   std::uint32_t id = 0;
   std::uint32_t mask = 0;
-  double drop = 0.0;       ///< probability that nobody receives it
-  double duplicate = 0.0;  ///< probability that it is received twice
+  double drop = 0.0;                ///< probability that nobody receives it
+  double duplicate = 0.0;           ///< probability that it is received twice
   core::Nanoseconds delay_ns = 0;   ///< it is received so much later
   core::Nanoseconds jitter_ns = 0;  ///< and up to so much more, each for itself: frames overtake
 };
 
 struct BusModelOptions {
-  double bit_rate = 0.0;  ///< bit/s; frames take their worst-case time; 0: no time
+  double bit_rate = 0.0;           ///< bit/s; frames take their worst-case time; 0: no time
   std::size_t queue_frames = 128;  ///< each node's transmit queue
   std::uint64_t seed = 1;          ///< of the faults
 };
 
-/// A CAN bus as a model in time: nodes with transmit queues, arbitration by identifier, acknowledgement, bus-off,
-/// and faults. Deterministic with a seed. Knows no clock, socket or thread. Nothing but attach(), detach()
-/// and set_faults() uses the heap, unless more than 16384 frames are on their way.
+/// A CAN bus as a model in time: nodes with transmit queues, arbitration by identifier, acknowledgement,
+/// bus-off, and faults. Deterministic with a seed. Knows no clock, socket or thread. Nothing but attach(),
+/// detach() and set_faults() uses the heap, unless more than 16384 frames are on their way.
 class BusModel {
  public:
   using NodeId = std::size_t;

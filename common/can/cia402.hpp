@@ -42,7 +42,8 @@ constexpr PowerState power_state(std::uint16_t statusword) noexcept {
 }
 
 /// Commands of the controlword.
-inline constexpr std::uint16_t kCommandDisableVoltage = 0x00, kCommandQuickStop = 0x02, kCommandShutdown = 0x06, kCommandSwitchOn = 0x07,
+inline constexpr std::uint16_t kCommandDisableVoltage = 0x00, kCommandQuickStop = 0x02,
+                               kCommandShutdown = 0x06, kCommandSwitchOn = 0x07,
                                kCommandEnableOperation = 0x0F, kCommandFaultReset = 0x80;
 
 /// The controlword that leads from `state` one step towards operation enabled; never resets a fault.

@@ -8,9 +8,10 @@ namespace {
 constexpr int kAttempts = 3;         // of an SDO transfer: a frame may be lost
 constexpr double kAskAgain_s = 0.1;  // an NMT command is not acknowledged
 
-// A node id that is there twice answers twice, again and again; a frame that the bus repeated comes twice once.
-constexpr int kSurplusSyncs = 12;     // of the last 32
-constexpr double kCrowded = 0.65;     // share of the time that eight heartbeats should take
+// A node id that is there twice answers twice, again and again; a frame that the bus repeated comes twice
+// once.
+constexpr int kSurplusSyncs = 12;  // of the last 32
+constexpr double kCrowded = 0.65;  // share of the time that eight heartbeats should take
 constexpr int kSurplusSdoReplies = 3;
 
 // Faults of the drive itself are reset by the controlword; all others need the connection made anew.
@@ -156,7 +157,8 @@ void Drive::on_sync() noexcept {
 
 DriveFault Drive::found_fault(core::Nanoseconds now_ns) const noexcept {
   if (pending_ != DriveFault::kNone) return pending_;
-  if (std::popcount(surplus_syncs_) >= kSurplusSyncs || crowded_heartbeats_) return DriveFault::kDuplicateNode;
+  if (std::popcount(surplus_syncs_) >= kSurplusSyncs || crowded_heartbeats_)
+    return DriveFault::kDuplicateNode;
   if (!is_watched()) return DriveFault::kNone;
   if (booted_) return DriveFault::kRebooted;
   // A drive in fault says so in its statusword before all else that follows from it.
@@ -216,7 +218,8 @@ void Drive::finish_setup_step(core::Nanoseconds now_ns) noexcept {
     --surplus_sdo_;  // its answer may still come, late
     return begin_setup_step(now_ns);
   }
-  if (sdo_.state() == SdoClient::State::kAborted && !step.optional) return fail(DriveFault::kSetupRefused, now_ns);
+  if (sdo_.state() == SdoClient::State::kAborted && !step.optional)
+    return fail(DriveFault::kSetupRefused, now_ns);
   if (step.kind != SetupStep::Kind::kWrite) {
     const std::uint32_t read = sdo_.data().size() <= 4 ? get_le(sdo_.data(), sdo_.data().size()) : 0;
     const std::uint32_t off = read > step.value ? read - step.value : step.value - read;
@@ -274,7 +277,8 @@ void Drive::control(DriveGoal goal, core::Nanoseconds now_ns) noexcept {
   }
   if (phase == DrivePhase::kResetting) {
     const bool in_fault = power == PowerState::kFault || power == PowerState::kFaultReaction;
-    if (!in_fault) return enter(DrivePhase::kReady, now_ns);  // with the controlword that it had: who holds, holds
+    if (!in_fault)
+      return enter(DrivePhase::kReady, now_ns);  // with the controlword that it had: who holds, holds
     // A rising edge resets; a new edge every few cycles, in case one was lost.
     const auto cycle = static_cast<std::int64_t>(phase_age_s(now_ns) / timing_.period_s + 0.5);
     controlword_ = cycle % 8 >= 4 ? kCommandFaultReset : kCommandDisableVoltage;
@@ -324,7 +328,8 @@ void Drive::send_targets(const DriveTargets& targets, Outbox& out) noexcept {
   const std::int16_t torque = live ? targets.torque_mille : std::int16_t{0};
   switch (mode_) {
     case DriveMode::kPosition:
-      put_le(bytes.subspan(2), static_cast<std::uint32_t>(live ? targets.position_counts : report_.position_counts), 4);
+      put_le(bytes.subspan(2),
+             static_cast<std::uint32_t>(live ? targets.position_counts : report_.position_counts), 4);
       put_le(bytes.subspan(6), static_cast<std::uint16_t>(torque), 2);
       break;
     case DriveMode::kVelocity:

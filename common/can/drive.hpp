@@ -26,21 +26,21 @@ enum class DrivePhase : std::uint8_t {
 
 enum class DriveFault : std::uint8_t {
   kNone,
-  kSetupRefused,      ///< the drive refused a setting, or is not what the configuration says
-  kSetupTimeout,      ///< no answer to an SDO
-  kNotOperational,    ///< does not go operational, or has left it
-  kModeMismatch,      ///< reports another mode than commanded
-  kDuplicateNode,     ///< its node id is on the bus twice
-  kPdoLength,         ///< sent a PDO of another length than mapped
-  kFeedbackMissing,   ///< leaves SYNCs without an answer
+  kSetupRefused,     ///< the drive refused a setting, or is not what the configuration says
+  kSetupTimeout,     ///< no answer to an SDO
+  kNotOperational,   ///< does not go operational, or has left it
+  kModeMismatch,     ///< reports another mode than commanded
+  kDuplicateNode,    ///< its node id is on the bus twice
+  kPdoLength,        ///< sent a PDO of another length than mapped
+  kFeedbackMissing,  ///< leaves SYNCs without an answer
   kHeartbeatLost,
-  kRebooted,          ///< started anew by itself
-  kBusOff,            ///< our controller has left the bus
-  kBusDown,           ///< our interface is down or gone
-  kEmergency,         ///< the drive sent an emergency message
-  kDriveFault,        ///< its statusword says fault
-  kEnableTimeout,     ///< does not reach the commanded power state
-  kLeftEnabled,       ///< switched its power off by itself
+  kRebooted,       ///< started anew by itself
+  kBusOff,         ///< our controller has left the bus
+  kBusDown,        ///< our interface is down or gone
+  kEmergency,      ///< the drive sent an emergency message
+  kDriveFault,     ///< its statusword says fault
+  kEnableTimeout,  ///< does not reach the commanded power state
+  kLeftEnabled,    ///< switched its power off by itself
 };
 
 const char* name_of(DrivePhase phase) noexcept;
@@ -94,8 +94,9 @@ struct DriveTargets {
   std::int16_t torque_mille = 0;  ///< target in torque mode, else offset
 };
 
-/// Master side of one CiA 402 drive: boots, configures, starts, watches, enables and stops it. Knows no bus and no
-/// clock. Constant after construction but for its state; nothing allocates. Real-time safe: all but the constructor.
+/// Master side of one CiA 402 drive: boots, configures, starts, watches, enables and stops it. Knows no bus
+/// and no clock. Constant after construction but for its state; nothing allocates. Real-time safe: all but
+/// the constructor.
 class Drive {
  public:
   Drive(const AxisConfig& axis, const DriveGroupConfig& config);
@@ -103,7 +104,8 @@ class Drive {
   int node() const noexcept { return node_; }
   /// A frame that names this node. `time_ns` is when it was received.
   void on_frame(const CanFrame& frame, core::Nanoseconds time_ns) noexcept;
-  /// One cycle, after all frames were taken. `goal` counts once the drive is ready. `reset` asks to leave a fault.
+  /// One cycle, after all frames were taken. `goal` counts once the drive is ready. `reset` asks to leave a
+  /// fault.
   void step(DriveGoal goal, bool reset, BusState bus, core::Nanoseconds now_ns, Outbox& out) noexcept;
   /// Targets for this cycle; call after step(). Sends nothing before the drive is operational.
   void send_targets(const DriveTargets& targets, Outbox& out) noexcept;
@@ -111,7 +113,8 @@ class Drive {
   void on_sync() noexcept;
 
   const DriveReport& report() const noexcept { return report_; }
-  /// Whether the targets are followed by the drive: until then they are its actual position, no speed, no torque.
+  /// Whether the targets are followed by the drive: until then they are its actual position, no speed, no
+  /// torque.
   bool follows() const noexcept { return report_.phase == DrivePhase::kEnabled; }
 
  private:

@@ -25,7 +25,8 @@ Status out_of_range(const std::string& what, double value, const std::string& al
 
 Status check_axis(const AxisConfig& axis, std::size_t buses) {
   if (axis.bus >= buses)
-    return out_of_range(axis.name + ".bus", static_cast<double>(axis.bus), "less than " + std::to_string(buses));
+    return out_of_range(axis.name + ".bus", static_cast<double>(axis.bus),
+                        "less than " + std::to_string(buses));
   if (axis.node < 1 || axis.node > 127) return out_of_range(axis.name + ".node", axis.node, "1 to 127");
   if (!(std::isfinite(axis.lower) && std::isfinite(axis.upper) && axis.lower < axis.upper))
     return out_of_range(axis.name + ".lower", axis.lower, "less than upper, which is " + number(axis.upper));
@@ -34,7 +35,8 @@ Status check_axis(const AxisConfig& axis, std::size_t buses) {
   if (const Status units = check_units(axis.units, axis.name, axis.lower, axis.upper); !units) return units;
   const double mille = axis.max_torque / std::abs(axis.units.torque_per_mille());
   if (!(mille >= 1.0 && mille <= 32767.0))
-    return Status::invalid_argument(axis.name + ".max_torque: " + number(axis.max_torque) + " is " + number(mille) +
+    return Status::invalid_argument(axis.name + ".max_torque: " + number(axis.max_torque) + " is " +
+                                    number(mille) +
                                     " per mille of the drive's rated torque; allowed: 1 to 32767");
   return Status::ok();
 }
@@ -68,10 +70,11 @@ Status check_load(const DriveGroupConfig& config, std::size_t bus) {
   for (const AxisConfig& axis : config.axes) drives += axis.bus == bus ? 1 : 0;
   return Status::invalid_argument(
       "bus " + std::to_string(bus) + ": " + std::to_string(drives) + " drives need " +
-      std::to_string(load.frames_per_cycle) + " frames, " + number(load.cycle_busy_s * 1e3) + " ms, in each cycle of " +
-      number(config.timing.period_s * 1e3) + " ms: " + number(load.bits_per_s * 1e-3) + " kbit/s with heartbeats, " +
-      number(load.share * 100) + " % of " + number(rate * 1e-3) + " kbit/s; allowed: at most " +
-      number(config.load_budget * 100) + " %. Use a longer period, measure_every, or more buses");
+      std::to_string(load.frames_per_cycle) + " frames, " + number(load.cycle_busy_s * 1e3) +
+      " ms, in each cycle of " + number(config.timing.period_s * 1e3) +
+      " ms: " + number(load.bits_per_s * 1e-3) + " kbit/s with heartbeats, " + number(load.share * 100) +
+      " % of " + number(rate * 1e-3) + " kbit/s; allowed: at most " + number(config.load_budget * 100) +
+      " %. Use a longer period, measure_every, or more buses");
 }
 
 }  // namespace
@@ -96,7 +99,8 @@ BusLoad bus_load(const DriveGroupConfig& config, std::size_t bus) {
   load.frames_per_cycle = 1;
   for (const AxisConfig& axis : config.axes) {
     if (axis.bus != bus) continue;
-    cycle_bits += worst_case_bits(kStatePdoBytes, false) + worst_case_bits(target_pdo_bytes(axis.mode), false);
+    cycle_bits +=
+        worst_case_bits(kStatePdoBytes, false) + worst_case_bits(target_pdo_bytes(axis.mode), false);
     cycle_bits += static_cast<double>(worst_case_bits(kMeasurePdoBytes, false)) / t.measure_every;
     heartbeat_bits += worst_case_bits(1, false);
     load.frames_per_cycle += t.measure_every == 1 ? 3 : 2;
@@ -109,7 +113,8 @@ BusLoad bus_load(const DriveGroupConfig& config, std::size_t bus) {
 
 Status check(const DriveGroupConfig& config) {
   if (config.axes.empty() || config.axes.size() > core::kMaxJoints)
-    return out_of_range("axes", static_cast<double>(config.axes.size()), "1 to " + std::to_string(core::kMaxJoints));
+    return out_of_range("axes", static_cast<double>(config.axes.size()),
+                        "1 to " + std::to_string(core::kMaxJoints));
   if (config.master_node < 1 || config.master_node > 127)
     return out_of_range("master_node", config.master_node, "1 to 127");
   if (!(config.load_budget > 0.0 && config.load_budget <= 1.0))

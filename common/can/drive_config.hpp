@@ -29,9 +29,9 @@ struct AxisConfig {
 
 /// Times of the connection; all in seconds.
 struct DriveTiming {
-  double period_s = 0.002;    ///< of the cycle, with one SYNC each
-  int measure_every = 1;      ///< velocity and torque come every so many SYNCs (1…240)
-  double heartbeat_s = 0.02;  ///< of master and drives
+  double period_s = 0.002;            ///< of the cycle, with one SYNC each
+  int measure_every = 1;              ///< velocity and torque come every so many SYNCs (1…240)
+  double heartbeat_s = 0.02;          ///< of master and drives
   double heartbeat_timeout_s = 0.05;  ///< ≥ 2 heartbeats
   int most_missed = 3;                ///< SYNCs that a drive may leave without an answer
   double sdo_timeout_s = 0.1;         ///< of one answer
@@ -43,24 +43,25 @@ struct DriveGroupConfig {
   std::vector<AxisConfig> axes;  ///< in joint order, at most core::kMaxJoints
   DriveTiming timing;
   FaultReaction reaction = FaultReaction::kHold;
-  int master_node = 127;         ///< whose heartbeat the drives watch
+  int master_node = 127;                  ///< whose heartbeat the drives watch
   std::vector<double> bit_rates = {1e6};  ///< per bus
   double load_budget = 0.85;              ///< share of a bus that may be planned at worst
 };
 
 /// What a bus has to carry at worst.
 struct BusLoad {
-  int frames_per_cycle = 0;        ///< SYNC and PDOs
-  double bits_per_s = 0.0;         ///< all of it, with heartbeats
-  double share = 0.0;              ///< of the bit rate
-  double cycle_busy_s = 0.0;       ///< time that one cycle's SYNC and PDOs take
+  int frames_per_cycle = 0;   ///< SYNC and PDOs
+  double bits_per_s = 0.0;    ///< all of it, with heartbeats
+  double share = 0.0;         ///< of the bit rate
+  double cycle_busy_s = 0.0;  ///< time that one cycle's SYNC and PDOs take
 };
 
-/// Worst case of bus `bus`, from the configuration alone: SYNC, PDOs, heartbeats, each with the most stuff bits.
+/// Worst case of bus `bus`, from the configuration alone: SYNC, PDOs, heartbeats, each with the most stuff
+/// bits.
 BusLoad bus_load(const DriveGroupConfig& config, std::size_t bus);
 
-/// Refuses what cannot work: units, node ids, limits, times, and buses over their budget (with the numbers). The
-/// message names the axis or bus, the value and what is allowed.
+/// Refuses what cannot work: units, node ids, limits, times, and buses over their budget (with the numbers).
+/// The message names the axis or bus, the value and what is allowed.
 core::Status check(const DriveGroupConfig& config);
 
 /// Bytes of the PDOs: what a drive sends on each SYNC, what it sends with the measurements, what it gets.

@@ -6,7 +6,8 @@
 namespace phantom::can {
 namespace {
 
-constexpr int kMostFramesPerCycle = 512;  // of one bus: four milliseconds' worth at 1 Mbit/s of the shortest frames
+constexpr int kMostFramesPerCycle =
+    512;  // of one bus: four milliseconds' worth at 1 Mbit/s of the shortest frames
 
 constexpr double kApproach_s = 0.2;  // an axis in velocity mode slows down so long before its range ends
 
@@ -65,7 +66,8 @@ bool DriveGroup::take_reset(bool asked) noexcept {
 }
 
 DriveGoal DriveGroup::goal_of(const DriveCommand& command, const Drive& drive) const noexcept {
-  if (fault_latched_) return config_.reaction == FaultReaction::kHold ? DriveGoal::kQuickStop : DriveGoal::kOff;
+  if (fault_latched_)
+    return config_.reaction == FaultReaction::kHold ? DriveGoal::kQuickStop : DriveGoal::kOff;
   if (command.quick_stop) return DriveGoal::kQuickStop;
   if (!command.enable) return DriveGoal::kOff;
   if (all_ready_) return DriveGoal::kEnabled;
@@ -81,7 +83,8 @@ const DriveGroupReport& DriveGroup::step(const DriveCommand& command, core::Nano
     drives_[a].step(goal_of(command, drives_[a]), reset, bus.port->state(), now_ns, bus.others);
     fault_latched_ = fault_latched_ || drives_[a].report().phase == DrivePhase::kFault;
   }
-  all_ready_ = std::all_of(drives_.begin(), drives_.end(), [](const Drive& d) { return is_ready(d.report().phase); });
+  all_ready_ =
+      std::all_of(drives_.begin(), drives_.end(), [](const Drive& d) { return is_ready(d.report().phase); });
   for (std::size_t a = 0; a < drives_.size(); ++a)
     drives_[a].send_targets(targets_of(command, a), buses_[config_.axes[a].bus].targets);
   for (std::size_t b = 0; b < buses_.size(); ++b) send(buses_[b], b, now_ns);
@@ -115,8 +118,10 @@ DriveTargets DriveGroup::targets_of(const DriveCommand& command, std::size_t a) 
   if (axis.mode == DriveMode::kPosition)
     targets.position_counts = axis.units.position_counts(lead_position(command.position[a], a));
   if (axis.mode == DriveMode::kVelocity) {
-    const double fastest_up = std::clamp((axis.upper - report_.position[a]) / kApproach_s, 0.0, axis.max_speed);
-    const double fastest_down = std::clamp((axis.lower - report_.position[a]) / kApproach_s, -axis.max_speed, 0.0);
+    const double fastest_up =
+        std::clamp((axis.upper - report_.position[a]) / kApproach_s, 0.0, axis.max_speed);
+    const double fastest_down =
+        std::clamp((axis.lower - report_.position[a]) / kApproach_s, -axis.max_speed, 0.0);
     const double velocity = std::clamp(finite_or_zero(command.velocity[a]), fastest_down, fastest_up);
     targets.velocity_counts = axis.units.velocity_counts(velocity);
   }
@@ -162,10 +167,10 @@ void DriveGroup::update_report(const DriveCommand& command) noexcept {
   for (std::size_t b = 0; b < std::min(buses_.size(), DriveGroupReport::kMaxBuses); ++b)
     report_.buses[b] = buses_[b].port->state();
   report_.has_positions = all_known;
-  report_.state = fault_latched_  ? DriveGroupState::kFault
-                  : !all_ready_   ? DriveGroupState::kStarting
-                  : all_enabled   ? DriveGroupState::kEnabled
-                  : all_stopping  ? DriveGroupState::kQuickStop
+  report_.state = fault_latched_                   ? DriveGroupState::kFault
+                  : !all_ready_                    ? DriveGroupState::kStarting
+                  : all_enabled                    ? DriveGroupState::kEnabled
+                  : all_stopping                   ? DriveGroupState::kQuickStop
                   : command.enable || any_enabling ? DriveGroupState::kEnabling
                                                    : DriveGroupState::kReady;
 }

@@ -12,12 +12,12 @@ namespace phantom::can {
 
 /// What the arm's controller wants of its drives in one cycle.
 struct DriveCommand {
-  bool enable = false;      ///< power on and follow; false: power off
-  bool quick_stop = false;  ///< stop on the drives' ramps and hold; stronger than enable
-  bool reset = false;       ///< a rising edge leaves faults, if their cause is gone
+  bool enable = false;          ///< power on and follow; false: power off
+  bool quick_stop = false;      ///< stop on the drives' ramps and hold; stronger than enable
+  bool reset = false;           ///< a rising edge leaves faults, if their cause is gone
   core::JointArray position{};  ///< rad or m, for axes in position mode
   core::JointArray velocity{};  ///< for axes in velocity mode
-  core::JointArray torque{};    ///< N·m or N at the joint: target in torque mode, otherwise added by the drive
+  core::JointArray torque{};  ///< N·m or N at the joint: target in torque mode, otherwise added by the drive
 };
 
 enum class DriveGroupState : std::uint8_t {
@@ -42,20 +42,21 @@ struct DriveGroupReport {
   std::uint64_t not_sent = 0;        ///< frames that a bus did not take
 };
 
-/// All drives of an arm, on one or several CAN buses, as slave_io or master_io runs them: one step per period.
+/// All drives of an arm, on one or several CAN buses, as slave_io or master_io runs them: one step per
+/// period.
 ///
-/// One cycle takes what has come, moves every drive's state on, sends SYNC, then the targets, then one frame of
-/// configuration per drive. Targets act with the next SYNC. Whatever is commanded: torques stay within max_torque;
-/// position targets start at the actual position, move at most at max_speed and stay in the joint's range; a value that
-/// is not finite leaves position targets where they are and gives no speed or torque. After a fault of any drive no
-/// drive follows until `reset`.
+/// One cycle takes what has come, moves every drive's state on, sends SYNC, then the targets, then one frame
+/// of configuration per drive. Targets act with the next SYNC. Whatever is commanded: torques stay within
+/// max_torque; position targets start at the actual position, move at most at max_speed and stay in the
+/// joint's range; a value that is not finite leaves position targets where they are and gives no speed or
+/// torque. After a fault of any drive no drive follows until `reset`.
 class DriveGroup {
  public:
   /// The configuration must have passed check(); one open bus per bit rate in it.
   DriveGroup(const DriveGroupConfig& config, std::vector<std::unique_ptr<CanBus>> buses);
 
-  /// One period. `now_ns`: CLOCK_MONOTONIC. Bounded, allocates nothing, locks nothing: real-time safe, but for
-  /// the cycle of a reset while a bus is off, which restarts it.
+  /// One period. `now_ns`: CLOCK_MONOTONIC. Bounded, allocates nothing, locks nothing: real-time safe, but
+  /// for the cycle of a reset while a bus is off, which restarts it.
   const DriveGroupReport& step(const DriveCommand& command, core::Nanoseconds now_ns) noexcept;
 
   const DriveGroupReport& report() const noexcept { return report_; }

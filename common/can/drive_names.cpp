@@ -11,10 +11,10 @@ const char* name_of(DrivePhase phase) noexcept {
 }
 
 const char* name_of(DriveFault fault) noexcept {
-  constexpr const char* kNames[] = {"none",           "setup refused",    "setup timeout",   "not operational",
-                                    "mode mismatch",  "duplicate node",   "PDO length",      "feedback missing",
-                                    "heartbeat lost", "rebooted",         "bus-off",         "bus down",
-                                    "emergency",      "drive fault",      "enable timeout",  "left enabled"};
+  constexpr const char* kNames[] = {"none",           "setup refused",  "setup timeout",  "not operational",
+                                    "mode mismatch",  "duplicate node", "PDO length",     "feedback missing",
+                                    "heartbeat lost", "rebooted",       "bus-off",        "bus down",
+                                    "emergency",      "drive fault",    "enable timeout", "left enabled"};
   return kNames[static_cast<std::size_t>(fault)];
 }
 
@@ -31,8 +31,8 @@ std::string setup_sentence(const DriveReport& r) {
     const char* meaning = r.sdo_index == 0x1000   ? "it is no CiA 402 drive"
                           : r.sdo_index == 0x6502 ? "it does not support the configured mode"
                                                   : "not the configured rated torque (mN·m)";
-    std::snprintf(text, sizeof text, "says %u (0x%X) for object 0x%04X: %s", r.sdo_value, r.sdo_value, r.sdo_index,
-                  meaning);
+    std::snprintf(text, sizeof text, "says %u (0x%X) for object 0x%04X: %s", r.sdo_value, r.sdo_value,
+                  r.sdo_index, meaning);
   }
   return text;
 }

@@ -72,9 +72,10 @@ std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfi
   const auto mode_bit = 1U << (static_cast<int>(axis.mode) - 1);
   steps.push_back({.kind = Kind::kExpect, .index = 0x1000, .value = 402, .mask = 0xFFFF});
   steps.push_back({.kind = Kind::kExpect, .index = 0x6502, .value = mode_bit, .mask = mode_bit});
-  steps.push_back({.kind = Kind::kNear,
-                   .index = 0x6076,
-                   .value = static_cast<std::uint32_t>(std::lround(axis.units.rated_motor_torque_Nm() * 1e3))});
+  steps.push_back(
+      {.kind = Kind::kNear,
+       .index = 0x6076,
+       .value = static_cast<std::uint32_t>(std::lround(axis.units.rated_motor_torque_Nm() * 1e3))});
   const bool hold = config.reaction == FaultReaction::kHold;
   write(steps, 0x6007, 0, 2, hold ? 3 : 2);  // the master is lost: quick stop, or voltage off
   write(steps, 0x605A, 0, 2, 6);             // quick stop: on its ramp, and hold
@@ -82,7 +83,8 @@ std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfi
         static_cast<std::uint32_t>(axis.max_torque / std::abs(axis.units.torque_per_mille())));
   set_interpolation(steps, t.period_s);
   map_pdo(steps, 0x1800, kCobTpdo1 + node, 1, {0x60410010, 0x60640020, 0x60610008});
-  map_pdo(steps, 0x1801, kCobTpdo2 + node, static_cast<std::uint32_t>(t.measure_every), {0x606C0020, 0x60770010});
+  map_pdo(steps, 0x1801, kCobTpdo2 + node, static_cast<std::uint32_t>(t.measure_every),
+          {0x606C0020, 0x60770010});
   map_targets(steps, axis.mode, kCobRpdo1 + node);
   for (std::uint16_t i = 1; i < 4; ++i) {
     switch_pdo_off(steps, static_cast<std::uint16_t>(0x1400 + i), kCobRpdo1 + 0x100U * i + node);

@@ -23,8 +23,9 @@ struct SetupStep {
   bool optional = false;  ///< a drive without this object will do
 };
 
-/// All that a drive is asked and told in pre-operational state, in order: profile, supported mode and torque scale
-/// are checked; reactions, limits, interpolation time, PDO mapping, mode and heartbeats are set. CiA 301, 402.
+/// All that a drive is asked and told in pre-operational state, in order: profile, supported mode and torque
+/// scale are checked; reactions, limits, interpolation time, PDO mapping, mode and heartbeats are set. CiA
+/// 301, 402.
 std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfig& config);
 
 }  // namespace phantom::can

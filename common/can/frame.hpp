@@ -9,9 +9,9 @@ namespace phantom::can {
 
 /// A classic CAN frame (ISO 11898-1), as it stands on the bus.
 struct CanFrame {
-  std::uint32_t id = 0;   ///< 11 bits, or 29 if extended
-  bool extended = false;  ///< 29-bit identifier
-  bool remote = false;    ///< remote request: a length, no data
+  std::uint32_t id = 0;                ///< 11 bits, or 29 if extended
+  bool extended = false;               ///< 29-bit identifier
+  bool remote = false;                 ///< remote request: a length, no data
   std::uint8_t length = 0;             ///< 0…8
   std::array<std::uint8_t, 8> data{};  ///< bytes past `length` are zero
 

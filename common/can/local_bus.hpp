@@ -9,7 +9,8 @@
 
 namespace phantom::can {
 
-/// A CAN bus within one thread, on a clock that its owner sets: for simulations and tests that repeat exactly.
+/// A CAN bus within one thread, on a clock that its owner sets: for simulations and tests that repeat
+/// exactly.
 ///
 ///     LocalBus bus({.bit_rate = 1e6});
 ///     auto master = bus.connect("master"), drive = bus.connect("drive");

@@ -8,9 +8,12 @@ namespace {
 // Command specifiers: the upper three bits of an SDO's first byte (CiA 301, client / server).
 constexpr std::uint8_t kDownloadSegment = 0, kInitiateDownload = 1, kInitiateUpload = 2, kUploadSegment = 3,
                        kAbort = 4;
-constexpr std::uint8_t kUploadSegmentReply = 0, kDownloadSegmentReply = 1, kUploadReply = 2, kDownloadReply = 3;
+constexpr std::uint8_t kUploadSegmentReply = 0, kDownloadSegmentReply = 1, kUploadReply = 2,
+                       kDownloadReply = 3;
 
-std::uint8_t specifier(const CanFrame& frame) noexcept { return static_cast<std::uint8_t>(frame.data[0] >> 5); }
+std::uint8_t specifier(const CanFrame& frame) noexcept {
+  return static_cast<std::uint8_t>(frame.data[0] >> 5);
+}
 
 }  // namespace
 
@@ -116,7 +119,8 @@ void SdoClient::on_initiated(const CanFrame& frame, core::Nanoseconds now_ns) no
 }
 
 void SdoClient::on_segment(const CanFrame& frame, core::Nanoseconds now_ns) noexcept {
-  if (specifier(frame) != (read_ ? kUploadSegmentReply : kDownloadSegmentReply)) return abort(kAbortUnknownCommand);
+  if (specifier(frame) != (read_ ? kUploadSegmentReply : kDownloadSegmentReply))
+    return abort(kAbortUnknownCommand);
   if (((frame.data[0] & 0x10) != 0) != toggle_) return abort(kAbortToggle);
   toggle_ = !toggle_;
   if (read_) on_read_segment(frame);

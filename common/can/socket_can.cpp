@@ -109,7 +109,8 @@ SendResult SocketCan::send(const CanFrame& frame) noexcept {
   }
   ++counters_.refused;
   if (errno == ENOBUFS || errno == EAGAIN) return SendResult::kQueueFull;
-  down_to_report_ = down_to_report_ || state_ != BusState::kDown;  // the socket tells it once, here or in receive()
+  down_to_report_ =
+      down_to_report_ || state_ != BusState::kDown;  // the socket tells it once, here or in receive()
   return SendResult::kDown;
 }
 
@@ -231,8 +232,9 @@ Status SocketCan::restart() {
 Status prepare(int socket, const std::string& interface) {
   ifreq request = request_for(interface);
   if (ioctl(socket, SIOCGIFINDEX, &request) != 0)
-    return Status::not_found(interface + ": no such network interface; allowed: a SocketCAN interface, or "
-                                         "user:NAME for a userspace bus");
+    return Status::not_found(interface +
+                             ": no such network interface; allowed: a SocketCAN interface, or "
+                             "user:NAME for a userspace bus");
   const int index = request.ifr_ifindex;
   if (ioctl(socket, SIOCGIFHWADDR, &request) != 0 || request.ifr_hwaddr.sa_family != ARPHRD_CAN)
     return Status::invalid_argument(interface + ": is not a CAN interface");

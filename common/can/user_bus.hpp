@@ -18,9 +18,10 @@ bool is_user_address(const std::string& address) noexcept;
 /// Connects to the userspace bus "user:NAME". Errors: kNotFound if nobody serves it; kInvalidArgument.
 core::Expected<std::unique_ptr<CanBus>> open_user_bus(const std::string& address);
 
-/// Serves a CAN bus to the processes of one user on this host, for machines whose kernel has none: arbitration
-/// by identifier, pacing by a bit rate, bus-off and faults as BusModel has them, on the real clock. A thread of its
-/// own; nodes come by open_bus("user:NAME") (sockets of the abstract namespace: nothing is left behind).
+/// Serves a CAN bus to the processes of one user on this host, for machines whose kernel has none:
+/// arbitration by identifier, pacing by a bit rate, bus-off and faults as BusModel has them, on the real
+/// clock. A thread of its own; nodes come by open_bus("user:NAME") (sockets of the abstract namespace:
+/// nothing is left behind).
 class UserBusHub {
  public:
   /// Errors: kInvalidArgument; kFailedPrecondition if the name is already served.

@@ -115,14 +115,16 @@ void UserBusHub::run() {
         close(clients_[i].socket);
         clients_.erase(clients_.begin() + static_cast<std::ptrdiff_t>(i));
       }
-      model_.advance(core::monotonic_ns(), [this](BusModel::NodeId to, const Received& r) { deliver(to, r); });
+      model_.advance(core::monotonic_ns(),
+                     [this](BusModel::NodeId to, const Received& r) { deliver(to, r); });
       for (const Client& client : clients_) {
         if (!model_.queue_is_full(client.node)) entries.push_back({client.socket, POLLIN, 0});
       }
       until_ns = model_.next_event_ns();
     }
     const bool open_end = until_ns == std::numeric_limits<core::Nanoseconds>::max();
-    const core::Nanoseconds wait_ns = open_end ? 0 : std::max<core::Nanoseconds>(0, until_ns - core::monotonic_ns());
+    const core::Nanoseconds wait_ns =
+        open_end ? 0 : std::max<core::Nanoseconds>(0, until_ns - core::monotonic_ns());
     const timespec timeout{wait_ns / core::kNsPerSecond, wait_ns % core::kNsPerSecond};
     ppoll(entries.data(), entries.size(), open_end ? nullptr : &timeout, nullptr);
     std::uint64_t woken = 0;

@@ -25,8 +25,10 @@ DriveOptions read_drive(const ConfigReader& section) {
   motor.start_rad = section.number("start_rad", 0.0, {-1e3, 1e3, "rad"});
   motor.joint.lower = section.number("lower_stop_rad", motor.joint.lower, {-1e6, motor.start_rad, "rad"});
   motor.joint.upper = section.number("upper_stop_rad", motor.joint.upper, {motor.start_rad, 1e6, "rad"});
-  drive.following_window_rad = section.number("following_window_rad", drive.following_window_rad, {1e-4, 100, "rad"});
-  drive.quick_stop_rad_s2 = section.number("quick_stop_rad_s2", drive.quick_stop_rad_s2, {0.01, 1e5, "rad/s²"});
+  drive.following_window_rad =
+      section.number("following_window_rad", drive.following_window_rad, {1e-4, 100, "rad"});
+  drive.quick_stop_rad_s2 =
+      section.number("quick_stop_rad_s2", drive.quick_stop_rad_s2, {0.01, 1e5, "rad/s²"});
   return drive;
 }
 

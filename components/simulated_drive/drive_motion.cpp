@@ -26,7 +26,8 @@ void SimulatedDrive::begin_interpolation() {
 
 void SimulatedDrive::run_quick_stop(double dt_s) {
   const double slower = joint_to_counts(options_.motor, options_.quick_stop_rad_s2) * dt_s;
-  demand_speed_ = std::abs(demand_speed_) <= slower ? 0.0 : demand_speed_ - std::copysign(slower, demand_speed_);
+  demand_speed_ =
+      std::abs(demand_speed_) <= slower ? 0.0 : demand_speed_ - std::copysign(slower, demand_speed_);
   demand_counts_ += demand_speed_ * dt_s;
   const bool at_rest = demand_speed_ == 0.0;
   if (state_ == Power::kFaultReaction && at_rest) state_ = Power::kFault;
@@ -47,7 +48,8 @@ MotionDemand SimulatedDrive::demand(double dt_s) {
       if (to_go_s_ == 0.0) demand_speed_ = 0.0;
       return {Kind::kPosition, demand_counts_, demand_speed_, static_cast<double>(od_.value(0x60B2))};
     case kCyclicVelocity:
-      return {Kind::kVelocity, 0.0, static_cast<double>(od_.value(0x60FF)), static_cast<double>(od_.value(0x60B2))};
+      return {Kind::kVelocity, 0.0, static_cast<double>(od_.value(0x60FF)),
+              static_cast<double>(od_.value(0x60B2))};
     case kCyclicTorque:
       return {Kind::kTorque, 0.0, 0.0, static_cast<double>(od_.value(0x6071))};
     default:

@@ -1,7 +1,7 @@
 // The drive's object dictionary, and what writing to it does.
-#include "components/simulated_drive/simulated_drive.hpp"
-
 #include <cmath>
+
+#include "components/simulated_drive/simulated_drive.hpp"
 
 namespace phantom::simulated_drive {
 namespace {
@@ -85,7 +85,8 @@ AbortCode SimulatedDrive::check_mapping(std::uint16_t index, std::uint8_t sub, s
   if ((od_.value(communication, 1) & kOff) == 0) return kAbortState;
   if (sub != 0) {
     if (od_.value(index, 0) != 0) return kAbortState;
-    const auto* target = od_.find(static_cast<std::uint16_t>(value >> 16), static_cast<std::uint8_t>(value >> 8));
+    const auto* target =
+        od_.find(static_cast<std::uint16_t>(value >> 16), static_cast<std::uint8_t>(value >> 8));
     const bool fits = target != nullptr && target->mappable && target->bytes.size() * 8 == (value & 0xFF);
     return fits ? kNoAbort : kAbortNotMappable;
   }
@@ -95,7 +96,8 @@ AbortCode SimulatedDrive::check_mapping(std::uint16_t index, std::uint8_t sub, s
   return bits <= 64 ? kNoAbort : kAbortMappingTooLong;
 }
 
-AbortCode SimulatedDrive::write_object(std::uint16_t index, std::uint8_t sub, const std::vector<std::uint8_t>& bytes) {
+AbortCode SimulatedDrive::write_object(std::uint16_t index, std::uint8_t sub,
+                                       const std::vector<std::uint8_t>& bytes) {
   if (misbehaviour.refuse_sdo && index >= 0x1000 && index < 0x6040) return kAbortState;
   const bool is_mapping = (index >= 0x1600 && index < 0x1604) || (index >= 0x1A00 && index < 0x1A04);
   if (is_mapping && od_.find(index, sub) != nullptr && bytes.size() == od_.find(index, sub)->bytes.size()) {

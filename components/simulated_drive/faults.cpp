@@ -38,13 +38,15 @@ std::string fault_help() {
 TimedFault parse_fault(const std::string& text) {
   const auto at = text.find('@');
   TimedFault fault{.kind = text.substr(0, at)};
-  const bool known = std::any_of(std::begin(kKinds), std::end(kKinds), [&](const Kind& k) { return fault.kind == k.name; });
+  const bool known =
+      std::any_of(std::begin(kKinds), std::end(kKinds), [&](const Kind& k) { return fault.kind == k.name; });
   char* end = nullptr;
   if (at != std::string::npos) fault.at_s = std::strtod(text.c_str() + at + 1, &end);
   if (end != nullptr && *end == ':') fault.node = static_cast<int>(std::strtol(end + 1, &end, 10));
-  if (!known || end == nullptr || *end != '\0' || !std::isfinite(fault.at_s) || fault.at_s < 0 || fault.node < 0)
-    throw core::ConfigError("--fault '" + text + "'; allowed: KIND@SECONDS or KIND@SECONDS:NODE with one of\n" +
-                            fault_help());
+  if (!known || end == nullptr || *end != '\0' || !std::isfinite(fault.at_s) || fault.at_s < 0 ||
+      fault.node < 0)
+    throw core::ConfigError("--fault '" + text +
+                            "'; allowed: KIND@SECONDS or KIND@SECONDS:NODE with one of\n" + fault_help());
   return fault;
 }
 

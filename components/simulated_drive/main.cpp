@@ -28,7 +28,8 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--fault", o.faults, "KIND@SECONDS[:NODE]: a fault that begins then; may be given again");
   app.add_option("--drop", o.bus_fault.drop, "share of frames that the bus loses (userspace bus only)")
       ->check(CLI::Range(0.0, 1.0));
-  app.add_option("--duplicate", o.bus_fault.duplicate, "share of frames that the bus repeats (userspace bus only)")
+  app.add_option("--duplicate", o.bus_fault.duplicate,
+                 "share of frames that the bus repeats (userspace bus only)")
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--delay-ms", o.delay_ms, "every frame comes so much later (userspace bus only)")
       ->check(CLI::Range(0.0, 10000.0));
@@ -48,8 +49,8 @@ std::unique_ptr<can::UserBusHub> serve(const std::string& address, const simulat
   return std::move(hub).value();
 }
 
-std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>> make_drives(const simulated_drive::Config& config,
-                                                                          const Options& o) {
+std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>> make_drives(
+    const simulated_drive::Config& config, const Options& o) {
   std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>> drives;
   for (const auto& drive : config.drives) {
     if (!o.nodes.empty() && std::find(o.nodes.begin(), o.nodes.end(), drive.node) == o.nodes.end()) continue;
@@ -88,10 +89,12 @@ int run(const runtime::ProcessOptions& options, Options o) {
       fault.done = true;
       spdlog::warn("fault: {}", fault.kind);
       for (std::size_t i = 0; i < drives.size(); ++i) {
-        if (fault.node == 0 || fault.node == drives[i]->node()) simulated_drive::apply(fault.kind, *drives[i]);
+        if (fault.node == 0 || fault.node == drives[i]->node())
+          simulated_drive::apply(fault.kind, *drives[i]);
       }
     }
-    if (drives.front()->bus().state() == can::BusState::kDown) throw core::MissingError(config.bus + ": is down");
+    if (drives.front()->bus().state() == can::BusState::kDown)
+      throw core::MissingError(config.bus + ": is down");
     drives.front()->wait(core::kNsPerMillisecond);
   }
   return runtime::kExitDone;
@@ -104,7 +107,8 @@ int main(int argc, char** argv) {
   runtime::ProcessDescription description;
   description.name = "simulated_drive";
   description.summary =
-      "Servo drives without hardware: CiA 402 on a CAN bus, with motors, gears and friction behind them. For trying "
+      "Servo drives without hardware: CiA 402 on a CAN bus, with motors, gears and friction behind them. For "
+      "trying "
       "slave and master with their real drive code.";
   description.details =
       "Example: simulated_drive --bus user:arm --fault trip@10:2\n"

@@ -13,7 +13,8 @@ constexpr double kIntegralPerSecond = 40.0;
 }  // namespace
 
 void Motor::step(double mille, double dt_s) {
-  const double torque_Nm = mille * 1e-3 * parameters_.rated_torque_Nm * parameters_.gear_ratio + parameters_.load_Nm;
+  const double torque_Nm =
+      mille * 1e-3 * parameters_.rated_torque_Nm * parameters_.gear_ratio + parameters_.load_Nm;
   teleop::integrate(parameters_.joint, torque_Nm, dt_s, q_rad_, v_rad_s_);
 }
 
@@ -36,7 +37,8 @@ double MotionLoops::step(const MotionDemand& demand, double limit_mille, double 
       velocity += kPositionBandwidth_rad_s * (demand.position - static_cast<double>(motor_.counts()));
     const double gain = kVelocityBandwidth_rad_s * motor_.mille_per_acceleration();
     const double error = velocity - motor_.counts_per_s();
-    integral_mille_ = std::clamp(integral_mille_ + kIntegralPerSecond * gain * error * dt_s, -limit_mille, limit_mille);
+    integral_mille_ =
+        std::clamp(integral_mille_ + kIntegralPerSecond * gain * error * dt_s, -limit_mille, limit_mille);
     mille = demand.offset_mille + gain * error + integral_mille_;
   }
   mille = std::clamp(mille, -limit_mille, limit_mille);

@@ -8,13 +8,13 @@ namespace phantom::simulated_drive {
 
 /// The motor with its gear, encoder and the joint that it turns.
 struct MotorParameters {
-  double counts_per_turn = 65536;      ///< encoder, per turn of the motor
-  double gear_ratio = 5.0;             ///< motor turns per turn of the joint
-  double rated_torque_Nm = 1.0;        ///< of the motor
-  double peak_share = 3.0;             ///< greatest torque ÷ rated torque
-  double load_Nm = 0.0;                ///< constant torque on the joint, as a weight gives
+  double counts_per_turn = 65536;  ///< encoder, per turn of the motor
+  double gear_ratio = 5.0;         ///< motor turns per turn of the joint
+  double rated_torque_Nm = 1.0;    ///< of the motor
+  double peak_share = 3.0;         ///< greatest torque ÷ rated torque
+  double load_Nm = 0.0;            ///< constant torque on the joint, as a weight gives
   teleop::JointMechanics joint{.inertia = 0.5, .viscous = 0.2, .coulomb = 0.05, .lower = -10, .upper = 10};
-  double start_rad = 0.0;              ///< joint angle at power-up; count 0 is joint angle 0
+  double start_rad = 0.0;  ///< joint angle at power-up; count 0 is joint angle 0
 };
 
 /// Advances the joint and says what the encoder shows.
@@ -33,7 +33,9 @@ class Motor {
   const MotorParameters& parameters() const { return parameters_; }
 
  private:
-  double counts_per_rad() const { return parameters_.counts_per_turn * parameters_.gear_ratio / 6.283185307179586; }
+  double counts_per_rad() const {
+    return parameters_.counts_per_turn * parameters_.gear_ratio / 6.283185307179586;
+  }
   MotorParameters parameters_;
   double q_rad_ = 0.0, v_rad_s_ = 0.0;
 };
@@ -42,8 +44,8 @@ class Motor {
 struct MotionDemand {
   enum class Kind { kOff, kPosition, kVelocity, kTorque };
   Kind kind = Kind::kOff;
-  double position = 0.0;   ///< counts
-  double velocity = 0.0;   ///< counts/s, target or feed-forward
+  double position = 0.0;      ///< counts
+  double velocity = 0.0;      ///< counts/s, target or feed-forward
   double offset_mille = 0.0;  ///< torque added, or the target in kTorque
 };
 

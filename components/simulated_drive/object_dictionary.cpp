@@ -16,8 +16,8 @@ std::int64_t number_in(const std::vector<std::uint8_t>& bytes, bool is_signed) {
 
 }  // namespace
 
-void ObjectDictionary::add(std::uint16_t index, std::uint8_t sub, std::size_t size, std::int64_t value, bool writable,
-                           bool mappable, bool is_signed) {
+void ObjectDictionary::add(std::uint16_t index, std::uint8_t sub, std::size_t size, std::int64_t value,
+                           bool writable, bool mappable, bool is_signed) {
   objects_[key(index, sub)] = {.bytes = std::vector<std::uint8_t>(size),
                                .writable = writable,
                                .mappable = mappable,
@@ -58,7 +58,8 @@ void ObjectDictionary::set(std::uint16_t index, std::uint8_t sub, std::int64_t v
   }
 }
 
-AbortCode ObjectDictionary::write(std::uint16_t index, std::uint8_t sub, const std::vector<std::uint8_t>& bytes) {
+AbortCode ObjectDictionary::write(std::uint16_t index, std::uint8_t sub,
+                                  const std::vector<std::uint8_t>& bytes) {
   const auto found = objects_.find(key(index, sub));
   if (found == objects_.end()) return missing(index);
   Object& object = found->second;

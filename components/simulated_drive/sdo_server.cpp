@@ -41,7 +41,8 @@ SdoServer::Message SdoServer::begin_download(const Message& request) {
   const Message accepted{0x60, request[1], request[2], request[3]};
   if (expedited) {
     const std::size_t size = counted ? 4 - ((request[0] & 0x0C) / 4) : 4;
-    const AbortCode code = write_(index_, sub_, {request.begin() + 4, request.begin() + 4 + static_cast<long>(size)});
+    const AbortCode code =
+        write_(index_, sub_, {request.begin() + 4, request.begin() + 4 + static_cast<long>(size)});
     return code == kNoAbort ? accepted : refuse(code);
   }
   const auto* object = dictionary_.find(index_, sub_);

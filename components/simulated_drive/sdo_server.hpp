@@ -16,7 +16,8 @@ class SdoServer {
   using Message = std::array<std::uint8_t, 8>;
   using Write = std::function<AbortCode(std::uint16_t, std::uint8_t, const std::vector<std::uint8_t>&)>;
 
-  SdoServer(const ObjectDictionary& dictionary, Write write) : dictionary_(dictionary), write_(std::move(write)) {}
+  SdoServer(const ObjectDictionary& dictionary, Write write)
+      : dictionary_(dictionary), write_(std::move(write)) {}
 
   /// The answer to a request; none to an abort.
   std::optional<Message> answer(const Message& request);

@@ -47,8 +47,14 @@ void SimulatedDrive::power_cycle() {
 }
 
 void SimulatedDrive::warn(std::uint16_t code) {
-  const std::vector<std::uint8_t> bytes{static_cast<std::uint8_t>(code), static_cast<std::uint8_t>(code >> 8),
-                                        static_cast<std::uint8_t>(code != 0 ? 1 : 0), 0, 0, 0, 0, 0};
+  const std::vector<std::uint8_t> bytes{static_cast<std::uint8_t>(code),
+                                        static_cast<std::uint8_t>(code >> 8),
+                                        static_cast<std::uint8_t>(code != 0 ? 1 : 0),
+                                        0,
+                                        0,
+                                        0,
+                                        0,
+                                        0};
   if (nmt_ != Nmt::kStopped) send(0x80U + static_cast<std::uint32_t>(options_.node), bytes);
 }
 
@@ -68,7 +74,8 @@ void SimulatedDrive::trip(std::uint16_t code) {
 void SimulatedDrive::take(const can::CanFrame& frame) {
   if (frame.extended || frame.remote) return;
   const auto node = static_cast<std::uint32_t>(options_.node);
-  if (frame.id == 0 && frame.length == 2 && (frame.data[1] == 0 || frame.data[1] == node)) return take_nmt(frame.data[0]);
+  if (frame.id == 0 && frame.length == 2 && (frame.data[1] == 0 || frame.data[1] == node))
+    return take_nmt(frame.data[0]);
   const std::int64_t consumer = od_.value(0x1016, 1);
   if (frame.id == 0x700U + (consumer >> 16 & 0x7F) && frame.length == 1) {
     master_heard_ns_ = now_ns_;
@@ -137,7 +144,8 @@ void SimulatedDrive::take_rpdo(const Pdo& rpdo, const can::CanFrame& frame) {
     const std::vector<std::uint8_t> bytes(frame.data.begin() + static_cast<long>(at),
                                           frame.data.begin() + static_cast<long>(at + size));
     at += size;
-    static_cast<void>(write_object(static_cast<std::uint16_t>(object >> 16), static_cast<std::uint8_t>(object >> 8), bytes));
+    static_cast<void>(write_object(static_cast<std::uint16_t>(object >> 16),
+                                   static_cast<std::uint8_t>(object >> 8), bytes));
   }
 }
 
@@ -168,7 +176,8 @@ void SimulatedDrive::send_tpdo(std::uint16_t communication) {
   const Pdo tpdo = pdo(communication);
   std::vector<std::uint8_t> bytes;
   for (const std::uint32_t object : tpdo.mapping) {
-    const auto* source = od_.find(static_cast<std::uint16_t>(object >> 16), static_cast<std::uint8_t>(object >> 8));
+    const auto* source =
+        od_.find(static_cast<std::uint16_t>(object >> 16), static_cast<std::uint8_t>(object >> 8));
     bytes.insert(bytes.end(), source->bytes.begin(), source->bytes.end());
   }
   bytes.resize(bytes.size() - std::min<std::size_t>(bytes.size(), misbehaviour.cut_pdo_bytes));
@@ -224,7 +233,8 @@ void SimulatedDrive::obey_controlword() {
   const int command = word & 0x0F;
   if (command == 0x06 && state_ != Power::kQuickStop) state_ = Power::kReady;
   if (command == 0x07 && (state_ == Power::kReady || state_ == Power::kEnabled)) state_ = Power::kSwitchedOn;
-  if (command == 0x0F && (state_ == Power::kSwitchedOn || state_ == Power::kQuickStop) && !misbehaviour.refuse_enable) {
+  if (command == 0x0F && (state_ == Power::kSwitchedOn || state_ == Power::kQuickStop) &&
+      !misbehaviour.refuse_enable) {
     state_ = Power::kEnabled;
     demand_counts_ = static_cast<double>(motor().counts());
     demand_speed_ = 0.0;
@@ -232,8 +242,8 @@ void SimulatedDrive::obey_controlword() {
   }
 }
 
-// From enabled into quick stop: `option` as object 0x605A, of which 0 (power off), 2 (ramp, then off) and 6 (ramp,
-// then hold) are known.
+// From enabled into quick stop: `option` as object 0x605A, of which 0 (power off), 2 (ramp, then off) and 6
+// (ramp, then hold) are known.
 void SimulatedDrive::leave_enabled(std::int64_t option) {
   demand_speed_ = motor().counts_per_s();
   demand_counts_ = static_cast<double>(motor().counts());

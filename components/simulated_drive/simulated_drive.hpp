@@ -26,21 +26,21 @@ struct Misbehaviour {
   bool mute_heartbeat = false;
   bool mute_pdos = false;
   bool mute_sdo = false;
-  std::int8_t shown_mode = 0;   ///< another mode of operation than it has; 0: the true one
+  std::int8_t shown_mode = 0;      ///< another mode of operation than it has; 0: the true one
   std::uint8_t cut_pdo_bytes = 0;  ///< its PDOs are so much shorter
   bool refuse_enable = false;
-  bool refuse_sdo = false;         ///< every write is refused
+  bool refuse_sdo = false;  ///< every write is refused
 };
 
-/// A CiA 402 servo drive as the bus sees one: CiA 301 services, the power state machine, cyclic synchronous position,
-/// velocity and torque, quick stop, faults; with motor, gear, friction and encoder behind it. It shares no encoding
-/// with the master's side. Not real-time safe.
+/// A CiA 402 servo drive as the bus sees one: CiA 301 services, the power state machine, cyclic synchronous
+/// position, velocity and torque, quick stop, faults; with motor, gear, friction and encoder behind it. It
+/// shares no encoding with the master's side. Not real-time safe.
 class SimulatedDrive {
  public:
   SimulatedDrive(const DriveOptions& options, std::unique_ptr<can::CanBus> bus);
 
-  /// Takes what has come, moves the motor on to `now_ns`, sends what is due. Call about every millisecond or after
-  /// the bus has something; the first call is the power-up.
+  /// Takes what has come, moves the motor on to `now_ns`, sends what is due. Call about every millisecond or
+  /// after the bus has something; the first call is the power-up.
   void step(core::Nanoseconds now_ns);
   void wait(core::Nanoseconds timeout_ns) { bus_->wait(timeout_ns); }
 
@@ -105,7 +105,8 @@ class SimulatedDrive {
   std::uint16_t last_controlword_ = 0;
   std::array<std::vector<std::uint8_t>, 4> latched_;  // RPDOs that wait for the next SYNC
   std::array<int, 4> syncs_{};                        // since each TPDO was sent
-  double demand_counts_ = 0.0, demand_speed_ = 0.0;   // interpolated position, or the velocity that is ramped down
+  double demand_counts_ = 0.0,
+         demand_speed_ = 0.0;  // interpolated position, or the velocity that is ramped down
   double torque_mille_ = 0.0;
   double to_go_s_ = 0.0;
 };

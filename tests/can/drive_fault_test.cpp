@@ -28,56 +28,101 @@ struct Situation {
 bool phase_is(Rig& rig, DrivePhase phase) { return rig.drive(0).phase == phase; }
 
 const Situation kSituations[] = {
-    {"searching", [](Rig& rig) { rig.group->step(rig.command, rig.bus.now_ns()); return phase_is(rig, DrivePhase::kSearching); }, false},
-    {"configuring", [](Rig& rig) { return rig.run_until([&] { return phase_is(rig, DrivePhase::kConfiguring); }, 1) >= 0; }, false},
-    {"ready", [](Rig& rig) { return rig.run_until([&] { return rig.state() == DriveGroupState::kReady; }, 2) >= 0; }, true},
-    {"enabled, moving", [](Rig& rig) {
+    {"searching",
+     [](Rig& rig) {
+       rig.group->step(rig.command, rig.bus.now_ns());
+       return phase_is(rig, DrivePhase::kSearching);
+     },
+     false},
+    {"configuring",
+     [](Rig& rig) { return rig.run_until([&] { return phase_is(rig, DrivePhase::kConfiguring); }, 1) >= 0; },
+     false},
+    {"ready",
+     [](Rig& rig) { return rig.run_until([&] { return rig.state() == DriveGroupState::kReady; }, 2) >= 0; },
+     true},
+    {"enabled, moving",
+     [](Rig& rig) {
        if (!rig.bring_up()) return false;
        rig.command.velocity.fill(0.5);
        rig.run(0.5);
        return true;
-     }, true},
-    {"quick stop", [](Rig& rig) {
+     },
+     true},
+    {"quick stop",
+     [](Rig& rig) {
        if (!rig.bring_up()) return false;
        rig.command.quick_stop = true;
        rig.run(0.2);
        return rig.state() == DriveGroupState::kQuickStop;
-     }, true},
+     },
+     true},
 };
 
 struct Fault {
   const char* name;
   void (*begin)(Rig&);
   void (*end)(Rig&);
-  std::set<DriveFault> when_connected;  // the names it may go by; empty: not noticed in this state, or harmless
+  std::set<DriveFault>
+      when_connected;  // the names it may go by; empty: not noticed in this state, or harmless
 };
 
 const Fault kFaults[] = {
-    {"drive killed", [](Rig& r) { r.bus.set_plugged(r.drives[0]->bus(), false); r.frozen[0] = true; },
-     [](Rig& r) { r.bus.set_plugged(r.drives[0]->bus(), true); r.frozen[0] = false; r.drives[0]->power_cycle(); },
+    {"drive killed",
+     [](Rig& r) {
+       r.bus.set_plugged(r.drives[0]->bus(), false);
+       r.frozen[0] = true;
+     },
+     [](Rig& r) {
+       r.bus.set_plugged(r.drives[0]->bus(), true);
+       r.frozen[0] = false;
+       r.drives[0]->power_cycle();
+     },
      {DriveFault::kFeedbackMissing}},
-    {"drive frozen", [](Rig& r) { r.frozen[0] = true; }, [](Rig& r) { r.frozen[0] = false; },
+    {"drive frozen",
+     [](Rig& r) { r.frozen[0] = true; },
+     [](Rig& r) { r.frozen[0] = false; },
      {DriveFault::kFeedbackMissing}},
-    {"cable cut", [](Rig& r) { r.bus.set_plugged(r.drives[0]->bus(), false); },
-     [](Rig& r) { r.bus.set_plugged(r.drives[0]->bus(), true); }, {DriveFault::kFeedbackMissing}},
-    {"all frames lost", [](Rig& r) { r.bus.set_faults({{.drop = 1.0}}); }, [](Rig& r) { r.bus.set_faults({}); },
+    {"cable cut",
+     [](Rig& r) { r.bus.set_plugged(r.drives[0]->bus(), false); },
+     [](Rig& r) { r.bus.set_plugged(r.drives[0]->bus(), true); },
      {DriveFault::kFeedbackMissing}},
-    {"frames 30 ms late", [](Rig& r) { r.bus.set_faults({{.delay_ns = 30'000'000}}); },
-     [](Rig& r) { r.bus.set_faults({}); }, {DriveFault::kFeedbackMissing}},
-    {"heartbeat stops", [](Rig& r) { r.drives[0]->misbehaviour.mute_heartbeat = true; },
-     [](Rig& r) { r.drives[0]->misbehaviour.mute_heartbeat = false; }, {DriveFault::kHeartbeatLost}},
-    {"SYNCs unanswered", [](Rig& r) { r.drives[0]->misbehaviour.mute_pdos = true; },
-     [](Rig& r) { r.drives[0]->misbehaviour.mute_pdos = false; }, {DriveFault::kFeedbackMissing}},
-    {"other mode", [](Rig& r) { r.drives[0]->misbehaviour.shown_mode = 1; },
-     [](Rig& r) { r.drives[0]->misbehaviour.shown_mode = 0; }, {DriveFault::kModeMismatch}},
-    {"PDO too short", [](Rig& r) { r.drives[0]->misbehaviour.cut_pdo_bytes = 1; },
-     [](Rig& r) { r.drives[0]->misbehaviour.cut_pdo_bytes = 0; }, {DriveFault::kPdoLength}},
-    {"node id twice", [](Rig& r) {
+    {"all frames lost",
+     [](Rig& r) { r.bus.set_faults({{.drop = 1.0}}); },
+     [](Rig& r) { r.bus.set_faults({}); },
+     {DriveFault::kFeedbackMissing}},
+    {"frames 30 ms late",
+     [](Rig& r) { r.bus.set_faults({{.delay_ns = 30'000'000}}); },
+     [](Rig& r) { r.bus.set_faults({}); },
+     {DriveFault::kFeedbackMissing}},
+    {"heartbeat stops",
+     [](Rig& r) { r.drives[0]->misbehaviour.mute_heartbeat = true; },
+     [](Rig& r) { r.drives[0]->misbehaviour.mute_heartbeat = false; },
+     {DriveFault::kHeartbeatLost}},
+    {"SYNCs unanswered",
+     [](Rig& r) { r.drives[0]->misbehaviour.mute_pdos = true; },
+     [](Rig& r) { r.drives[0]->misbehaviour.mute_pdos = false; },
+     {DriveFault::kFeedbackMissing}},
+    {"other mode",
+     [](Rig& r) { r.drives[0]->misbehaviour.shown_mode = 1; },
+     [](Rig& r) { r.drives[0]->misbehaviour.shown_mode = 0; },
+     {DriveFault::kModeMismatch}},
+    {"PDO too short",
+     [](Rig& r) { r.drives[0]->misbehaviour.cut_pdo_bytes = 1; },
+     [](Rig& r) { r.drives[0]->misbehaviour.cut_pdo_bytes = 0; },
+     {DriveFault::kPdoLength}},
+    {"node id twice",
+     [](Rig& r) {
        simulated_drive::DriveOptions twin{.node = 1};
        r.add(twin);
      },
-     [](Rig& r) { r.drives.pop_back(); r.frozen.pop_back(); }, {DriveFault::kDuplicateNode, DriveFault::kRebooted}},
-    {"over-current", [](Rig& r) { r.drives[0]->trip(0x2310); }, [](Rig&) {},
+     [](Rig& r) {
+       r.drives.pop_back();
+       r.frozen.pop_back();
+     },
+     {DriveFault::kDuplicateNode, DriveFault::kRebooted}},
+    {"over-current",
+     [](Rig& r) { r.drives[0]->trip(0x2310); },
+     [](Rig&) {},
      {DriveFault::kEmergency, DriveFault::kDriveFault}},
     {"emergency message", [](Rig& r) { r.drives[0]->warn(0x4310); }, [](Rig&) {}, {DriveFault::kEmergency}},
     {"drive reboots", [](Rig& r) { r.drives[0]->power_cycle(); }, [](Rig&) {}, {DriveFault::kRebooted}},
@@ -117,7 +162,8 @@ Outcome run_case(const Fault& fault, const Situation& situation, FaultReaction r
     // No drive follows any more, whatever is commanded.
     EXPECT_NE(rig.drives[1]->power(), Power::kEnabled) << fault.name << " in " << situation.name;
     if (reaction == FaultReaction::kHold) {
-      EXPECT_LT(std::abs(rig.drives[1]->motor().joint_rad_s()), 1e-3) << fault.name << " in " << situation.name;
+      EXPECT_LT(std::abs(rig.drives[1]->motor().joint_rad_s()), 1e-3)
+          << fault.name << " in " << situation.name;
     }
   }
   fault.end(rig);
@@ -133,10 +179,12 @@ class FaultTable : public testing::TestWithParam<FaultReaction> {};
 
 TEST_P(FaultTable, EveryFaultInEveryStateIsNamedInTimeAndMovesNothing) {
   const bool hold = GetParam() == FaultReaction::kHold;
-  std::ofstream table(std::string(PHANTOM_BUILD_DIR) + (hold ? "/drive_faults_hold.md" : "/drive_faults_coast.md"));
-  table << "Drives at 500 Hz, velocity mode, reaction " << (hold ? "hold" : "coast")
-        << ": state reached after each fault in each state, ms until it was known, and how far the sound drive "
-           "went on.\n\n| fault |";
+  std::ofstream table(std::string(PHANTOM_BUILD_DIR) +
+                      (hold ? "/drive_faults_hold.md" : "/drive_faults_coast.md"));
+  table
+      << "Drives at 500 Hz, velocity mode, reaction " << (hold ? "hold" : "coast")
+      << ": state reached after each fault in each state, ms until it was known, and how far the sound drive "
+         "went on.\n\n| fault |";
   for (const Situation& s : kSituations) table << ' ' << s.name << " |";
   table << "\n|---|---|---|---|---|---|\n";
   for (const Fault& fault : kFaults) {
@@ -252,7 +300,8 @@ TEST(DriveFaults, AnotherRatedTorqueThanConfiguredIsRefused) {
   Rig rig(config);
   rig.run(2.0);
   EXPECT_EQ(rig.drive(0).fault, DriveFault::kSetupRefused);
-  EXPECT_EQ(rig.group->sentence(), "j1 says 1000 (0x3E8) for object 0x6076: not the configured rated torque (mN·m)");
+  EXPECT_EQ(rig.group->sentence(),
+            "j1 says 1000 (0x3E8) for object 0x6076: not the configured rated torque (mN·m)");
 }
 
 TEST(DriveFaults, ARefusedSettingIsNamedWithItsAbortCode) {

@@ -1,5 +1,5 @@
-// The real executable on a userspace bus: killed, frozen, and with faults of its own; on the real clock, with times that
-// a busy machine can keep.
+// The real executable on a userspace bus: killed, frozen, and with faults of its own; on the real clock, with
+// times that a busy machine can keep.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -102,7 +102,8 @@ TEST_F(DriveProcess, AFrozenProcessIsFoundAndTakenBackAfterAReset) {
   ASSERT_TRUE(reaches(DriveGroupState::kFault));
   EXPECT_EQ(group_->report().drives[0].fault, DriveFault::kFeedbackMissing);
   kill(pid_, SIGCONT);
-  reaches(DriveGroupState::kEnabled, 0.5);  // what had piled up goes over the bus; nothing follows without a reset
+  reaches(DriveGroupState::kEnabled,
+          0.5);  // what had piled up goes over the bus; nothing follows without a reset
   EXPECT_EQ(group_->report().state, DriveGroupState::kFault);
   EXPECT_TRUE(recovers()) << group_->sentence();
 }

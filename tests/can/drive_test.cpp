@@ -57,7 +57,8 @@ TEST_P(Modes, CycleUsesNoHeap) {
   EXPECT_EQ(rig.state(), DriveGroupState::kFault);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Modes, testing::Values(DriveMode::kPosition, DriveMode::kVelocity, DriveMode::kTorque));
+INSTANTIATE_TEST_SUITE_P(All, Modes,
+                         testing::Values(DriveMode::kPosition, DriveMode::kVelocity, DriveMode::kTorque));
 
 TEST(Drives, PositionModeFollowsASineWithinAMilliradian) {
   Rig rig(group_config(DriveMode::kPosition, 2));
@@ -205,7 +206,8 @@ TEST(Drives, RandomFramesNeverMoveAnArm) {
       const std::uint32_t node = 1 + random() % 2;
       frame.id = to_master[random() % 6] + node;
       frame.length = static_cast<std::uint8_t>(random() % 9);
-      for (int i = 0; i < frame.length; ++i) frame.data[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(random());
+      for (int i = 0; i < frame.length; ++i)
+        frame.data[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(random());
       intruder->send(frame);
       if (random() % 50 == 0) rig.command.reset = !rig.command.reset;
     };
@@ -223,7 +225,8 @@ TEST(Drives, RandomFramesNeverBreakTheSimulatedDrive) {
       can::CanFrame frame;
       frame.id = random() % 2 ? 0x601 : random() % 0x800;
       frame.length = static_cast<std::uint8_t>(random() % 9);
-      for (int i = 0; i < frame.length; ++i) frame.data[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(random());
+      for (int i = 0; i < frame.length; ++i)
+        frame.data[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(random());
       intruder->send(frame);
     }
   };

@@ -17,7 +17,10 @@ inline can::AxisConfig axis(int node, can::DriveMode mode) {
   axis.name = std::string("j").append(std::to_string(node));
   axis.node = node;
   axis.mode = mode;
-  axis.units = {.counts_per_turn = kCounts, .gear_ratio = kGear, .torque_constant_Nm_per_A = 0.25, .rated_current_A = 4};
+  axis.units = {.counts_per_turn = kCounts,
+                .gear_ratio = kGear,
+                .torque_constant_Nm_per_A = 0.25,
+                .rated_current_A = 4};
   axis.lower = -3.0;
   axis.upper = 3.0;
   axis.max_speed = 1.0;

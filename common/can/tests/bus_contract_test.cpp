@@ -1,5 +1,5 @@
-// What every CanBus promises, on every kind of bus. Real interfaces are named by PHANTOM_CAN_INTERFACES: two that are
-// connected ("can0,can1"), or a virtual one ("vcan0"); several pairs are separated by ';'.
+// What every CanBus promises, on every kind of bus. Real interfaces are named by PHANTOM_CAN_INTERFACES: two
+// that are connected ("can0,can1"), or a virtual one ("vcan0"); several pairs are separated by ';'.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -181,12 +181,14 @@ TEST_P(BusContract, ReceiveTimesAreMonotonicAndInThePast) {
     last_ns = received.time_ns;
     if (pair_->virtual_time) continue;
     EXPECT_LE(received.time_ns, core::monotonic_ns());
-    EXPECT_GE(received.time_ns, begun_ns - core::kNsPerMillisecond);  // two clocks are read one after the other
+    EXPECT_GE(received.time_ns,
+              begun_ns - core::kNsPerMillisecond);  // two clocks are read one after the other
   }
 }
 
 TEST_P(BusContract, FiltersLetPassWhatTheyName) {
-  const CanFilter filters[] = {{.id = 0x180, .mask = 0x780}, {.id = 0x5, .mask = 0x1FFFFFFF, .extended = true}};
+  const CanFilter filters[] = {{.id = 0x180, .mask = 0x780},
+                               {.id = 0x5, .mask = 0x1FFFFFFF, .extended = true}};
   ASSERT_TRUE(b().set_filters(filters));
   CanFrame extended = frame(5, {2});
   extended.extended = true;

@@ -55,10 +55,13 @@ TEST(BusLoad, NoFrameIsLongerThanTheWorstCase) {
     for (std::uint8_t length = 0; length <= 8; ++length) {
       std::uint32_t longest = 0;
       for (int i = 0; i < 20000; ++i) {
-        CanFrame f{.id = static_cast<std::uint32_t>(random()) % (extended ? 1U << 29 : 1U << 11), .extended = extended, .length = length};
+        CanFrame f{.id = static_cast<std::uint32_t>(random()) % (extended ? 1U << 29 : 1U << 11),
+                   .extended = extended,
+                   .length = length};
         const bool much = random() % 2;  // what stuffs most: equal bits in fours, in any phase
         const auto fours = std::rotl(std::uint8_t{0x0F}, static_cast<int>(random() % 8));
-        for (std::size_t b = 0; b < length; ++b) f.data[b] = much ? fours : static_cast<std::uint8_t>(random());
+        for (std::size_t b = 0; b < length; ++b)
+          f.data[b] = much ? fours : static_cast<std::uint8_t>(random());
         if (much) f.id = extended ? 0x10F0F0F0 + static_cast<std::uint32_t>(random()) % 4096 : 0x078;
         longest = std::max(longest, literal_bits(f));
       }
@@ -175,7 +178,8 @@ TEST_F(Model, FaultsHappenAsOftenAsAskedAndTheSameWithTheSameSeed) {
   const auto first = run(1);
   EXPECT_EQ(first, run(1));
   EXPECT_NE(first, run(2));
-  const auto touched = std::count_if(first.begin(), first.end(), [](const auto& g) { return g.second == 0x100; });
+  const auto touched =
+      std::count_if(first.begin(), first.end(), [](const auto& g) { return g.second == 0x100; });
   EXPECT_NEAR(static_cast<double>(touched), 10'000 * 0.8 * 1.1, 200);
   EXPECT_EQ(static_cast<std::ptrdiff_t>(first.size()) - touched, 10'000);  // the others pass untouched
 }

@@ -114,13 +114,14 @@ TEST(Cia402, StatuswordNamesTheState) {
   const struct {
     std::uint16_t word;
     PowerState state;
-  } table[] = {{0x0000, PowerState::kNotReady},        {0x0040, PowerState::kSwitchOnDisabled},
-               {0x0021, PowerState::kReadyToSwitchOn}, {0x0023, PowerState::kSwitchedOn},
+  } table[] = {{0x0000, PowerState::kNotReady},         {0x0040, PowerState::kSwitchOnDisabled},
+               {0x0021, PowerState::kReadyToSwitchOn},  {0x0023, PowerState::kSwitchedOn},
                {0x0027, PowerState::kOperationEnabled}, {0x0007, PowerState::kQuickStopActive},
-               {0x000F, PowerState::kFaultReaction},   {0x0008, PowerState::kFault}};
+               {0x000F, PowerState::kFaultReaction},    {0x0008, PowerState::kFault}};
   for (const auto& row : table) {
     for (const int noise : {0x0000, 0xFF90, 0x1610}) {
-      EXPECT_EQ(power_state(static_cast<std::uint16_t>(row.word | noise)), row.state) << std::hex << (row.word | noise);
+      EXPECT_EQ(power_state(static_cast<std::uint16_t>(row.word | noise)), row.state)
+          << std::hex << (row.word | noise);
     }
   }
   EXPECT_EQ(power_state(0x0060), PowerState::kSwitchOnDisabled);  // bit 5 does not matter there
@@ -135,7 +136,8 @@ TEST(Emergency, HasWords) {
 
 AxisConfig good_axis(int node) {
   AxisConfig axis{.name = "j", .node = node, .lower = -3, .upper = 3, .max_speed = 1, .max_torque = 5};
-  axis.units = {.counts_per_turn = 65536, .gear_ratio = 5, .torque_constant_Nm_per_A = 0.25, .rated_current_A = 4};
+  axis.units = {
+      .counts_per_turn = 65536, .gear_ratio = 5, .torque_constant_Nm_per_A = 0.25, .rated_current_A = 4};
   return axis;
 }
 
@@ -171,14 +173,18 @@ TEST(DriveConfig, EachFaultIsNamedWithValueAndWhatIsAllowed) {
   EXPECT_EQ(refused([](C& c) { c.axes[0].units.gear_ratio = std::nan(""); }),
             "j.gear_ratio: nan; allowed: greater than 0, at most 100000");
   EXPECT_EQ(refused([](C& c) { c.axes[0].units.sign = 0; }), "j.sign: 0; allowed: 1 or -1");
-  EXPECT_EQ(refused([](C& c) { c.axes[1].node = 1; }), "j.node: 1; allowed: a node id that nobody else on its bus has");
-  EXPECT_EQ(refused([](C& c) { c.axes[1].node = 127; }), "j.node: 127; allowed: a node id that nobody else on its bus has");
+  EXPECT_EQ(refused([](C& c) { c.axes[1].node = 1; }),
+            "j.node: 1; allowed: a node id that nobody else on its bus has");
+  EXPECT_EQ(refused([](C& c) { c.axes[1].node = 127; }),
+            "j.node: 127; allowed: a node id that nobody else on its bus has");
   EXPECT_EQ(refused([](C& c) { c.axes[1].node = 128; }), "j.node: 128; allowed: 1 to 127");
   EXPECT_EQ(refused([](C& c) { c.axes[0].bus = 1; }), "j.bus: 1; allowed: less than 1");
   EXPECT_EQ(refused([](C& c) { c.axes[0].max_speed = -std::numeric_limits<double>::infinity(); }),
             "j.max_speed: -inf; allowed: greater than 0");
-  EXPECT_EQ(refused([](C& c) { c.timing.heartbeat_timeout_s = 0.03; }), "heartbeat_timeout_s: 0.03; allowed: 0.04 to 30");
-  EXPECT_NE(refused([](C& c) { c.axes[0].units.offset = 1e6; }).find("counts; allowed: within"), std::string::npos);
+  EXPECT_EQ(refused([](C& c) { c.timing.heartbeat_timeout_s = 0.03; }),
+            "heartbeat_timeout_s: 0.03; allowed: 0.04 to 30");
+  EXPECT_NE(refused([](C& c) { c.axes[0].units.offset = 1e6; }).find("counts; allowed: within"),
+            std::string::npos);
   EXPECT_NE(refused([](C& c) { c.axes[0].max_torque = 1e6; }).find("per mille"), std::string::npos);
 }
 
@@ -187,13 +193,14 @@ TEST(DriveConfig, ABusOverItsBudgetIsRefusedWithTheNumbers) {
   for (int node = 1; node <= 6; ++node) config.axes.push_back(good_axis(node));
   for (AxisConfig& axis : config.axes) axis.mode = DriveMode::kPosition;
   config.timing.period_s = 0.001;
-  // By hand: SYNC 55; each drive 125 (7 bytes) + 115 (6) + 135 (8) = 375; six of them: 2305 bits per ms; and seven
-  // heartbeats of 65 bits in 20 ms.
+  // By hand: SYNC 55; each drive 125 (7 bytes) + 115 (6) + 135 (8) = 375; six of them: 2305 bits per ms; and
+  // seven heartbeats of 65 bits in 20 ms.
   const BusLoad load = bus_load(config, 0);
   EXPECT_EQ(load.frames_per_cycle, 19);
   EXPECT_DOUBLE_EQ(load.bits_per_s, 2305e3 + 7 * 65 / 0.02);
   EXPECT_EQ(check(config).message(),
-            "bus 0: 6 drives need 19 frames, 2.305 ms, in each cycle of 1 ms: 2328 kbit/s with heartbeats, 232.8 % of "
+            "bus 0: 6 drives need 19 frames, 2.305 ms, in each cycle of 1 ms: 2328 kbit/s with heartbeats, "
+            "232.8 % of "
             "1000 kbit/s; allowed: at most 85 %. Use a longer period, measure_every, or more buses");
   config.bit_rates = {1e6, 1e6, 1e6};  // two drives to a bus
   for (std::size_t a = 0; a < 6; ++a) config.axes[a].bus = a / 2;
