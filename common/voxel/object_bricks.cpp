@@ -18,34 +18,6 @@ const Orders& all_interior() {
   return orders;
 }
 
-/// Whether any voxel of the box (in the grid, inside the object's box) is not free.
-bool anything_in(const ObjectVoxels& object, const VoxelBox& part) {
-  for (std::int32_t z = part.min.z; z < part.min.z + part.size[2]; ++z) {
-    for (std::int32_t y = part.min.y; y < part.min.y + part.size[1]; ++y) {
-      const std::int8_t* row = object.order.data() + object.index(part.min.x - object.box.min.x,
-                                                                  y - object.box.min.y, z - object.box.min.z);
-      if (std::any_of(row, row + part.size[0], [](std::int8_t order) { return order != kOrderFree; }))
-        return true;
-    }
-  }
-  return false;
-}
-
-std::unique_ptr<std::int8_t[]> copy_of(const ObjectVoxels& object, const VoxelBox& part) {
-  auto orders = std::make_unique<std::int8_t[]>(kBrickVoxels);
-  for (std::int32_t z = part.min.z; z < part.min.z + part.size[2]; ++z) {
-    for (std::int32_t y = part.min.y; y < part.min.y + part.size[1]; ++y) {
-      const std::int8_t* row = object.order.data() + object.index(part.min.x - object.box.min.x,
-                                                                  y - object.box.min.y, z - object.box.min.z);
-      for (std::int32_t i = 0; i < part.size[0]; ++i) {
-        orders[brick_offset(static_cast<std::uint32_t>((part.min.x + i) & 31),
-                            static_cast<std::uint32_t>(y & 31), static_cast<std::uint32_t>(z & 31))] = row[i];
-      }
-    }
-  }
-  return orders;
-}
-
 }  // namespace
 
 ObjectBricks::ObjectBricks(std::vector<Part> parts) {
@@ -56,23 +28,6 @@ ObjectBricks::ObjectBricks(std::vector<Part> parts) {
     keys_.push_back(part.key);
     orders_.push_back(std::move(part.orders));
   }
-}
-
-ObjectBricks ObjectBricks::of(const ObjectVoxels& dense, const GridSpec& grid) {
-  const VoxelBox inside = dense.box.intersection(VoxelBox::of(grid));
-  if (inside.empty()) return {};
-  const auto last_of = [](std::int32_t from, std::int32_t count) { return (from + count - 1) / kBrickEdge; };
-  std::vector<Part> parts;
-  BrickKey key;
-  for (key.z = inside.min.z / kBrickEdge; key.z <= last_of(inside.min.z, inside.size[2]); ++key.z) {
-    for (key.y = inside.min.y / kBrickEdge; key.y <= last_of(inside.min.y, inside.size[1]); ++key.y) {
-      for (key.x = inside.min.x / kBrickEdge; key.x <= last_of(inside.min.x, inside.size[0]); ++key.x) {
-        const VoxelBox part = inside.intersection(box_of(key));
-        if (anything_in(dense, part)) parts.push_back({key, copy_of(dense, part)});
-      }
-    }
-  }
-  return ObjectBricks(std::move(parts));
 }
 
 const std::int8_t* ObjectBricks::orders(BrickKey key) const noexcept {

@@ -22,8 +22,6 @@ class ObjectBricks {
   ObjectBricks() = default;
   /// Of parts in any order, each key once. Leave out bricks that hold nothing.
   explicit ObjectBricks(std::vector<Part> parts);
-  /// What a dense array holds inside `grid`.
-  static ObjectBricks of(const ObjectVoxels& dense, const GridSpec& grid);
 
   /// Bricks that hold something, rising by BrickKey's order.
   const std::vector<BrickKey>& keys() const noexcept { return keys_; }
