@@ -27,6 +27,9 @@ void append(std::vector<BrickKey>& to, const std::vector<BrickKey>& keys) {
   to.insert(to.end(), keys.begin(), keys.end());
 }
 
+/// Some bricks to spare: an array that must grow for a change moves all that is in it.
+std::size_t with_room(std::size_t bricks) { return bricks + bricks / 8 + 64; }
+
 /// The options for one of several bodies, its progress being a part of the whole's.
 ActivationOptions part_of(const ActivationOptions& whole, std::size_t index, std::size_t count) {
   ActivationOptions part = whole;
@@ -118,13 +121,13 @@ core::Expected<WorkspaceChange> LiveWorkspace::apply(Objects next, std::vector<B
     std::vector<BrickKey> all;
     for (const auto& [id, object] : next) append(all, object.bricks->keys());
     sort_unique(all);
-    recoded.reserve_bricks(all.size());
+    recoded.reserve_bricks(with_room(all.size()));
     merge(next, all, recoded, options.threads);
     touched = workspace_.bricks();
     append(touched, all);
     sort_unique(touched);
     workspace_ = std::move(recoded);
-    reserved_bricks_ = all.size();
+    reserved_bricks_ = with_room(all.size());
   } else {
     reserve_for(touched);  // the last thing that can fail
     merge(next, touched, workspace_, options.threads);
@@ -149,15 +152,14 @@ void LiveWorkspace::merge(const Objects& objects, std::span<const BrickKey> keys
   merge_bricks(law_, entries, keys, workspace, threads);
 }
 
-/// Room for those bricks of `keys` that are not there yet. Some to spare: growing moves all that is there.
+/// Room for those bricks of `keys` that are not there yet.
 void LiveWorkspace::reserve_for(std::span<const BrickKey> keys) {
   const auto is_new = [this](BrickKey key) { return !workspace_.has_brick(key); };
   const std::size_t count =
       workspace_.brick_count() + static_cast<std::size_t>(std::count_if(keys.begin(), keys.end(), is_new));
   if (count <= reserved_bricks_) return;
-  const std::size_t room = reserved_bricks_ == 0 ? count : count + count / 8;
-  workspace_.reserve_bricks(room);
-  reserved_bricks_ = room;
+  workspace_.reserve_bricks(with_room(count));
+  reserved_bricks_ = with_room(count);
 }
 
 void LiveWorkspace::take_hashes(std::span<const BrickKey> keys, WorkspaceChange& change) {

@@ -38,6 +38,9 @@ void copy_brick(BrickKey key, const Workspace::BrickView& from, Workspace& works
   from.copy_objects(to.object);
 }
 
+/// Some bricks to spare: an array that must grow for a change moves all that is in it.
+std::size_t with_room(std::size_t bricks) { return bricks + bricks / 8 + 64; }
+
 core::Status check(const VersionDescription& description) {
   const GridSpec& grid = description.grid;
   if (!grid.origin_m.allFinite())
@@ -177,7 +180,7 @@ void WorkspaceAssembler::build(const VersionDescription& description) {
     for (const BrickKey key : spare_behind_) write_brick(*built, key);
   } else {
     built = std::make_shared<Workspace>(description.grid, description.palette_Pa_s_per_m);
-    built->reserve_bricks(held_.size());
+    built->reserve_bricks(with_room(held_.size()));
     for (const auto& [key, held] : held_) write_brick(*built, key);
   }
   built->version = description.version;
@@ -199,6 +202,7 @@ void WorkspaceAssembler::prepare() {
   if (!spare_usable(current_->grid(), current_->palette())) {
     if (spare_ && spare_.use_count() > 1) return;
     spare_ = std::make_shared<Workspace>(*current_);
+    spare_->reserve_bricks(with_room(current_->brick_count()));
   } else {
     // Not from held_: what came since is not known to be whole.
     for (const BrickKey key : spare_behind_) {
