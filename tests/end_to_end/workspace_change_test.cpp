@@ -95,6 +95,7 @@ TEST(RunningDemo, AnObjectMovedByCommandChangesItsBricksOnlyAndThePerceptFollows
 
   double greatest_s = 0.0;
   for (int i = 1; i <= 5; ++i) {
+    observer.make_ready();
     const Said said = command("move --object pump --pose '0.4 " + std::to_string(-0.22 + 0.02 * i) + " 0.301 0 0 15'",
                               deployment, domain);
     ASSERT_EQ(said.exit_code, 0) << said.output;

@@ -47,11 +47,14 @@ class WorkspaceObserver {
     if (!committed_ns_.contains(version) || !felt_ns_.contains(version)) return std::nullopt;
     return core::seconds(felt_ns_[version] - committed_ns_[version]);
   }
-  /// Bricks that came since the last call, by version. Makes ready for the next: the observer itself must not hold up
-  /// the percepts whose delay it measures.
-  std::map<voxel::BrickKey, std::uint64_t> take_bricks() {
+  /// Makes the next version cheap for the observer: it must not hold up the percepts whose delay it measures.
+  void make_ready() {
     const std::lock_guard lock(mutex_);
     assembler_.prepare();
+  }
+  /// Bricks that came since the last call, by version.
+  std::map<voxel::BrickKey, std::uint64_t> take_bricks() {
+    const std::lock_guard lock(mutex_);
     return std::exchange(bricks_, {});
   }
   std::size_t bricks_heard() {
