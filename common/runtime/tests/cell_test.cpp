@@ -80,6 +80,8 @@ TEST_F(CellFile, EachFaultIsNamed) {
   expect_refused("mu_skin_Pa_s_per_m: 100", "mu_skin_Pa_s_per_m: 10", "below the first layer's");
   expect_refused("voxel_size_m: 0.005", "voxel_size_mm: 5", "voxel_size_m: is missing");
   expect_refused("voxel_size_m: 0.005", "voxel_size_m: 5", "allowed: 0.0001 to 1 m");
+  expect_refused("voxel_size_m: 0.005", "voxel_size_m: 0.005, merge: newest",
+                 "allowed: highest_viscosity, latest_object, object_priority");
   expect_refused("max_m: [1, 1, 1.5]", "max_m: [1, 1, -1.5]", "workspace.max_m");
   expect_refused("tip_link: tool", "tiplink: tool", "tip_link: is missing");
   expect_refused("mesh_scale: 0.001", "mesh_unit: mm", "unknown key");
