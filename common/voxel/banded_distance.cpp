@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
+#include <climits>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
@@ -25,6 +27,7 @@ constexpr hn::ScalableTag<std::uint16_t> kShorts;
 constexpr std::size_t kPad = kLongestVector;
 static_assert(kPad == 64, "a word of bits");
 constexpr std::size_t kMostWords = (kMostBricksAlongX * kBrickEdge + 2 * 256) / 64;
+using MergedRows = std::array<std::uint64_t, kMostWords + kLongestVector / sizeof(std::uint64_t)>;
 
 /// Sizes of one block with its surroundings.
 struct Extent {
@@ -35,15 +38,36 @@ struct Extent {
         ny(static_cast<std::size_t>(block.ny) * kBrickEdge),
         nz(static_cast<std::size_t>(block.nz) * kBrickEdge),
         rows(ny + 2 * reach),
-        length((nx + 2 * halo + kPad - 1) / kPad * kPad),
+        used(nx + 2 * halo),
+        length((used + kPad - 1) / kPad * kPad),
         width(length + kPad / 2),
         slice((rows * length / kPad | 1) * kPad) {}
   std::size_t reach, halo;  // along x what lies around begins at a whole byte of bits
   std::size_t nx, ny, nz;
   std::size_t rows;           // along y, with what lies within reach
-  std::size_t length;         // of a row, with what lies within reach: whole words and vectors
+  std::size_t used;           // along x, with what lies within reach
+  std::size_t length;         // the same in whole words and vectors
   std::size_t width, slice;   // from a row of squares to the next, from a slice of distances along z to the next:
                               // odd numbers of cache lines, so that neighbours do not fall into the same few sets
+};
+
+/// How far neighbours are to be looked at: first … last.
+struct Offsets {
+  int first, last;
+};
+
+/// Where there is anything solid along an axis, in places of the block's surroundings.
+struct SolidSpan {
+  int first = INT_MAX, last = -1;
+
+  void add(int at) {
+    first = std::min(first, at);
+    last = std::max(last, at);
+  }
+  /// From which of them a voxel between `from` and `to` can be within reach of something solid.
+  Offsets offsets_from(int from, int to, int reach) const {
+    return {std::max({1, first - to, from - last}), std::min(reach, std::max(to - first, last - from))};
+  }
 };
 
 /// Squared distance that stands for "farther than the reach".
@@ -64,17 +88,14 @@ struct Rows {
   std::size_t stride, first, last;
 };
 
-/// Bits of all rows in one, in words of 64 along x.
-void merge_rows(const Extent& e, const Rows& rows, std::uint64_t* merged) {
-  const std::size_t words = e.length / 64;
-  std::fill_n(merged, words, 0);
-  const std::uint8_t* bits = rows.bits;
-  for (std::size_t slice = rows.first; slice < rows.last; ++slice, bits += rows.stride) {
-    for (std::size_t i = 0; i < words; ++i) {
-      std::uint64_t word;
-      std::memcpy(&word, bits + 8 * i, sizeof word);
-      merged[i] |= word;
-    }
+/// Bits of all rows in one, in words of 64 along x; what lies behind the row's length says nothing.
+void merge_rows(const Extent& e, const Rows& rows, MergedRows& merged) {
+  auto* to = reinterpret_cast<std::uint8_t*>(merged.data());
+  for (std::size_t i = 0; i < e.length / 8; i += hn::Lanes(kBytes)) {
+    auto all = hn::Zero(kBytes);
+    const std::uint8_t* bits = rows.bits + i;
+    for (std::size_t slice = rows.first; slice < rows.last; ++slice, bits += rows.stride) all = hn::Or(all, hn::LoadU(kBytes, bits));
+    hn::StoreU(all, kBytes, to + i);
   }
 }
 
@@ -104,17 +125,19 @@ HWY_INLINE void distances_along_lines(const Extent& e, const Rows& rows, std::si
 }
 
 /// Distance along z of one row, for all slices of the block; false (and nothing written) if all are beyond reach.
-bool distances_along_z(const Extent& e, const Rows& rows, std::uint8_t* out) {
+bool distances_along_z(const Extent& e, const Rows& rows, SolidSpan& along_x, std::uint8_t* out) {
   bool any = false;
   const auto clear = [&](std::size_t x, std::size_t length) {
     for (std::size_t slice = 0; slice < e.nz; ++slice) std::memset(out + slice * e.slice + x, 0, length);
   };
-  std::array<std::uint64_t, kMostWords> merged;
-  merge_rows(e, rows, merged.data());
+  MergedRows merged;
+  merge_rows(e, rows, merged);
   for (std::size_t part = 0; part < e.length; part += kPad) {
     if (merged[part / 64] != 0) {
       if (!any && part > 0) clear(0, part);
       any = true;
+      along_x.add(static_cast<int>(part) + std::countr_zero(merged[part / 64]));
+      along_x.add(static_cast<int>(part) + 63 - std::countl_zero(merged[part / 64]));
       for (std::size_t x = part; x < part + kPad; x += hn::Lanes(kBytes)) distances_along_lines(e, rows, x, out + x);
     } else if (any) {
       clear(part, kPad);
@@ -138,50 +161,54 @@ HWY_INLINE std::uint16_t squares_of_columns(const Extent& e, const BandedDistanc
   return hn::GetLane(hn::MinOfLanes(kShorts, least));
 }
 
-/// The least of centre + 0 and, for 1 ≤ k ≤ reach, the neighbours at ±k·stride plus k². Ends as soon as no farther
+/// The least of centre + 0 and the neighbours at ±k·stride plus k², k in `offsets`. Ends as soon as no farther
 /// neighbour can be nearer. Saturation keeps what is too far from wrapping. `squares`: k² as a vector, kLongestVector
 /// bytes each.
-HWY_INLINE hn::Vec<decltype(kShorts)> nearest(const std::uint16_t* centre, std::ptrdiff_t stride, std::size_t reach,
-                                              const std::uint16_t* squares) {
+HWY_INLINE hn::Vec<decltype(kShorts)> nearest(const std::uint16_t* centre, std::ptrdiff_t stride, Offsets offsets, const std::uint16_t* squares) {
   constexpr std::size_t kStep = kLongestVector / sizeof(std::uint16_t);
   auto best = hn::LoadU(kShorts, centre);
-  const std::uint16_t *before = centre, *behind = centre;
-  for (std::size_t k = 1; k <= reach; ++k) {
-    const auto square = hn::LoadU(kShorts, squares + k * kStep);
+  const std::uint16_t *before = centre - offsets.first * stride, *behind = centre + offsets.first * stride;
+  for (int k = offsets.first; k <= offsets.last; ++k, before -= stride, behind += stride) {
+    const auto square = hn::LoadU(kShorts, squares + static_cast<std::size_t>(k) * kStep);
     if ((k & 3) == 1 && hn::AllTrue(kShorts, hn::Eq(best, hn::Min(best, square)))) break;
-    before -= stride;
-    behind += stride;
     best = hn::Min(best, hn::SaturatedAdd(hn::Min(hn::LoadU(kShorts, before), hn::LoadU(kShorts, behind)), square));
   }
   return best;
 }
 
-/// How far a neighbour can matter if the least square is `least`: beyond, least + k² is out of the band.
-std::uint16_t useful_reach(std::size_t reach, std::uint16_t least) {
-  const int left = static_cast<int>(reach * reach) - least;
-  return left < 0 ? std::uint16_t{0} : static_cast<std::uint16_t>(std::sqrt(static_cast<float>(left)) + 1e-3F);
+/// Squared distances of row y in the plane y, z; the least of each vector's go to `least_of`. Returns the least of all.
+std::uint16_t distances_along_y(const Extent& e, BandedDistance& work, SolidSpan along_y, std::size_t y) {
+  const auto stride = static_cast<std::ptrdiff_t>(e.width);
+  const std::uint16_t* row = work.squares.data() + (y + e.reach) * e.width;
+  const int at = static_cast<int>(y + e.reach);
+  std::uint16_t least_of_all = far_of(e.reach);
+  for (std::size_t x = 0, i = 0; x < e.used; x += hn::Lanes(kShorts), ++i) {
+    const auto best = nearest(row + x, stride, along_y.offsets_from(at, at, work.reach_for[work.least_in_slice[i]]), work.k_squares.data());
+    hn::StoreU(best, kShorts, work.line.data() + x);
+    work.least_in_row[i] = hn::GetLane(hn::MinOfLanes(kShorts, best));
+    least_of_all = std::min(least_of_all, work.least_in_row[i]);
+  }
+  return least_of_all;
 }
 
-/// Squared distances of row y in the plane y, z. Returns the least of them.
-std::uint16_t distances_along_y(const Extent& e, BandedDistance& work, std::size_t y) {
-  auto least = hn::Set(kShorts, far_of(e.reach));
-  const std::uint16_t* row = work.squares.data() + (y + e.reach) * e.width;
-  for (std::size_t x = 0; x < e.length; x += hn::Lanes(kShorts)) {
-    const auto best = nearest(row + x, static_cast<std::ptrdiff_t>(e.width), work.reach_of[x / hn::Lanes(kShorts)], work.k_squares.data());
-    hn::StoreU(best, kShorts, work.line.data() + x);
-    least = hn::Min(least, best);
-  }
-  return hn::GetLane(hn::MinOfLanes(kShorts, least));
+/// The least of a row's squares that a vector of voxels from x on can see, vectors within reach being looked at as a whole.
+std::uint16_t least_around(const Extent& e, const BandedDistance& work, std::size_t x) {
+  const std::size_t lanes = hn::Lanes(kShorts);
+  const std::size_t first = (x + e.halo - e.reach) / lanes;
+  const std::size_t last = std::min(x + e.halo + lanes - 1 + e.reach, e.used - 1) / lanes;
+  return *std::min_element(work.least_in_row.begin() + static_cast<std::ptrdiff_t>(first), work.least_in_row.begin() + static_cast<std::ptrdiff_t>(last + 1));
 }
 
 /// Orders of a row from its distances in the plane y, z.
-void orders_along_x(const Extent& e, BandedDistance& work, std::size_t reach) {
+void orders_along_x(const Extent& e, BandedDistance& work, SolidSpan along_x) {
   const hn::Rebind<std::uint8_t, decltype(kShorts)> half_bytes;
   constexpr std::size_t kStep = kLongestVector / sizeof(std::uint16_t);
   const std::uint16_t* changes = work.changes.data();
   const std::size_t borders = work.steps().above.size();
   for (std::size_t x = 0; x < e.nx; x += hn::Lanes(kShorts)) {
-    const auto best = nearest(work.line.data() + e.halo + x, 1, reach, work.k_squares.data());
+    const int first = static_cast<int>(e.halo + x), last = first + static_cast<int>(hn::Lanes(kShorts)) - 1;
+    const Offsets offsets = along_x.offsets_from(first, last, work.reach_for[least_around(e, work, x)]);
+    const auto best = nearest(work.line.data() + first, 1, offsets, work.k_squares.data());
     auto order = hn::LoadU(kShorts, changes);
     for (std::size_t i = 0; i < borders; ++i) {
       const auto above = hn::Gt(best, hn::LoadU(kShorts, changes + (2 * i + 1) * kStep));
@@ -204,30 +231,33 @@ void put_row(const BrickBlock& block, const std::uint8_t* orders, std::size_t y,
   }
 }
 
-/// Looks at all rows of the surroundings; false if there is nothing solid.
-bool load(const Extent& e, const BrickBlock& block, BandedDistance& work) {
-  bool any = false;
+/// What is solid around a block.
+struct Surroundings {
+  SolidSpan along_x, along_y;
+};
+
+/// Looks at all rows of the surroundings.
+Surroundings load(const Extent& e, const BrickBlock& block, BandedDistance& work) {
+  Surroundings found;
   const auto reach = static_cast<std::int32_t>(e.reach);
   const std::int32_t from_z = block.min.z - reach, to_z = from_z + static_cast<std::int32_t>(e.nz) + 2 * reach;
   for (std::size_t y = 0; y < e.rows; ++y) {
     const SolidRows::Lines lines =
         work.solid().lines(block.min.x - static_cast<std::int32_t>(e.halo), block.min.y - reach + static_cast<std::int32_t>(y), from_z, to_z);
     const Rows rows{lines.bits, lines.stride, static_cast<std::size_t>(lines.first - from_z), static_cast<std::size_t>(lines.last - from_z)};
-    work.filled[y] = lines.bits != nullptr && distances_along_z(e, rows, work.closeness.data() + y * e.length) ? 1 : 0;
-    any |= work.filled[y] != 0;
+    work.filled[y] = lines.bits != nullptr && distances_along_z(e, rows, found.along_x, work.closeness.data() + y * e.length) ? 1 : 0;
+    if (work.filled[y] != 0) found.along_y.add(static_cast<int>(y));
   }
-  return any;
+  return found;
 }
 
 /// One slice from distances along z to squares; false if nothing of it is in the band.
 bool load_slice(const Extent& e, BandedDistance& work, std::size_t z) {
   const std::uint16_t far = far_of(e.reach);
   std::uint16_t least_of_all = far;
-  for (std::size_t x = 0; x < e.length; x += hn::Lanes(kShorts)) {
-    const std::uint16_t least =
-        squares_of_columns(e, work, work.closeness.data() + z * e.slice + x, work.squares.data() + x);
-    work.reach_of[x / hn::Lanes(kShorts)] = useful_reach(e.reach, least);
-    least_of_all = std::min(least_of_all, least);
+  for (std::size_t x = 0, i = 0; x < e.used; x += hn::Lanes(kShorts), ++i) {
+    work.least_in_slice[i] = squares_of_columns(e, work, work.closeness.data() + z * e.slice + x, work.squares.data() + x);
+    least_of_all = std::min(least_of_all, work.least_in_slice[i]);
   }
   return least_of_all < far;
 }
@@ -240,16 +270,17 @@ void run_block(const BrickBlock& block, BandedDistance& work) {
   work.filled.resize(e.rows);
   work.squares.assign(e.rows * e.width, far);  // rows without anything stay far
   work.line.assign(e.length + kPad, far);
-  work.reach_of.resize(e.length);
+  work.least_in_slice.resize(e.length);
+  work.least_in_row.resize(e.length);
   work.orders.resize(e.length);
   const auto beyond = static_cast<std::uint8_t>(work.steps().order.back());
-  const bool any = load(e, block, work);
+  const Surroundings around = load(e, block, work);
   for (std::size_t z = 0; z < e.nz; ++z) {
-    const bool in_band = any && load_slice(e, work, z);
+    const bool in_band = around.along_y.last >= 0 && load_slice(e, work, z);
     for (std::size_t y = 0; y < e.ny; ++y) {
-      const std::uint16_t least = in_band ? distances_along_y(e, work, y) : far;
+      const std::uint16_t least = in_band ? distances_along_y(e, work, around.along_y, y) : far;
       if (least < far) {
-        orders_along_x(e, work, useful_reach(e.reach, least));
+        orders_along_x(e, work, around.along_x);
       } else {
         std::memset(work.orders.data(), beyond, e.nx);
       }
@@ -294,6 +325,8 @@ BandedDistance::BandedDistance(const SolidRows& solid, const OrderSteps& steps) 
   constexpr std::size_t kStep = kLongestVector / sizeof(std::uint16_t);
   const auto add = [](LineVector<std::uint16_t>& vectors, int value) { vectors.insert(vectors.end(), kStep, static_cast<std::uint16_t>(value)); };
   for (int k = 0; k <= steps.reach; ++k) add(k_squares, k * k);
+  for (int least = 0; least <= (steps.reach + 1) * (steps.reach + 1); ++least)
+    reach_for.push_back(static_cast<std::uint8_t>(std::sqrt(std::max(0, steps.reach * steps.reach - least))));
   add(changes, steps.order[0]);
   for (std::size_t i = 0; i < steps.above.size(); ++i) {
     add(changes, steps.above[i]);
@@ -307,7 +340,9 @@ SolidRows::SolidRows(const SolidVoxels& solid, std::int32_t margin_vox, int thre
   const std::int32_t behind = box_.min.x + box_.size[0] + margin_vox + 2 * static_cast<std::int32_t>(kLongestVector);
   row_bytes_ = static_cast<std::size_t>(behind - first_x_ + 63) / 64 * 8 + 8;
   const auto slices = static_cast<std::size_t>(box_.size[2]);
-  bits_ = std::make_unique_for_overwrite<std::uint8_t[]>(row_bytes_ * slices * static_cast<std::size_t>(box_.size[1]));
+  const std::size_t bytes = row_bytes_ * slices * static_cast<std::size_t>(box_.size[1]);
+  bits_ = std::make_unique_for_overwrite<std::uint8_t[]>(bytes + kLongestVector);
+  std::memset(bits_.get() + bytes, 0, kLongestVector);  // rows are loaded in whole vectors
   core::parallel_for(threads, slices, [&](std::size_t z, std::size_t) {
     for (std::int32_t y = 0; y < box_.size[1]; ++y) {
       std::uint8_t* to = bits_.get() + (static_cast<std::size_t>(y) * slices + z) * row_bytes_;

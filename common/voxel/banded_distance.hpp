@@ -96,7 +96,8 @@ class BandedDistance {
   std::vector<std::uint8_t> filled;         // [y]: whether the row has any closeness above 0
   LineVector<std::uint16_t> squares;       // [y][x] of one z: squared distance along z
   LineVector<std::uint16_t> line;          // [x]: squared distance in the plane y, z
-  std::vector<std::uint16_t> reach_of;      // per vector along x: how far a neighbour along y can matter
+  std::vector<std::uint8_t> reach_for;      // by a square: how far a neighbour with it can matter; beyond it is out of the band
+  std::vector<std::uint16_t> least_in_slice, least_in_row;  // per vector along x: the least square of its columns, of its voxels
   LineVector<std::uint8_t> orders;         // [x] of one row
 
  private:
