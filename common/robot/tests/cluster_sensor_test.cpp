@@ -308,8 +308,9 @@ TEST(ClusterSkin, WorstSensorOfASlenderLinkIsWhereItsZoneMeetsTheMost) {
 TEST(ClusterSkin, AllocatesNothing) {
   Rig rig(slender({3, ClusterShape::kFraction}));
   rig.arm.link_poses({0.1, 0.4, 0.9}, rig.X_WL);
+  const voxel::Workspace& workspace = world();  // made at its first use
   const test::HeapGuard guard;
-  rig.sensing.sense(rig.X_WL, 7, world());
+  rig.sensing.sense(rig.X_WL, 7, workspace);
 }
 
 }  // namespace
