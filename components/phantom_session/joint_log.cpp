@@ -8,9 +8,10 @@
 namespace phantom::phantom_session {
 
 void JointLog::on_master(std::size_t joint_count, JointRow row) {
+  if (!slave_position_) return;
   if (!rows_.empty() && row.t_s - rows_.back().t_s < row_interval_s_) return;
   joint_count_ = std::min<std::size_t>(joint_count, core::kMaxJoints);
-  row.slave_position = slave_position_;
+  row.slave_position = *slave_position_;
   rows_.push_back(std::move(row));
 }
 

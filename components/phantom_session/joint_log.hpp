@@ -28,6 +28,7 @@ class JointLog {
   explicit JointLog(double row_interval_s) : row_interval_s_(row_interval_s) {}
 
   void on_slave(const core::JointArray& position) { slave_position_ = position; }
+  /// Rows begin once the slave has been heard.
   void on_master(std::size_t joint_count, JointRow row);
 
   const std::vector<JointRow>& rows() const { return rows_; }
@@ -41,7 +42,7 @@ class JointLog {
  private:
   double row_interval_s_;
   std::size_t joint_count_ = 0;
-  core::JointArray slave_position_{};
+  std::optional<core::JointArray> slave_position_;
   std::vector<JointRow> rows_;
 };
 

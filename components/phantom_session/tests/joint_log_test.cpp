@@ -32,13 +32,16 @@ TEST(JointLog, KeepsRowsAtItsIntervalWithTheNewestSlave) {
 
 TEST(JointLog, TheJointWorthLookingAtIsTheOneThatFelt) {
   JointLog log(0.0);
-  EXPECT_FALSE(log.most_telling().has_value());
+  log.on_master(2, row_at(0.0));
+  EXPECT_FALSE(log.most_telling().has_value()) << "no row before the slave is heard";
+  log.on_slave({});
   for (int i = 0; i < 10; ++i) log.on_master(2, row_at(0.1 * i));
   EXPECT_EQ(log.most_telling(), 1U);
 }
 
 TEST(JointLog, WritesOneColumnPerJointAndSignal) {
   JointLog log(0.0);
+  log.on_slave({});
   log.on_master(2, row_at(1.5));
   const auto folder = std::filesystem::temp_directory_path() / ("phantom_joint_log_" + std::to_string(getpid()));
   std::filesystem::create_directories(folder);
