@@ -341,11 +341,11 @@ SolidRows::SolidRows(const SolidVoxels& solid, std::int32_t margin_vox, int thre
   row_bytes_ = static_cast<std::size_t>(behind - first_x_ + 63) / 64 * 8 + 8;
   const auto slices = static_cast<std::size_t>(box_.size[2]);
   const std::size_t bytes = row_bytes_ * slices * static_cast<std::size_t>(box_.size[1]);
-  bits_ = std::make_unique_for_overwrite<std::uint8_t[]>(bytes + kLongestVector);
-  std::memset(bits_.get() + bytes, 0, kLongestVector);  // rows are loaded in whole vectors
+  bits_.resize(bytes + kLongestVector);
+  std::memset(bits_.data() + bytes, 0, kLongestVector);  // rows are loaded in whole vectors
   core::parallel_for(threads, slices, [&](std::size_t z, std::size_t) {
     for (std::int32_t y = 0; y < box_.size[1]; ++y) {
-      std::uint8_t* to = bits_.get() + (static_cast<std::size_t>(y) * slices + z) * row_bytes_;
+      std::uint8_t* to = bits_.data() + (static_cast<std::size_t>(y) * slices + z) * row_bytes_;
       const auto slice = static_cast<std::int32_t>(z);
       put_row(solid.boundary.row(y, slice), solid.interior.row(y, slice), solid.boundary.words_per_row(),
               static_cast<std::size_t>(box_.min.x - first_x_), to, row_bytes_);

@@ -6,10 +6,10 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <memory>
 #include <new>
 #include <vector>
 
+#include "common/voxel/large_pages.hpp"
 #include "common/voxel/voxelise.hpp"
 
 namespace phantom::voxel::detail {
@@ -60,14 +60,14 @@ class SolidRows {
     const std::int32_t first = std::max(from, box_.min.z), last = std::min(to, box_.min.z + box_.size[2]);
     if (first >= last) return {};
     const std::size_t row = static_cast<std::size_t>(in_y) * static_cast<std::size_t>(box_.size[2]) + static_cast<std::size_t>(first - box_.min.z);
-    return {bits_.get() + row * row_bytes_ + (x - first_x_) / 8, row_bytes_, first, last};
+    return {bits_.data() + row * row_bytes_ + (x - first_x_) / 8, row_bytes_, first, last};
   }
 
  private:
   VoxelBox box_;
   std::int32_t first_x_ = 0;
   std::size_t row_bytes_ = 0;
-  std::unique_ptr<std::uint8_t[]> bits_;  // z fastest: what is looked at together stands together
+  LargeVector<std::uint8_t> bits_;  // z fastest: what is looked at together stands together
 };
 
 inline constexpr std::size_t kMostBricksAlongX = 8;

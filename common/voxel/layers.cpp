@@ -276,8 +276,8 @@ bool all_free(const std::int8_t* orders) {
 /// One thread's share of the work.
 class Worker {
  public:
-  Worker(const SolidVoxels& solid, const SolidRows& rows, const OrderSteps& steps, const VoxelBox& part)
-      : solid_(solid), part_(part), distance_(rows, steps) {}
+  Worker(const SolidVoxels& solid, const SolidRows& rows, const OrderSteps& steps, const VoxelBox& part, BrickMemory& memory)
+      : solid_(solid), part_(part), memory_(memory), distance_(rows, steps) {}
 
   void run(const Task& task, Plan& plan) {
     block_.min = {task.min.x * kBrickEdge, task.min.y * kBrickEdge, task.min.z * kBrickEdge};
@@ -291,7 +291,7 @@ class Worker {
         for (std::int32_t x = 0; x < task.nx; ++x) {
           const BrickKey key{task.min.x + x, task.min.y + y, task.min.z + z};
           const bool needed = plan.at(key) == Need::kOrders;
-          if (needed) made.push_back({key, std::make_unique_for_overwrite<std::int8_t[]>(kBrickVoxels)});
+          if (needed) made.push_back({key, memory_.take()});
           block_.bricks.push_back(needed ? made.back().orders.get() : nullptr);
         }
       }
@@ -300,7 +300,11 @@ class Worker {
     mark_boundary(solid_, block_);
     for (ObjectBricks::Part& brick : made) {
       cut_off(part_, brick.key, brick.orders.get());
-      if (!all_free(brick.orders.get())) parts.push_back(std::move(brick));
+      if (all_free(brick.orders.get())) {
+        memory_.give_back(std::move(brick.orders));
+      } else {
+        parts.push_back(std::move(brick));
+      }
     }
   }
 
@@ -309,6 +313,7 @@ class Worker {
  private:
   const SolidVoxels& solid_;
   VoxelBox part_;
+  BrickMemory& memory_;
   BandedDistance distance_;
   BrickBlock block_;
 };
@@ -334,8 +339,9 @@ ObjectBricks distance_bricks(const SolidVoxels& solid, const LayerProfile& profi
   const SolidRows rows(solid, 2 * (steps.reach + kBrickEdge), options.threads);
   Plan plan = plan_for(look_at(solid, rows, options.threads), steps.reach, part, solid.box);
   const std::vector<Task> tasks = tasks_of(plan, shape);
+  BrickMemory memory(static_cast<std::size_t>(std::count(plan.need.begin(), plan.need.end(), Need::kOrders)));
   std::vector<Worker> workers;
-  for (int i = 0; i < std::max(1, options.threads); ++i) workers.emplace_back(solid, rows, steps, part);
+  for (int i = 0; i < std::max(1, options.threads); ++i) workers.emplace_back(solid, rows, steps, part, memory);
   std::atomic<bool> stopped = false;
   core::parallel_for(options.threads, tasks.size(), [&](std::size_t i, std::size_t worker) {
     if (stopped) return;

@@ -67,33 +67,29 @@ void make_room(std::span<const BrickKey> keys, const Claims& claims, Workspace& 
     if (interior_alone(keys[i], on_it)) {
       workspace.fill_brick(keys[i], (*first.codes)[static_cast<std::uint8_t>(kOrderInterior)], kOrderInterior, first.id);
     } else if (on_it.size() == 1) {
-      workspace.make_brick_of(keys[i], first.id);
+      workspace.make_brick_of(keys[i], first.id, first.bricks->share(keys[i]));
     } else {
       workspace.make_brick_of_several(keys[i]);
     }
   }
 }
 
-/// One thread's work space.
-struct Scratch {
-  std::array<std::uint8_t, kBrickVoxels> settled;  // codes that claims of a greater rank have set: they stay
-  std::array<std::uint8_t, kBrickVoxels> taken;    // not 0: the last claim has taken the voxel
-};
+/// One thread's work space: codes that claims of a greater rank have set; they stay.
+using Settled = std::array<std::uint8_t, kBrickVoxels>;
 
-void merge_brick(std::span<const Claim> claims, const Workspace::MutableBrick& brick, Scratch& scratch) {
+void merge_brick(std::span<const Claim> claims, const Workspace::MutableBrick& brick, Settled& kept) {
+  const MergeEntry& first = *claims[0].entry;
+  detail::codes_of(*first.codes, claims[0].orders, first.id, brick.mu_code, brick.object);
+  if (claims.size() == 1) return;  // it shares the object's orders
   std::memcpy(brick.order, claims[0].orders, kBrickVoxels);
-  detail::codes_of(*claims[0].entry->codes, claims[0].orders, brick.mu_code);
-  if (brick.object == nullptr) return;
-  for (std::size_t i = 0; i < kBrickVoxels; ++i) brick.object[i] = brick.mu_code[i] != 0 ? claims[0].entry->id : std::uint16_t{0};
   const std::uint8_t* settled = nullptr;
   for (std::size_t c = 1; c < claims.size(); ++c) {
-    if (claims[c].entry->rank != claims[c - 1].entry->rank) {
-      std::memcpy(scratch.settled.data(), brick.mu_code, kBrickVoxels);
-      settled = scratch.settled.data();
+    const MergeEntry& entry = *claims[c].entry;
+    if (entry.rank != claims[c - 1].entry->rank) {
+      std::memcpy(kept.data(), brick.mu_code, kBrickVoxels);
+      settled = kept.data();
     }
-    detail::claim(*claims[c].entry->codes, claims[c].orders, settled, brick.mu_code, brick.order, scratch.taken.data());
-    const std::uint16_t id = claims[c].entry->id;
-    for (std::size_t i = 0; i < kBrickVoxels; ++i) brick.object[i] = scratch.taken[i] != 0 ? id : brick.object[i];
+    detail::claim(*entry.codes, claims[c].orders, entry.id, settled, brick.mu_code, brick.order, brick.object);
   }
 }
 
@@ -112,10 +108,10 @@ void merge_bricks(MergeLaw law, std::span<const MergeEntry> entries, std::span<c
   const std::vector<MergeEntry> strongest_first = by_strength(law, entries);
   const Claims claims = claims_on(keys, strongest_first);
   make_room(keys, claims, workspace);
-  std::vector<Scratch> scratch(static_cast<std::size_t>(std::max(1, threads)));
+  std::vector<Settled> settled(static_cast<std::size_t>(std::max(1, threads)));
   core::parallel_for(threads, keys.size(), [&](std::size_t i, std::size_t worker) {
     if (claims.on(i).empty() || interior_alone(keys[i], claims.on(i))) return;
-    merge_brick(claims.on(i), workspace.edit_brick(keys[i]), scratch[worker]);
+    merge_brick(claims.on(i), workspace.edit_brick(keys[i]), settled[worker]);
   });
 }
 

@@ -47,14 +47,33 @@ class Lookup {
   std::size_t count_ = 0;
 };
 
-void look_up(const CodeTable& table, const std::int8_t* orders, std::uint8_t* codes) {
-  const Lookup lookup(table);
-  for (std::size_t i = 0; i < kBrickVoxels; i += hn::Lanes(kBytes)) hn::StoreU(lookup(orders + i), kBytes, codes + i);
+constexpr hn::ScalableTag<std::uint16_t> kShorts;
+constexpr hn::Rebind<std::uint8_t, decltype(kShorts)> kHalfBytes;
+
+/// Calls put(place, mask of the object ids from there on) for a vector of bytes that are chosen if not 0.
+template <class Put>
+HWY_INLINE void for_ids(Bytes chosen, const Put& put) {
+  HWY_ALIGN std::uint8_t bytes[HWY_MAX_BYTES];
+  hn::Store(chosen, kBytes, bytes);
+  for (std::size_t i = 0; i < hn::Lanes(kBytes); i += hn::Lanes(kShorts))
+    put(i, hn::Ne(hn::PromoteTo(kShorts, hn::Load(kHalfBytes, bytes + i)), hn::Zero(kShorts)));
 }
 
-void take(const CodeTable& table, const std::int8_t* orders, const std::uint8_t* settled, std::uint8_t* codes, std::int8_t* winners,
-          std::uint8_t* taken) {
+void look_up(const CodeTable& table, const std::int8_t* orders, std::uint16_t id, std::uint8_t* codes, std::uint16_t* objects) {
   const Lookup lookup(table);
+  const auto ids = hn::Set(kShorts, id);
+  for (std::size_t i = 0; i < kBrickVoxels; i += hn::Lanes(kBytes)) {
+    const auto code = lookup(orders + i);
+    hn::StoreU(code, kBytes, codes + i);
+    if (objects != nullptr)
+      for_ids(code, [&](std::size_t lane, auto there) HWY_ATTR { hn::StoreU(hn::IfThenElseZero(there, ids), kShorts, objects + i + lane); });
+  }
+}
+
+void take(const CodeTable& table, const std::int8_t* orders, std::uint16_t id, const std::uint8_t* settled, std::uint8_t* codes,
+          std::int8_t* winners, std::uint16_t* objects) {
+  const Lookup lookup(table);
+  const auto ids = hn::Set(kShorts, id);
   for (std::size_t i = 0; i < kBrickVoxels; i += hn::Lanes(kBytes)) {
     const auto order = hn::LoadU(kBytes, reinterpret_cast<const std::uint8_t*>(orders + i));
     const auto there = hn::LoadU(kBytes, codes + i);
@@ -62,10 +81,14 @@ void take(const CodeTable& table, const std::int8_t* orders, const std::uint8_t*
     if (settled != nullptr) code = hn::IfThenElseZero(hn::Eq(hn::LoadU(kBytes, settled + i), hn::Zero(kBytes)), code);
     const auto higher = hn::Max(code, there);
     const auto stays = hn::Eq(higher, there);
+    if (hn::AllTrue(kBytes, stays)) continue;
     auto* winner = reinterpret_cast<std::uint8_t*>(winners + i);
     hn::StoreU(higher, kBytes, codes + i);
     hn::StoreU(hn::IfThenElse(stays, hn::LoadU(kBytes, winner), order), kBytes, winner);
-    hn::StoreU(hn::IfThenZeroElse(stays, hn::Set(kBytes, std::uint8_t{255})), kBytes, taken + i);
+    for_ids(hn::IfThenZeroElse(stays, hn::Set(kBytes, std::uint8_t{255})), [&](std::size_t lane, auto taken) HWY_ATTR {
+      std::uint16_t* to = objects + i + lane;
+      hn::StoreU(hn::IfThenElse(taken, ids, hn::LoadU(kShorts, to)), kShorts, to);
+    });
   }
 }
 
@@ -78,13 +101,13 @@ namespace phantom::voxel::detail {
 HWY_EXPORT(look_up);
 HWY_EXPORT(take);
 
-void codes_of(const CodeTable& table, const std::int8_t* orders, std::uint8_t* codes) {
-  HWY_DYNAMIC_DISPATCH(look_up)(table, orders, codes);
+void codes_of(const CodeTable& table, const std::int8_t* orders, std::uint16_t id, std::uint8_t* codes, std::uint16_t* objects) {
+  HWY_DYNAMIC_DISPATCH(look_up)(table, orders, id, codes, objects);
 }
 
-void claim(const CodeTable& table, const std::int8_t* orders, const std::uint8_t* settled, std::uint8_t* codes, std::int8_t* winners,
-           std::uint8_t* taken) {
-  HWY_DYNAMIC_DISPATCH(take)(table, orders, settled, codes, winners, taken);
+void claim(const CodeTable& table, const std::int8_t* orders, std::uint16_t id, const std::uint8_t* settled, std::uint8_t* codes,
+           std::int8_t* winners, std::uint16_t* objects) {
+  HWY_DYNAMIC_DISPATCH(take)(table, orders, id, settled, codes, winners, objects);
 }
 
 }  // namespace phantom::voxel::detail

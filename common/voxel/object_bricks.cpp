@@ -20,6 +20,30 @@ const Orders& all_interior() {
 
 }  // namespace
 
+std::shared_ptr<std::int8_t[]> BrickMemory::take() {
+  constexpr std::size_t kPiece = 512;  // bricks: 16 MiB
+  const std::lock_guard lock(mutex_);
+  if (!spare_.empty()) {
+    auto orders = std::move(spare_.back());
+    spare_.pop_back();
+    return orders;
+  }
+  if (left_in_piece_ == 0) {
+    left_in_piece_ = std::clamp<std::size_t>(left_, 1, kPiece);
+    left_ -= std::min(left_, left_in_piece_);
+    next_ = std::make_shared_for_overwrite<std::int8_t[]>(left_in_piece_ * kBrickVoxels);
+    prefer_large_pages(next_.get(), left_in_piece_ * kBrickVoxels);
+  }
+  auto orders = next_;
+  next_ = --left_in_piece_ == 0 ? nullptr : std::shared_ptr<std::int8_t[]>(next_, next_.get() + kBrickVoxels);
+  return orders;
+}
+
+void BrickMemory::give_back(std::shared_ptr<std::int8_t[]> orders) {
+  const std::lock_guard lock(mutex_);
+  spare_.push_back(std::move(orders));
+}
+
 ObjectBricks::ObjectBricks(std::vector<Part> parts) {
   std::sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.key < b.key; });
   keys_.reserve(parts.size());
@@ -37,6 +61,11 @@ const std::int8_t* ObjectBricks::orders(BrickKey key) const noexcept {
   return own ? own.get() : all_interior().data();
 }
 
+std::shared_ptr<const std::int8_t[]> ObjectBricks::share(BrickKey key) const noexcept {
+  const auto found = std::lower_bound(keys_.begin(), keys_.end(), key);
+  return found == keys_.end() || *found != key ? nullptr : orders_[static_cast<std::size_t>(found - keys_.begin())];
+}
+
 bool ObjectBricks::is_interior(BrickKey key) const noexcept {
   const auto found = std::lower_bound(keys_.begin(), keys_.end(), key);
   return found != keys_.end() && *found == key && !orders_[static_cast<std::size_t>(found - keys_.begin())];
@@ -47,7 +76,7 @@ std::int8_t* ObjectBricks::edit(BrickKey key) {
   if (found == keys_.end() || *found != key) return nullptr;
   auto& own = orders_[static_cast<std::size_t>(found - keys_.begin())];
   if (!own) {
-    own = std::make_unique_for_overwrite<std::int8_t[]>(kBrickVoxels);
+    own = std::make_shared_for_overwrite<std::int8_t[]>(kBrickVoxels);
     std::memcpy(own.get(), all_interior().data(), kBrickVoxels);
   }
   return own.get();

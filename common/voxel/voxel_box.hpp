@@ -4,9 +4,9 @@
 #include <array>
 #include <bit>
 #include <cstdint>
-#include <vector>
 
 #include "common/voxel/grid.hpp"
+#include "common/voxel/large_pages.hpp"
 
 namespace phantom::voxel {
 
@@ -50,14 +50,14 @@ class BitVolume {
   explicit BitVolume(const std::array<std::int32_t, 3>& size)
       : size_(size),
         words_per_row_((static_cast<std::size_t>(size[0]) + 63) / 64),
-        words_(words_per_row_ * static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2])) {}
+        words_(words_per_row_ * static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2]), 0) {}
 
   const std::array<std::int32_t, 3>& size() const { return size_; }
   std::size_t words_per_row() const { return words_per_row_; }
   std::uint64_t* row(std::int32_t y, std::int32_t z) { return words_.data() + row_index(y, z); }
   const std::uint64_t* row(std::int32_t y, std::int32_t z) const { return words_.data() + row_index(y, z); }
-  std::vector<std::uint64_t>& words() { return words_; }
-  const std::vector<std::uint64_t>& words() const { return words_; }
+  LargeVector<std::uint64_t>& words() { return words_; }
+  const LargeVector<std::uint64_t>& words() const { return words_; }
 
   bool get(std::int32_t x, std::int32_t y, std::int32_t z) const {
     return (row(y, z)[x >> 6] >> (x & 63) & 1) != 0;
@@ -82,7 +82,7 @@ class BitVolume {
   }
   std::array<std::int32_t, 3> size_{0, 0, 0};
   std::size_t words_per_row_ = 0;
-  std::vector<std::uint64_t> words_;
+  LargeVector<std::uint64_t> words_;
 };
 
 }  // namespace phantom::voxel

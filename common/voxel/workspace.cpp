@@ -18,9 +18,9 @@ Workspace::Workspace(const GridSpec& grid, std::vector<float> palette_Pa_s_per_m
       palette_(std::move(palette_Pa_s_per_m)),
       size_bricks_{bricks_along(grid.size_vox[0]), bricks_along(grid.size_vox[1]),
                    bricks_along(grid.size_vox[2])},
-      mu_codes_(kBrickVoxels),
-      orders_(kBrickVoxels),
+      mu_codes_(kBrickVoxels, 0),
       slots_(1) {
+  slots_[0].own_orders.resize(kBrickVoxels);
   if (const core::Status checked = check_palette(palette_); !checked)
     throw std::invalid_argument(checked.message());
   directory_.resize(static_cast<std::size_t>(size_bricks_[0]) * static_cast<std::size_t>(size_bricks_[1]) *
@@ -42,7 +42,9 @@ std::vector<BrickKey> Workspace::bricks() const {
 }
 
 std::size_t Workspace::bytes() const noexcept {
-  return directory_.size() * sizeof(directory_[0]) + slots_.size() * sizeof(slots_[0]) + mu_codes_.size() + orders_.size() +
+  std::size_t orders = 0;
+  for (const Slot& slot : slots_) orders += slot.own_orders.size() + (slot.shared_orders ? kBrickVoxels : 0);
+  return directory_.size() * sizeof(directory_[0]) + slots_.size() * sizeof(slots_[0]) + mu_codes_.size() + orders +
          objects_.size() * sizeof(objects_[0]);
 }
 
@@ -50,7 +52,7 @@ Workspace::BrickView Workspace::brick(BrickKey key) const noexcept {
   const std::uint32_t slot = directory_[directory_index(key)];
   const std::size_t first = slot * kBrickVoxels;
   const Slot& about = slots_[slot];
-  return {mu_codes_.data() + first, orders_.data() + first,
+  return {mu_codes_.data() + first, about.orders(),
           about.object_list == 0 ? nullptr : objects_.data() + about.object_list * kBrickVoxels, about.object};
 }
 
@@ -64,7 +66,7 @@ void Workspace::BrickView::copy_objects(std::uint16_t* to) const {
 
 void Workspace::reserve_bricks(std::size_t count) {
   mu_codes_.reserve((count + 1) * kBrickVoxels);
-  orders_.reserve((count + 1) * kBrickVoxels);
+  slots_.reserve(count + 1);
 }
 
 void Workspace::reserve_for(std::size_t more_bricks) {
@@ -77,12 +79,14 @@ std::uint32_t Workspace::take_slot() {
     slot = static_cast<std::uint32_t>(slots_.size());
     slots_.emplace_back();
     mu_codes_.resize(slots_.size() * kBrickVoxels);
-    orders_.resize(slots_.size() * kBrickVoxels);
   } else {
     slot = free_slots_.back();
     free_slots_.pop_back();
   }
-  slots_[slot] = {1, 0, 0, false};
+  Slot& about = slots_[slot];
+  about.users = 1;
+  about.object_list = about.object = 0;
+  about.uniform = false;
   return slot;
 }
 
@@ -99,8 +103,10 @@ std::uint32_t Workspace::take_object_list() {
 
 Workspace::MutableBrick Workspace::arrays(std::uint32_t slot) noexcept {
   const std::size_t first = slot * kBrickVoxels;
-  const std::uint32_t list = slots_[slot].object_list;
-  return {mu_codes_.data() + first, orders_.data() + first, list == 0 ? nullptr : objects_.data() + list * kBrickVoxels};
+  Slot& about = slots_[slot];
+  const std::uint32_t list = about.object_list;
+  return {mu_codes_.data() + first, about.shared_orders ? nullptr : about.own_orders.data(),
+          list == 0 ? nullptr : objects_.data() + list * kBrickVoxels};
 }
 
 Workspace::MutableBrick Workspace::edit_brick(BrickKey key) noexcept { return arrays(directory_[directory_index(key)]); }
@@ -113,7 +119,10 @@ Workspace::MutableBrick Workspace::make_brick(BrickKey key) {
   if (before == 0 || slots_[before].uniform) {
     slot = take_slot();
     std::copy_n(mu_codes_.data() + before * kBrickVoxels, kBrickVoxels, mu_codes_.data() + slot * kBrickVoxels);
-    std::copy_n(orders_.data() + before * kBrickVoxels, kBrickVoxels, orders_.data() + slot * kBrickVoxels);
+    slots_[slot].own_orders.assign(slots_[before].orders(), slots_[before].orders() + kBrickVoxels);
+  } else if (auto& shared = slots_[slot].shared_orders) {
+    slots_[slot].own_orders.assign(shared.get(), shared.get() + kBrickVoxels);
+    shared = nullptr;
   }
   const std::uint32_t list = take_object_list();
   brick(key).copy_objects(objects_.data() + list * kBrickVoxels);
@@ -126,10 +135,17 @@ Workspace::MutableBrick Workspace::make_brick(BrickKey key) {
   return arrays(slot);
 }
 
-Workspace::MutableBrick Workspace::make_brick_of(BrickKey key, std::uint16_t object) {
+Workspace::MutableBrick Workspace::make_brick_of(BrickKey key, std::uint16_t object,
+                                                 std::shared_ptr<const std::int8_t[]> orders) {
   remove_brick(key);
   const std::uint32_t slot = take_slot();
   slots_[slot].object = object;
+  if (orders) {
+    slots_[slot].own_orders = {};
+    slots_[slot].shared_orders = std::move(orders);
+  } else {
+    slots_[slot].own_orders.resize(kBrickVoxels);
+  }
   directory_[directory_index(key)] = slot;
   ++brick_count_;
   return arrays(slot);
@@ -146,7 +162,7 @@ void Workspace::fill_brick(BrickKey key, std::uint8_t mu_code, std::int8_t order
   remove_brick(key);
   const auto alike = std::find_if(uniform_slots_.begin(), uniform_slots_.end(), [&](std::uint32_t slot) {
     const std::size_t first = slot * kBrickVoxels;
-    return slots_[slot].object == object && mu_codes_[first] == mu_code && orders_[first] == order;
+    return slots_[slot].object == object && mu_codes_[first] == mu_code && slots_[slot].orders()[0] == order;
   });
   std::uint32_t slot;
   if (alike != uniform_slots_.end()) {
@@ -157,7 +173,7 @@ void Workspace::fill_brick(BrickKey key, std::uint8_t mu_code, std::int8_t order
     slots_[slot].object = object;
     slots_[slot].uniform = true;
     std::fill_n(mu_codes_.data() + slot * kBrickVoxels, kBrickVoxels, mu_code);
-    std::fill_n(orders_.data() + slot * kBrickVoxels, kBrickVoxels, order);
+    slots_[slot].own_orders.assign(kBrickVoxels, order);
     uniform_slots_.push_back(slot);
   }
   directory_[directory_index(key)] = slot;
@@ -171,6 +187,7 @@ void Workspace::remove_brick(BrickKey key) {
   if (--slot.users == 0) {
     if (slot.object_list != 0) free_object_lists_.push_back(slot.object_list);
     if (slot.uniform) std::erase(uniform_slots_, place);
+    slot.shared_orders = nullptr;
     free_slots_.push_back(place);
   }
   place = 0;

@@ -2,9 +2,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "common/voxel/grid.hpp"
+#include "common/voxel/large_pages.hpp"
 #include "common/voxel/voxel_box.hpp"
 
 namespace phantom::voxel {
@@ -57,7 +59,11 @@ class Workspace {
   /// Voxel lookups; everything outside the grid is free space. Real-time safe: yes.
   std::uint8_t mu_code(Index3 v) const noexcept { return grid_.contains(v) ? mu_codes_[address(v)] : std::uint8_t{0}; }
   float mu(Index3 v) const noexcept { return palette_[mu_code(v)]; }
-  std::int8_t order(Index3 v) const noexcept { return grid_.contains(v) ? orders_[address(v)] : kOrderFree; }
+  std::int8_t order(Index3 v) const noexcept {
+    if (!grid_.contains(v)) return kOrderFree;
+    const std::size_t at = address(v);
+    return slots_[at / kBrickVoxels].orders()[at % kBrickVoxels];
+  }
   std::uint16_t object(Index3 v) const noexcept {
     if (!grid_.contains(v)) return 0;
     const std::size_t at = address(v), slot = at / kBrickVoxels;
@@ -70,7 +76,7 @@ class Workspace {
   bool has_brick(BrickKey key) const noexcept { return directory_[directory_index(key)] != 0; }
   std::vector<BrickKey> bricks() const;  ///< those that exist, in z, y, x order
   std::size_t brick_count() const noexcept { return brick_count_; }
-  std::size_t bytes() const noexcept;
+  std::size_t bytes() const noexcept;  ///< orders shared with objects among them
 
   /// One brick's arrays, kBrickVoxels long, in brick_offset order; the empty brick's if it does not exist.
   struct BrickView {
@@ -91,8 +97,9 @@ class Workspace {
   /// Makes the brick if need be (zeroed). Pointers last until the next call that makes one. Not real-time safe.
   MutableBrick make_brick(BrickKey key);
   /// Makes the brick anew for one object, to which every voxel with a μ belongs; half the memory of make_brick()'s.
-  /// Its codes and orders are for the caller to fill, all of them; `object` is null.
-  MutableBrick make_brick_of(BrickKey key, std::uint16_t object);
+  /// Its codes and orders are for the caller to fill, all of them; `object` is null. With `orders` it shares the object's
+  /// (kBrickVoxels of them, not changed from now on), and `order` is null too.
+  MutableBrick make_brick_of(BrickKey key, std::uint16_t object, std::shared_ptr<const std::int8_t[]> orders = nullptr);
   /// Makes the brick anew for several objects; codes, orders and objects are for the caller to fill, all of them.
   MutableBrick make_brick_of_several(BrickKey key);
   /// Makes the brick anew with all voxels alike; such bricks share their memory.
@@ -100,7 +107,7 @@ class Workspace {
   /// A brick that exists, to be changed as it was made: not one of fill_brick()'s.
   MutableBrick edit_brick(BrickKey key) noexcept;
   void remove_brick(BrickKey key);
-  /// Makes room for `count` bricks' codes and orders in all, so that making them neither moves nor over-allocates.
+  /// Makes room for `count` bricks' codes in all, so that making them neither moves nor over-allocates.
   void reserve_bricks(std::size_t count);
   /// The same for so many bricks more than there are; room that removed bricks left counts.
   void reserve_for(std::size_t more_bricks);
@@ -130,6 +137,10 @@ class Workspace {
     std::uint32_t object_list = 0;  ///< where the object ids stand, in bricks; 0: nowhere, all are `object`
     std::uint16_t object = 0;
     bool uniform = false;           ///< made by fill_brick(): never changed
+    std::shared_ptr<const std::int8_t[]> shared_orders;
+    std::vector<std::int8_t> own_orders;  ///< if nothing is shared; stays when the slot is free
+
+    const std::int8_t* orders() const noexcept { return shared_orders ? shared_orders.get() : own_orders.data(); }
   };
   std::uint32_t take_slot();
   std::uint32_t take_object_list();
@@ -139,8 +150,7 @@ class Workspace {
   std::vector<float> palette_{0.0F};
   std::array<std::int32_t, 3> size_bricks_{0, 0, 0};
   std::vector<std::uint32_t> directory_;  // slot of each brick; 0: the empty brick
-  std::vector<std::uint8_t> mu_codes_;
-  std::vector<std::int8_t> orders_;
+  LargeVector<std::uint8_t> mu_codes_;
   std::vector<std::uint16_t> objects_;    // lists of bricks that hold several objects; the first is never used
   std::vector<Slot> slots_;
   std::size_t brick_count_ = 0;
