@@ -75,6 +75,12 @@ DriveGoal DriveGroup::goal_of(const DriveCommand& command, const Drive& drive) c
   return drive.report().power == PowerState::kQuickStopActive ? DriveGoal::kQuickStop : DriveGoal::kOff;
 }
 
+const DriveGroupReport& DriveGroup::listen() noexcept {
+  for (Bus& bus : buses_) take_frames(bus);
+  update_motion();
+  return report_;
+}
+
 const DriveGroupReport& DriveGroup::step(const DriveCommand& command, core::Nanoseconds now_ns) noexcept {
   for (Bus& bus : buses_) take_frames(bus);
   const bool reset = take_reset(command.reset);
@@ -150,23 +156,30 @@ void DriveGroup::send(Bus& bus, std::size_t index, core::Nanoseconds now_ns) noe
   bus.others.clear();
 }
 
-void DriveGroup::update_report(const DriveCommand& command) noexcept {
-  bool all_enabled = true, all_known = true, any_enabling = false, all_stopping = true;
+void DriveGroup::update_motion() noexcept {
+  report_.has_positions = true;
   for (std::size_t a = 0; a < drives_.size(); ++a) {
-    const DriveReport& r = report_.drives[a] = drives_[a].report();
+    const DriveReport& r = drives_[a].report();
     const AxisUnits& units = config_.axes[a].units;
-    all_enabled = all_enabled && r.phase == DrivePhase::kEnabled;
-    all_stopping = all_stopping && r.phase == DrivePhase::kQuickStop;
-    any_enabling = any_enabling || r.phase == DrivePhase::kEnabling;
-    all_known = all_known && r.has_position;
+    report_.has_positions = report_.has_positions && r.has_position;
     if (!r.has_position) continue;
     report_.position[a] = units.position(r.position_counts);
     report_.velocity[a] = units.velocity(r.velocity_counts);
     report_.torque[a] = units.torque(r.torque_mille);
   }
+}
+
+void DriveGroup::update_report(const DriveCommand& command) noexcept {
+  update_motion();
+  bool all_enabled = true, any_enabling = false, all_stopping = true;
+  for (std::size_t a = 0; a < drives_.size(); ++a) {
+    const DriveReport& r = report_.drives[a] = drives_[a].report();
+    all_enabled = all_enabled && r.phase == DrivePhase::kEnabled;
+    all_stopping = all_stopping && r.phase == DrivePhase::kQuickStop;
+    any_enabling = any_enabling || r.phase == DrivePhase::kEnabling;
+  }
   for (std::size_t b = 0; b < std::min(buses_.size(), DriveGroupReport::kMaxBuses); ++b)
     report_.buses[b] = buses_[b].port->state();
-  report_.has_positions = all_known;
   report_.state = fault_latched_                   ? DriveGroupState::kFault
                   : !all_ready_                    ? DriveGroupState::kStarting
                   : all_enabled                    ? DriveGroupState::kEnabled
@@ -175,14 +188,14 @@ void DriveGroup::update_report(const DriveCommand& command) noexcept {
                                                    : DriveGroupState::kReady;
 }
 
-std::string DriveGroup::sentence() const {
+std::string describe(const DriveGroupReport& report, const std::vector<AxisConfig>& axes) {
   for (const DrivePhase wanted : {DrivePhase::kFault, DrivePhase::kSearching, DrivePhase::kConfiguring,
                                   DrivePhase::kStarting, DrivePhase::kResetting}) {
-    for (std::size_t a = 0; a < drives_.size(); ++a) {
-      if (drives_[a].report().phase == wanted) return describe(drives_[a].report(), config_.axes[a].name);
+    for (std::size_t a = 0; a < axes.size(); ++a) {
+      if (report.drives[a].phase == wanted) return describe(report.drives[a], axes[a].name);
     }
   }
-  return fault_latched_ ? "drives wait for a reset" : "";
+  return report.state == DriveGroupState::kFault ? "drives wait for a reset" : "";
 }
 
 }  // namespace phantom::can

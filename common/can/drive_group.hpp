@@ -42,6 +42,9 @@ struct DriveGroupReport {
   std::uint64_t not_sent = 0;        ///< frames that a bus did not take
 };
 
+/// One sentence on what keeps the drives of `axes` from following; empty if nothing does. Not real-time safe.
+std::string describe(const DriveGroupReport& report, const std::vector<AxisConfig>& axes);
+
 /// All drives of an arm, on one or several CAN buses, as slave_io or master_io runs them: one step per
 /// period.
 ///
@@ -55,13 +58,16 @@ class DriveGroup {
   /// The configuration must have passed check(); one open bus per bit rate in it.
   DriveGroup(const DriveGroupConfig& config, std::vector<std::unique_ptr<CanBus>> buses);
 
+  /// Takes what has come, so that a command may rest on the answers to the last SYNC; step() does the same for
+  /// a caller that does not ask. Position, velocity and torque of the report are new then. Real-time safe: yes.
+  const DriveGroupReport& listen() noexcept;
   /// One period. `now_ns`: CLOCK_MONOTONIC. Bounded, allocates nothing, locks nothing: real-time safe, but
   /// for the cycle of a reset while a bus is off, which restarts it.
   const DriveGroupReport& step(const DriveCommand& command, core::Nanoseconds now_ns) noexcept;
 
   const DriveGroupReport& report() const noexcept { return report_; }
-  /// One sentence on what keeps the drives from following; empty if nothing does. Not real-time safe.
-  std::string sentence() const;
+  /// The same sentence as describe() gives. Not real-time safe.
+  std::string sentence() const { return describe(report_, config_.axes); }
 
  private:
   struct Bus {
@@ -78,6 +84,7 @@ class DriveGroup {
   double finite_or_zero(double value) noexcept;
   void send(Bus& bus, std::size_t index, core::Nanoseconds now_ns) noexcept;
   bool put(Bus& bus, const CanFrame& frame) noexcept;
+  void update_motion() noexcept;
   void update_report(const DriveCommand& command) noexcept;
 
   DriveGroupConfig config_;

@@ -13,6 +13,9 @@
 #include "common/can/user_bus_wire.hpp"
 
 namespace phantom::can {
+
+bool is_user_address(const std::string& address) noexcept { return address.rfind("user:", 0) == 0; }
+
 namespace {
 
 using core::ErrorCode;
@@ -20,6 +23,35 @@ using core::Status;
 using wire::Packet;
 
 constexpr char kPrefix[] = "user:";
+
+// The part after "user:", or an error.
+core::Expected<std::string> name_in(const std::string& address) {
+  std::string name = is_user_address(address) ? address.substr(sizeof kPrefix - 1) : "";
+  const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.';
+  });
+  if (name.empty() || name.size() > 64 || !plain)
+    return Status::invalid_argument("bus address '" + address +
+                                    "'; allowed: user:NAME with 1 to 64 letters, digits, '_', '-' or '.'");
+  return name;
+}
+
+// A socket to whoever serves the bus.
+core::Expected<int> connect_to(const std::string& address) {
+  const auto name = name_in(address);
+  if (!name) return name.status();
+  const int socket = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (socket < 0) return Status{ErrorCode::kUnavailable, address + ": " + std::strerror(errno)};
+  sockaddr_un where{};
+  const socklen_t size = wire::address_of(*name, where);
+  if (connect(socket, reinterpret_cast<const sockaddr*>(&where), size) != 0) {
+    const int error = errno;
+    close(socket);
+    return Status::not_found(address + ": nobody serves this bus (" + std::strerror(error) +
+                             "); start one, e.g. simulated_drive --bus " + address);
+  }
+  return socket;
+}
 
 class UserBus final : public CanBus {
  public:
@@ -80,8 +112,14 @@ class UserBus final : public CanBus {
   Status restart() override {
     Packet packet;
     packet.kind = Packet::kRestart;
-    if (::send(socket_, &packet, sizeof packet, MSG_DONTWAIT | MSG_NOSIGNAL) != sizeof packet)
-      return {ErrorCode::kUnavailable, address_ + ": the bus is gone: " + std::strerror(errno)};
+    if (::send(socket_, &packet, sizeof packet, MSG_DONTWAIT | MSG_NOSIGNAL) == sizeof packet) return Status::ok();
+    // Whoever served the bus is gone; somebody else may do so by now.
+    const auto fresh = connect_to(address_);
+    if (!fresh) return fresh.status();
+    close(socket_);
+    socket_ = *fresh;
+    state_ = BusState::kActive;
+    has_held_ = false;
     return Status::ok();
   }
 
@@ -126,36 +164,12 @@ class UserBus final : public CanBus {
   BusCounters counters_;
 };
 
-// The part after "user:", or an error.
-core::Expected<std::string> name_in(const std::string& address) {
-  std::string name = is_user_address(address) ? address.substr(sizeof kPrefix - 1) : "";
-  const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.';
-  });
-  if (name.empty() || name.size() > 64 || !plain)
-    return Status::invalid_argument("bus address '" + address +
-                                    "'; allowed: user:NAME with 1 to 64 letters, digits, '_', '-' or '.'");
-  return name;
-}
-
 }  // namespace
 
-bool is_user_address(const std::string& address) noexcept { return address.rfind(kPrefix, 0) == 0; }
-
 core::Expected<std::unique_ptr<CanBus>> open_user_bus(const std::string& address) {
-  const auto name = name_in(address);
-  if (!name) return name.status();
-  const int socket = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  if (socket < 0) return Status{ErrorCode::kUnavailable, address + ": " + std::strerror(errno)};
-  sockaddr_un where{};
-  const socklen_t size = wire::address_of(*name, where);
-  if (connect(socket, reinterpret_cast<const sockaddr*>(&where), size) != 0) {
-    const int error = errno;
-    close(socket);
-    return Status::not_found(address + ": nobody serves this bus (" + std::strerror(error) +
-                             "); start one, e.g. simulated_drive --bus " + address);
-  }
-  return std::unique_ptr<CanBus>(std::make_unique<UserBus>(socket, address));
+  const auto socket = connect_to(address);
+  if (!socket) return socket.status();
+  return std::unique_ptr<CanBus>(std::make_unique<UserBus>(*socket, address));
 }
 
 core::Expected<std::unique_ptr<UserBusHub>> UserBusHub::serve(const std::string& address,

@@ -30,6 +30,14 @@ struct HealthFigure {
   std::string unit;
 };
 
+/// What moves an arm (drives, or a simulation of them) as it tells of itself.
+struct ActuatorHealth {
+  bool fault = false;   ///< until a reset
+  bool follows = true;  ///< does what it is told
+  std::string message;  ///< what keeps it from that, in words for the operator; empty if nothing does
+  std::vector<HealthFigure> figures;
+};
+
 struct Health {
   ComponentState state = ComponentState::kStarting;
   std::string message;  ///< one sentence for the operator; empty when there is nothing to say

@@ -60,13 +60,14 @@ core::ComponentState component_state(LinkState link) noexcept {
 }
 
 LinkState LinkMonitor::step(const LinkObservation& seen, double dt_s) noexcept {
-  const bool fresh = seen.partner_age_s <= timing_.staleness_s &&
+  const bool fresh = seen.drives_follow && seen.partner_age_s <= timing_.staleness_s &&
                      seen.round_trip_s <= timing_.round_trip_limit_s;  // false for NaN too
   fresh_s_ = fresh ? fresh_s_ + dt_s : 0.0;
   agree_s_ = fresh && seen.poses_agree ? agree_s_ + dt_s : 0.0;
   const LinkState before = state_;
   // A stop that was asked for and released between two ticks still stops for one.
-  const bool stop = seen.requests.pending() || seen.requests.stops != stops_seen_;
+  const bool stop =
+      seen.drive_fault || seen.requests.pending() || seen.requests.stops != stops_seen_;
   stops_seen_ = seen.requests.stops;
   state_ = next_link_state(state_, {.partner_fresh = fresh,
                                     .aligned = agree_s_ > timing_.align_hold_s,

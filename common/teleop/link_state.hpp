@@ -53,9 +53,13 @@ struct LinkTiming {
 struct StopRequests {
   std::uint32_t stops = 0;     ///< asked for so far
   std::uint32_t released = 0;  ///< of them, those that a reset has answered
+  std::uint32_t resets = 0;    ///< asked for so far: drives in fault leave it at each
 
   void stop() noexcept { ++stops; }
-  void reset() noexcept { released = stops; }
+  void reset() noexcept {
+    released = stops;
+    ++resets;
+  }
   bool pending() const noexcept { return stops != released; }
 };
 
@@ -67,6 +71,8 @@ struct LinkObservation {
   LinkState partner = LinkState::kInit;
   bool poses_agree = false;
   StopRequests requests;
+  bool drives_follow = true;  ///< false: this side's drives do not do what they are told, so nothing is coupled
+  bool drive_fault = false;   ///< counts as an emergency stop for as long as it is there
 };
 
 /// The table with its watchdog and timers. Ages come in from a monotonic clock: it never relies on DDS

@@ -280,6 +280,26 @@ TEST(UserBus, AHubThatEndsIsABusThatIsDown) {
   EXPECT_EQ(a->send({.id = 1}), SendResult::kDown);
 }
 
+TEST(UserBus, ARestartFindsWhoeverServesTheBusNow) {
+  const std::string address = "user:again-" + std::to_string(getpid());
+  auto hub = UserBusHub::serve(address, {}).value();
+  auto node = open_bus(address).value();
+  hub.reset();
+  Received received;
+  while (node->state() != BusState::kDown) {
+    node->wait(core::kNsPerMillisecond);
+    node->receive(received);
+  }
+  EXPECT_FALSE(node->restart().is_ok()) << "nobody does";
+  EXPECT_EQ(node->state(), BusState::kDown);
+  hub = UserBusHub::serve(address, {}).value();
+  auto other = open_bus(address).value();
+  ASSERT_TRUE(node->restart().is_ok());
+  EXPECT_EQ(node->send({.id = 0x123, .length = 1}), SendResult::kSent);
+  while (!other->receive(received) || !received.is_frame()) other->wait(core::kNsPerSecond);
+  EXPECT_EQ(received.frame.id, 0x123U);
+}
+
 TEST(UserBus, ANodeThatDoesNotListenIsToldWhatItLost) {
   const std::string address = "user:lost-" + std::to_string(getpid());
   auto hub = UserBusHub::serve(address, {}).value();

@@ -157,6 +157,31 @@ TEST(LinkMonitor, SamplesThatComeRegularlyButLateAreStale) {
   }
 }
 
+TEST(LinkMonitor, NothingIsCoupledWhileTheDrivesDoNotFollow) {
+  LinkMonitor monitor{LinkTiming{}};
+  LinkObservation seen{.partner_age_s = 0.001, .partner = kCoupled, .poses_agree = true, .drives_follow = false};
+  for (int i = 0; i < 500; ++i) EXPECT_EQ(monitor.step(seen, 0.001), kInit);
+  seen.drives_follow = true;
+  for (int i = 0; i < 500; ++i) monitor.step(seen, 0.001);
+  ASSERT_EQ(monitor.state(), kCoupled);
+  seen.drives_follow = false;
+  EXPECT_EQ(monitor.step(seen, 0.001), LinkState::kDegraded);
+}
+
+TEST(LinkMonitor, AFaultOfTheDrivesStopsForAsLongAsItIsThereAndPosesAreAlignedAnew) {
+  LinkMonitor monitor{LinkTiming{}};
+  LinkObservation seen{.partner_age_s = 0.001, .partner = kCoupled, .poses_agree = true};
+  for (int i = 0; i < 500; ++i) monitor.step(seen, 0.001);
+  ASSERT_EQ(monitor.state(), kCoupled);
+  seen.drive_fault = true;
+  for (int i = 0; i < 500; ++i) EXPECT_EQ(monitor.step(seen, 0.001), LinkState::kStopped);
+  seen.drive_fault = false;
+  EXPECT_EQ(monitor.step(seen, 0.001), kInit);
+  seen.poses_agree = false;
+  for (int i = 0; i < 500; ++i) monitor.step(seen, 0.001);
+  EXPECT_EQ(monitor.state(), LinkState::kReady);
+}
+
 TEST(LinkMonitor, EmergencyStopStaysUntilReset) {
   Pair pair;
   pair.run(0.5, true, true);

@@ -1,0 +1,72 @@
+#include "common/can/arm_drives.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace phantom::can {
+
+ArmDrives::ArmDrives(const DriveGroupConfig& config, const core::JointArray& tolerance,
+                     std::vector<std::unique_ptr<CanBus>> buses)
+    : config_(config), tolerance_(tolerance), group_(config, std::move(buses)) {
+  for (std::size_t b = 0; b < config_.bit_rates.size(); ++b)
+    worst_load_ = std::max(worst_load_, bus_load(config_, b).share);
+}
+
+const ArmDrivesSense& ArmDrives::sense() noexcept {
+  const DriveGroupReport& r = group_.listen();
+  sense_.known = sense_.known || r.has_positions;
+  sense_.position = r.position;
+  sense_.velocity = r.velocity;
+  sense_.torque = r.torque;
+  sense_.follows = r.state == DriveGroupState::kEnabled;
+  sense_.fault = r.state == DriveGroupState::kFault;
+  return sense_;
+}
+
+// With its power on such a joint would be driven back into its range at once.
+std::int32_t ArmDrives::joint_outside() const noexcept {
+  for (std::size_t j = 0; j < config_.axes.size(); ++j) {
+    const double q = sense_.position[j];
+    if (!(q >= config_.axes[j].lower - tolerance_[j] && q <= config_.axes[j].upper + tolerance_[j]))
+      return static_cast<std::int32_t>(j);
+  }
+  return -1;
+}
+
+void ArmDrives::step(DriveCommand command, core::Nanoseconds now_ns) noexcept {
+  told_.outside = sense_.known && !sense_.follows ? joint_outside() : -1;
+  command.enable = sense_.known && told_.outside < 0;
+  told_.report = group_.step(command, now_ns);
+  for_health_.write(told_);
+}
+
+std::string ArmDrives::why_not_following() const {
+  if (std::string drive = describe(read_.report, config_.axes); !drive.empty()) return drive;
+  if (read_.outside < 0) return std::string("the drives are in state ") + name_of(read_.report.state);
+  const auto j = static_cast<std::size_t>(read_.outside);
+  const AxisConfig& axis = config_.axes[j];
+  char text[120];
+  std::snprintf(text, sizeof text, " stands at %.4g, outside its range of %.4g to %.4g: power stays off",
+                read_.report.position[j], axis.lower, axis.upper);
+  return axis.name + text;
+}
+
+core::ActuatorHealth ArmDrives::health() {
+  for_health_.read(read_);
+  core::ActuatorHealth health;
+  health.fault = read_.report.state == DriveGroupState::kFault;
+  health.follows = read_.report.state == DriveGroupState::kEnabled;
+  if (!health.follows) health.message = why_not_following();
+  if (health.fault) {
+    health.message += config_.reaction == FaultReaction::kHold ? "; the drives hold until a reset"
+                                                               : "; the drives coast until a reset";
+  }
+  double missed = 0.0;
+  for (const DriveReport& drive : read_.report.drives) missed += static_cast<double>(drive.missed);
+  health.figures = {{"bus_load_planned", worst_load_, ""},
+                    {"sync_unanswered", missed, ""},
+                    {"frames_not_sent", static_cast<double>(read_.report.not_sent), ""}};
+  return health;
+}
+
+}  // namespace phantom::can
