@@ -62,6 +62,7 @@ void SimulatedDrive::trip(std::uint16_t code) {
   if (state_ == Power::kFault || state_ == Power::kFaultReaction) return;
   const bool moving = state_ == Power::kEnabled || state_ == Power::kQuickStop;
   demand_speed_ = motor().counts_per_s();
+  demand_counts_ = static_cast<double>(motor().counts());  // brakes from where it is, whatever the mode was
   // Fault reaction option code: 2 brakes on the quick-stop ramp first, else power off at once.
   state_ = moving && od_.value(0x605E) == 2 ? Power::kFaultReaction : Power::kFault;
   od_.set(0x603F, 0, code);
