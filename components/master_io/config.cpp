@@ -198,6 +198,15 @@ DeskConfig read_desk(const ConfigReader& section, const robot::SerialArm& arm, c
   return desk;
 }
 
+void read_can(const ConfigReader& section, const robot::SerialArm& arm, Config& config) {
+  config.can = runtime::read_drives(section, arm, config.device.torque_limit_Nm, config.period_s);
+  for (const can::AxisConfig& axis : config.can->group.axes) {
+    if (axis.mode != can::DriveMode::kTorque)
+      throw section.section("drives").section(axis.name).error(
+          "mode", "does not let the master render torques; allowed: torque");
+  }
+}
+
 teleop::ReachScriptParameters read_sequence(const ConfigReader& section, std::size_t joint_count) {
   teleop::ReachScriptParameters script;
   script.joint_count = joint_count;
@@ -229,8 +238,9 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
                    const robot::SerialArm& arm, const Choices& choices) {
   const ConfigReader file = ConfigReader::from_file(path);
   Config config;
-  const std::string in_file = file.choice("driver", "sim", {"sim", "desk"});
-  config.driver = (choices.driver.empty() ? in_file : choices.driver) == "desk" ? Driver::kDesk : Driver::kSim;
+  const std::string in_file = file.choice("driver", "sim", {"sim", "desk", "can"});
+  const std::string driver = choices.driver.empty() ? in_file : choices.driver;
+  config.driver = driver == "desk" ? Driver::kDesk : driver == "can" ? Driver::kCan : Driver::kSim;
   config.desk = read_desk(file.optional_section("desk"), arm, choices.desk_device);
   file.text("arm", "");
   config.period_s = 1.0 / file.number("rate_Hz", 1000, {50, 5000, "Hz"});
@@ -241,6 +251,7 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
   config.feedback.law = read_law(file, choices.law);
   const ConfigReader device = file.section("device");
   const auto cap = read_device(device, arm, config.device);
+  if (config.driver == Driver::kCan || file.has("can")) read_can(file.section("can"), arm, config);
   read_percept(file.section("percept"), arm, config);
   config.percept.damping_limit_Nms_per_rad = damping_limit(device, config, cap);
   read_feedback(file.section("feedback"), arm, config);

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/core/joints.hpp"
 #include "common/robot/serial_arm.hpp"
+#include "common/runtime/drives_config.hpp"
 #include "common/runtime/periodic_loop.hpp"
 #include "common/teleop/feedback_rendering.hpp"
 #include "common/teleop/link_state.hpp"
@@ -29,6 +31,7 @@ struct ReachLabel {
 enum class Driver {
   kSim,   ///< a simulated operator on a simulated device
   kDesk,  ///< a person with a stick or keys on a simulated device
+  kCan,   ///< a person who moves a master arm with drives on CAN
 };
 
 /// master_io.yaml, resolved for one arm: everything per joint stands in arrays by joint.
@@ -38,6 +41,7 @@ struct Config {
   bool measure_bare_loop = true;
   Driver driver = Driver::kSim;
   DeskConfig desk;
+  std::optional<runtime::DrivesConfig> can;  ///< always there for driver can
   teleop::LinkTiming link;
   core::JointArray align_tolerance{};  ///< rad or m
   teleop::MasterPlantParameters device;

@@ -31,8 +31,8 @@ int main(int argc, char** argv) {
                    "bilateral law of Table 5.1, instead of the configured one: pf (a), sctfb (b), pfff (c), pe (d), "
                    "peff (e)")
         ->check(CLI::IsMember({"pf", "sctfb", "pfff", "pe", "peff"}));
-    app.add_option("--driver", choices.driver, "who moves the master, instead of the configured one: sim or desk")
-        ->check(CLI::IsMember({"sim", "desk"}));
+    app.add_option("--driver", choices.driver, "who moves the master, instead of the configured one: sim, desk or can")
+        ->check(CLI::IsMember({"sim", "desk", "can"}));
     app.add_option("--desk-device", choices.desk_device,
                    "driver desk: auto (first gamepad or joystick), a file of /dev/input, or terminal (keys)");
   };

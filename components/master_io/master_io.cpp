@@ -26,7 +26,9 @@ MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
                           .round_trip_s = in.slave_round_trip_s,
                           .partner = in.slave.state,
                           .poses_agree = agree,
-                          .requests = in.wishes.requests},
+                          .requests = in.wishes.requests,
+                          .drives_follow = in.drives_follow,
+                          .drive_fault = in.drive_fault},
                          dt_s);
   const bool coupled = out.state == LinkState::kCoupled;
   out.percept_enabled = in.percept_wanted && in.wishes.percept_enabled;

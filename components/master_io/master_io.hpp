@@ -71,6 +71,8 @@ struct MasterInputs {
   bool percept_wanted = true;   ///< by the script of reaches
   core::JointArray position{};  ///< as the encoders say
   core::JointArray velocity{};
+  bool drives_follow = true;  ///< false: the device does not do what it is told (power off, starting)
+  bool drive_fault = false;   ///< it needs a reset
 };
 
 struct MasterOutputs {

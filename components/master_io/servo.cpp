@@ -5,13 +5,13 @@
 
 namespace phantom::master_io {
 
-Servo::Servo(const Config& config, const core::JointArray& home, Inbox& inbox)
+Servo::Servo(const Config& config, const core::JointArray& home, Device& device, Inbox& inbox)
     : inbox_(inbox),
       period_s_(config.period_s),
       staleness_s_(config.link.staleness_s),
       controller_(config),
-      device_(config.device, home),
-      at_desk_(config.driver == Driver::kDesk),
+      device_(device),
+      driver_(config.driver),
       desk_hand_(config.desk, config.device.joint_count),
       hand_(config.hand, home),
       script_(config.script, hand_) {
@@ -34,35 +34,46 @@ void Servo::read_inbox(core::Nanoseconds now_ns) noexcept {
     inputs_.phantom_age_s = since_s(inputs_.phantom.received_ns);
 }
 
-// At the desk nothing is pushed before master and slave are coupled.
-const core::JointArray& Servo::hand_torque(bool go) noexcept {
-  if (at_desk_) return desk_hand_.step(go ? desk_now_ : DeskState{}, device_.true_velocity());
-  return hand_.step(device_.true_position(), device_.true_velocity(), go, period_s_);
+// At the desk nothing is pushed before master and slave are coupled. A hand on real drives is its own.
+const core::JointArray& Servo::hand_torque(bool go, const DeviceSense& sense, double dt_s) noexcept {
+  if (driver_ == Driver::kCan) return no_torque_;
+  if (driver_ == Driver::kDesk) return desk_hand_.step(go ? desk_now_ : DeskState{}, sense.hand_velocity);
+  return hand_.step(sense.hand_position, sense.hand_velocity, go, dt_s);
 }
 
-void Servo::step(MasterReport& report) noexcept {
+// False if it is not known yet where the device is.
+bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) noexcept {
   const bool go = state_ == teleop::LinkState::kCoupled;
   const bool contact = inputs_.slave.contact && inputs_.slave_age_s <= staleness_s_;
-  if (!at_desk_) {
-    script_.step(device_.true_position(), go, contact, period_s_);
+  const DeviceSense& sense = device_.sense();
+  if (driver_ == Driver::kSim) {
+    script_.step(sense.hand_position, go, contact, dt_s);
     inputs_.percept_wanted = script_.percept_on();
   }
-  inputs_.position = device_.position();
-  inputs_.velocity = device_.velocity();
-  report.outputs = controller_.step(inputs_, period_s_);
+  inputs_.position = sense.position;
+  inputs_.velocity = sense.velocity;
+  inputs_.drives_follow = sense.follows;
+  inputs_.drive_fault = sense.fault;
+  report.outputs = controller_.step(inputs_, dt_s);
   state_ = report.outputs.state;
-  report.operator_Nm = hand_torque(go);
-  device_.step(report.operator_Nm, report.outputs.motor_Nm, period_s_);
+  report.operator_Nm = hand_torque(go, sense, dt_s);
+  const std::uint32_t resets = inputs_.wishes.requests.resets;
+  device_.move(report.outputs.motor_Nm, report.operator_Nm, resets != resets_seen_, dt_s, now_ns);
+  resets_seen_ = resets;
   log_.step({script_.number(), script_.index(), script_.percept_on(), report.outputs.percept_Nm,
              report.operator_Nm},
-            inputs_.slave, period_s_);
+            inputs_.slave, dt_s);
+  return sense.known;
 }
 
 void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
   read_inbox(now_ns);
   MasterReport report;
-  const int periods = std::clamp(static_cast<int>(std::lround(dt_s / period_s_)), 1, kMostMadeUp);
-  for (int k = 0; k < periods; ++k) step(report);
+  const int missed = std::clamp(static_cast<int>(std::lround(dt_s / period_s_)), 1, kMostMadeUp);
+  const int steps = device_.makes_up_periods() ? missed : 1;
+  bool known = false;
+  for (int k = 0; k < steps; ++k) known = step(report, period_s_ * missed / steps, now_ns);
+  if (!known) return;
   // Position and velocity that the torques belong to, so that their product is the rendered power.
   report.position = inputs_.position;
   report.velocity = inputs_.velocity;

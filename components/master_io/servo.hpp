@@ -2,24 +2,25 @@
 
 #include "common/core/snapshot.hpp"
 #include "common/runtime/wake_signal.hpp"
-#include "common/teleop/master_plant.hpp"
 #include "common/teleop/operator_model.hpp"
 #include "common/teleop/reach_script.hpp"
 #include "components/master_io/dds_adapter.hpp"
 #include "components/master_io/desk.hpp"
+#include "components/master_io/device.hpp"
 #include "components/master_io/reach_log.hpp"
 
 namespace phantom::master_io {
 
-/// The servo thread's work: newest inputs from the inbox, script, controller, simulated hand and device,
-/// outputs to the outbox. It never calls DDS, allocates or waits.
+/// The servo thread's work: newest inputs from the inbox, script, controller, hand and device, outputs to the
+/// outbox. It never calls DDS, allocates or waits.
 class Servo {
  public:
-  Servo(const Config& config, const core::JointArray& home, Inbox& inbox);
+  /// `device` and `inbox` must outlive it. `home`: where a simulated hand begins.
+  Servo(const Config& config, const core::JointArray& home, Device& device, Inbox& inbox);
 
   /// One tick of `dt_s`, a whole multiple of the period, at `now_ns` on the monotonic clock. Periods that the
-  /// loop missed are made up for, up to kMostMadeUp, so that the simulated hand keeps real time. Real-time
-  /// safe: yes.
+  /// loop missed are made up for, up to kMostMadeUp, so that a simulated hand keeps real time; real drives get one
+  /// command for all of them. Nothing is published before the device is known. Real-time safe: yes.
   void tick(double dt_s, core::Nanoseconds now_ns) noexcept;
 
   static constexpr int kMostMadeUp = 10;
@@ -30,8 +31,8 @@ class Servo {
 
  private:
   void read_inbox(core::Nanoseconds now_ns) noexcept;
-  void step(MasterReport& report) noexcept;
-  const core::JointArray& hand_torque(bool go) noexcept;
+  bool step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) noexcept;
+  const core::JointArray& hand_torque(bool go, const DeviceSense& sense, double dt_s) noexcept;
 
   Inbox& inbox_;
   double period_s_, staleness_s_;
@@ -39,8 +40,10 @@ class Servo {
   bool drag_is_new_ = false;
   teleop::LinkState state_ = teleop::LinkState::kInit;
   MasterIo controller_;
-  teleop::MasterPlant device_;
-  bool at_desk_;
+  Device& device_;
+  Driver driver_;
+  std::uint32_t resets_seen_ = 0;
+  core::JointArray no_torque_{};
   DeskState desk_now_;
   DeskHand desk_hand_;
   teleop::OperatorModel hand_;

@@ -101,6 +101,33 @@ Expectations expectations(const ArmModel& model, const Config& config) {
   return expected;
 }
 
+// The device that the configuration asks for, waiting for its buses; none if a stop was requested meanwhile.
+std::unique_ptr<Device> make_device(const ArmModel& model, const Config& config, DdsAdapter& adapter) {
+  if (config.driver != Driver::kCan) return std::make_unique<SimulatedDevice>(config, model.home);
+  auto buses = runtime::open_buses(*config.can, [&](const std::string& missing) {
+    spdlog::info("waiting: {}", missing);
+    adapter.publish_health({core::ComponentState::kStarting, "waiting: " + missing, {}, {}});
+  });
+  if (buses.empty()) return nullptr;
+  return std::make_unique<CanDevice>(config, std::move(buses));
+}
+
+// Trouble with the device is told before all else.
+void tell_device(const core::ActuatorHealth& device, LinkState link, std::string& said, core::Health& health) {
+  if (device.message != said) {
+    said = device.message;
+    if (device.fault) {
+      spdlog::error("drives: {}", said);
+    } else {
+      spdlog::info("drives: {}", said.empty() ? "all follow" : said);
+    }
+  }
+  health.figures.insert(health.figures.end(), device.figures.begin(), device.figures.end());
+  if (device.follows || (link == LinkState::kStopped && !device.fault)) return;
+  health.state = device.fault ? core::ComponentState::kFault : core::ComponentState::kStarting;
+  health.message = device.message;
+}
+
 }  // namespace
 
 ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name) {
@@ -113,7 +140,6 @@ ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name) 
 int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
                 const core::NetworkOptions& network, const std::filesystem::path& report_dir) {
   Inbox inbox;
-  Servo servo(config, model.home, inbox);
   Wishes wishes;
   wishes.percept_gain = config.percept_gain;
   wishes.law = config.feedback.law;
@@ -121,6 +147,9 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   spdlog::info("law {}, {} reaches, operator {}", teleop::name_of(config.feedback.law), config.labels.size(),
                config.operator_model);
 
+  const auto device = make_device(model, config, adapter);
+  if (!device) return runtime::kExitDone;
+  Servo servo(config, model.home, *device, inbox);
   std::unique_ptr<DeskInput> desk;
   if (config.driver == Driver::kDesk) {
     desk = std::make_unique<DeskInput>(
@@ -150,16 +179,19 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   runtime::ServoRunner loops(config.period_s, config.scheduling, config.measure_bare_loop,
                              [&servo](double dt_s) { servo.tick(dt_s, core::monotonic_ns()); });
 
+  std::string said_of_device;
   const auto health = [&]() -> core::Health {
     const auto trips = adapter.round_trips();
     const std::lock_guard lock(mutex);
-    return {component_state(latest.outputs.state),
-            sentence(latest.outputs),
-            loops.statistics(),
-            {{"round_trip_p50", static_cast<double>(trips.quantile_ns(0.5)) * 1e-3, "µs"},
-             {"round_trip_p99", static_cast<double>(trips.quantile_ns(0.99)) * 1e-3, "µs"},
-             {"percept_gain", latest.outputs.percept_gain, ""},
-             {"reach", static_cast<double>(latest.reach), ""}}};
+    core::Health now{component_state(latest.outputs.state),
+                     sentence(latest.outputs),
+                     loops.statistics(),
+                     {{"round_trip_p50", static_cast<double>(trips.quantile_ns(0.5)) * 1e-3, "µs"},
+                      {"round_trip_p99", static_cast<double>(trips.quantile_ns(0.99)) * 1e-3, "µs"},
+                      {"percept_gain", latest.outputs.percept_gain, ""},
+                      {"reach", static_cast<double>(latest.reach), ""}}};
+    tell_device(device->health(), latest.outputs.state, said_of_device, now);
+    return now;
   };
   do {
     adapter.publish_health(health());

@@ -75,6 +75,17 @@ void read_contact(const ConfigReader& section, Config& config) {
   }
 }
 
+void read_can(const ConfigReader& section, const robot::SerialArm& arm, Config& config) {
+  core::JointArray max_torque{};
+  for (std::size_t j = 0; j < arm.joint_count(); ++j) max_torque[j] = config.gains[j].torque_limit;
+  config.can = runtime::read_drives(section, arm, max_torque, config.period_s);
+  for (std::size_t j = 0; j < arm.joint_count(); ++j) {
+    if (config.can->group.axes[j].mode == can::DriveMode::kVelocity && config.gains[j].k_v <= 0.0)
+      throw section.error("drives", arm.joints()[j].name +
+                                        " is in mode velocity, which needs servo k_v; allowed: greater than 0");
+  }
+}
+
 }  // namespace
 
 std::string arm_name(const std::filesystem::path& file) {
@@ -85,7 +96,7 @@ Config load_config(const std::filesystem::path& path, const robot::SerialArm& ar
                    const core::JointArray& home) {
   const ConfigReader file = ConfigReader::from_file(path);
   Config config;
-  file.choice("driver", "sim", {"sim"});
+  config.driver = file.choice("driver", "sim", {"sim", "can"}) == "can" ? Driver::kCan : Driver::kSimulated;
   file.text("arm", "");
   config.period_s = 1.0 / file.number("rate_Hz", 1000, {50, 5000, "Hz"});
   config.scheduling.fifo_priority = file.integer("fifo_priority", 0, {0, 99, ""});
@@ -101,7 +112,8 @@ Config load_config(const std::filesystem::path& path, const robot::SerialArm& ar
   read_plant(file.section("plant"), arm, home, config.plant);
   read_servo(file.section("servo"), arm, config);
   read_alignment(file.section("alignment"), arm, config);
-  read_contact(file.section("contact"), config);
+  if (config.driver == Driver::kSimulated || file.has("contact")) read_contact(file.section("contact"), config);
+  if (config.driver == Driver::kCan || file.has("can")) read_can(file.section("can"), arm, config);
   file.finish();
   return config;
 }

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "common/core/joints.hpp"
 #include "common/robot/serial_arm.hpp"
+#include "common/runtime/drives_config.hpp"
 #include "common/runtime/periodic_loop.hpp"
 #include "common/teleop/joint_servo.hpp"
 #include "common/teleop/link_state.hpp"
@@ -21,8 +23,11 @@ struct ContactConfig {
   double clearance_range_m = 0.13;
 };
 
+enum class Driver { kSimulated, kCan };
+
 /// slave_io.yaml, resolved for one arm: everything per joint stands in arrays by joint.
 struct Config {
+  Driver driver = Driver::kSimulated;
   double period_s = 0.001;
   runtime::LoopScheduling scheduling;
   bool measure_bare_loop = false;
@@ -33,6 +38,7 @@ struct Config {
   core::JointArray align_tolerance{}, align_speed{}, align_range{};  ///< rad, rad/s, rad or m, m/s, m
   teleop::SlavePlantParameters plant;
   ContactConfig contact;
+  std::optional<runtime::DrivesConfig> can;  ///< always there for driver can
 };
 
 /// The name of the arm that the file asks for (empty: the cell's only one). Throws ConfigError.

@@ -14,8 +14,8 @@ int main(int argc, char** argv) {
   description.name = "slave_io";
   description.summary =
       "The arm in the cell: position loops at 1 kHz follow the master, within the arm's limits whatever "
-      "arrives; here with "
-      "simulated drives, friction, weight and contact with the objects where they really stand.";
+      "arrives. Its drives are on CAN (CiA 402), or simulated with friction, weight and contact with the objects "
+      "where they really stand.";
   description.details =
       "Topics in: master_state, operator_command. Topics out: slave_state (1 kHz), component_status.\n"
       "Example: slave_io --deployment deploy/topologies/single_host.yaml\n"
@@ -25,10 +25,11 @@ int main(int argc, char** argv) {
     const auto cell = runtime::load_cell(deployment.cell);
     const auto model = slave_io::load_arm(cell, slave_io::arm_name(options.config));
     const auto config = slave_io::load_config(options.config, model.arm, model.home);
-    slave_io::contact_points(model, config.contact.point_pitch_m, config.contact.max_points);
+    const bool simulated = config.driver == slave_io::Driver::kSimulated;
+    if (simulated) slave_io::contact_points(model, config.contact.point_pitch_m, config.contact.max_points);
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
-      runtime::load_real_bodies(cell);
+      if (simulated) runtime::load_real_bodies(cell);
       std::cout << "configuration is valid\n";
       return static_cast<int>(runtime::kExitDone);
     }

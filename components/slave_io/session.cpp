@@ -10,8 +10,9 @@
 #include "common/runtime/cell_bodies.hpp"
 #include "common/runtime/process.hpp"
 #include "common/runtime/servo_runner.hpp"
-#include "components/slave_io/dds_adapter.hpp"
+#include "components/slave_io/can_arm.hpp"
 #include "components/slave_io/servo.hpp"
+#include "components/slave_io/simulated_arm.hpp"
 
 namespace phantom::slave_io {
 namespace {
@@ -43,43 +44,53 @@ Json loop_json(const core::LoopStatistics& loop) {
       {"work_max_us", loop.work_max_us}, {"ticks", loop.ticks},          {"slips", loop.slips}};
 }
 
-void write_report(const std::filesystem::path& file, const std::vector<core::LoopStatistics>& loops,
-                  const ContactLog& contacts, const runtime::CellConfig& cell) {
-  Json report;
-  for (const auto& loop : loops) report["loops"][loop.name] = loop_json(loop);
-  report["contacts_seen"] = contacts.seen();
-  report["contacts"] = Json::array();
+Json contacts_json(const ContactLog& contacts, const runtime::CellConfig& cell) {
+  Json list = Json::array();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const ContactEpisode& c = contacts[i];
     const bool known = c.object >= 1 && c.object <= cell.objects.size();
-    report["contacts"].push_back({{"t", c.start_s},
-                                  {"duration_s", c.duration_s},
-                                  {"object", known ? cell.objects[c.object - 1].name : ""},
-                                  {"tool_speed_m_s", c.tool_speed_m_s},
-                                  {"peak_force_N", c.peak_force_N},
-                                  {"point_m", {c.point_W_m.x(), c.point_W_m.y(), c.point_W_m.z()}}});
+    list.push_back({{"t", c.start_s},
+                    {"duration_s", c.duration_s},
+                    {"object", known ? cell.objects[c.object - 1].name : ""},
+                    {"tool_speed_m_s", c.tool_speed_m_s},
+                    {"peak_force_N", c.peak_force_N},
+                    {"point_m", {c.point_W_m.x(), c.point_W_m.y(), c.point_W_m.z()}}});
+  }
+  return list;
+}
+
+void write_report(const std::filesystem::path& file, const std::vector<core::LoopStatistics>& loops,
+                  const SimulatedArm* simulated, const runtime::CellConfig& cell) {
+  Json report;
+  for (const auto& loop : loops) report["loops"][loop.name] = loop_json(loop);
+  if (simulated != nullptr) {
+    report["contacts_seen"] = simulated->contacts().seen();
+    report["contacts"] = contacts_json(simulated->contacts(), cell);
   }
   std::ofstream stream(file);
   if (!stream) throw std::runtime_error(file.string() + ": cannot be written");
   stream << report.dump(2) << '\n';
 }
 
-}  // namespace
+// What is told twice a second: trouble with the drives before the state of the link.
+core::Health health_of(LinkState link, const core::ActuatorHealth& driver, std::vector<core::LoopStatistics> loops) {
+  core::ComponentState state = component_state(link);
+  std::string message = sentence(link);
+  if (driver.fault) {
+    state = core::ComponentState::kFault;
+    message = driver.message;
+  } else if (!driver.follows && link != LinkState::kStopped) {
+    state = core::ComponentState::kStarting;
+    message = driver.message;
+  }
+  return {state, message, std::move(loops), driver.figures};
+}
 
-int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
-                const core::NetworkOptions& network, const std::filesystem::path& report_dir) {
-  spdlog::info("placing {} objects where they really stand", cell.objects.size());
-  const auto begun_ns = core::monotonic_ns();
-  const FieldWorld world(cell, runtime::load_real_bodies(cell), config.contact);
-  Inbox inbox;
-  Servo servo(model, config, world, inbox);
-  spdlog::info("contact field of {:.1f} MB made in {:.1f} s; {} contact points on {} joints",
-               static_cast<double>(world.bytes()) * 1e-6, core::seconds(core::monotonic_ns() - begun_ns),
-               servo.contact_point_count(), model.arm.joint_count());
-  DdsAdapter adapter(network, model.arm.joint_count(), inbox);
-
+// Runs the servo on `arm` until a stop is requested; returns how its loops ran.
+std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config& config, ArmDriver& arm,
+                                            Inbox& inbox, DdsAdapter& adapter) {
+  Servo servo(model, config, arm, inbox);
   std::atomic<LinkState> link{LinkState::kInit};
-  std::atomic<double> clearance_m{-1.0};
   std::jthread publisher([&](const std::stop_token& stop) {
     SlaveReport report;
     std::uint32_t signals = 0;
@@ -89,27 +100,79 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
       if (!servo.outbox.read(report)) continue;
       adapter.publish(report);
       const LinkState before = link.exchange(report.outputs.state);
-      clearance_m = report.clearance_m;
       if (before != report.outputs.state)
         spdlog::info("link {} → {}", name_of(before), name_of(report.outputs.state));
     }
   });
   runtime::ServoRunner loops(config.period_s, config.scheduling, config.measure_bare_loop,
                              [&servo](double dt_s) { servo.tick(dt_s, core::monotonic_ns()); });
-
+  std::string said;
   do {
-    adapter.publish_health(
-        {component_state(link), sentence(link), loops.statistics(), {{"clearance", clearance_m, "m"}}});
+    const core::ActuatorHealth driver = arm.health();
+    if (driver.message != said) {
+      said = driver.message;
+      if (driver.fault) {
+        spdlog::error("drives: {}", said);
+      } else {
+        spdlog::info("drives: {}", said.empty() ? "all follow" : said);
+      }
+    }
+    adapter.publish_health(health_of(link, driver, loops.statistics()));
   } while (runtime::sleep_unless_stopped(kHealthPeriod_s));
-
   loops.stop();
   publisher.request_stop();
   publisher.join();
   if (!loops.notice().empty()) spdlog::warn("servo thread: {}", loops.notice());
-  adapter.publish_health({core::ComponentState::kStopped, "ended", loops.statistics(), {}});
-  if (!report_dir.empty())
-    write_report(report_dir / "slave_io.json", loops.statistics(), servo.contacts(), cell);
+  return loops.statistics();
+}
+
+void finish(DdsAdapter& adapter, const std::vector<core::LoopStatistics>& loops, const SimulatedArm* simulated,
+            const runtime::CellConfig& cell, const std::filesystem::path& report_dir) {
+  adapter.publish_health({core::ComponentState::kStopped, "ended", loops, {}});
+  if (!report_dir.empty()) write_report(report_dir / "slave_io.json", loops, simulated, cell);
+}
+
+int run_simulated(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
+                  const core::NetworkOptions& network, const std::filesystem::path& report_dir) {
+  spdlog::info("placing {} objects where they really stand", cell.objects.size());
+  const auto begun_ns = core::monotonic_ns();
+  const FieldWorld world(cell, runtime::load_real_bodies(cell), config.contact);
+  SimulatedArm arm(model, config, world);
+  spdlog::info("contact field of {:.1f} MB made in {:.1f} s; {} contact points on {} joints",
+               static_cast<double>(world.bytes()) * 1e-6, core::seconds(core::monotonic_ns() - begun_ns),
+               arm.contact_point_count(), model.arm.joint_count());
+  Inbox inbox;
+  DdsAdapter adapter(network, model.arm.joint_count(), inbox);
+  finish(adapter, run_servo(model, config, arm, inbox, adapter), &arm, cell, report_dir);
   return runtime::kExitDone;
+}
+
+int run_drives(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
+               const core::NetworkOptions& network, const std::filesystem::path& report_dir) {
+  Inbox inbox;
+  DdsAdapter adapter(network, model.arm.joint_count(), inbox);
+  auto buses = runtime::open_buses(*config.can, [&](const std::string& missing) {
+    spdlog::info("waiting: {}", missing);
+    adapter.publish_health({core::ComponentState::kStarting, "waiting: " + missing, {}, {}});
+  });
+  if (buses.empty()) return runtime::kExitDone;
+  for (std::size_t b = 0; b < buses.size(); ++b) {
+    const can::BusLoad load = can::bus_load(config.can->group, b);
+    spdlog::info("{}: {:.0f} % of {:.0f} kbit/s planned at worst, {} frames in each cycle of {:.1f} ms",
+                 config.can->addresses[b], 100.0 * load.share, config.can->group.bit_rates[b] * 1e-3,
+                 load.frames_per_cycle, config.period_s * 1e3);
+  }
+  CanArm arm(model, config, std::move(buses));
+  finish(adapter, run_servo(model, config, arm, inbox, adapter), nullptr, cell, report_dir);
+  return runtime::kExitDone;
+}
+
+}  // namespace
+
+int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
+                const core::NetworkOptions& network, const std::filesystem::path& report_dir) {
+  return config.driver == Driver::kCan ? run_drives(cell, model, config, network, report_dir)
+                                       : run_simulated(cell, model, config, network, report_dir);
 }
 
 }  // namespace phantom::slave_io

@@ -48,12 +48,14 @@ SlaveOutputs SlaveIo::step(const SlaveInputs& in, double dt_s) noexcept {
                           .round_trip_s = in.master_round_trip_s,
                           .partner = in.master.state,
                           .poses_agree = agree,
-                          .requests = in.requests},
+                          .requests = in.requests,
+                          .drives_follow = in.drives_follow,
+                          .drive_fault = in.drive_fault},
                          dt_s);
-  if (holds(out.state) && !holds(before)) limiter_.reset(in.position);
-  const core::JointArray v_ref = lead_reference(in, dt_s);
+  if ((holds(out.state) && !holds(before)) || !in.drives_follow) limiter_.reset(in.position);
+  out.reference_velocity = lead_reference(in, dt_s);
   out.reference = limiter_.reference();
-  out.torque = servo_.step(out.reference, v_ref, in.position, in.velocity,
+  out.torque = servo_.step(out.reference, out.reference_velocity, in.position, in.velocity,
                            gravity_feed_forward_ ? in.gravity_Nm : core::JointArray{});
   limit_speed(in.velocity, out.torque.drive_Nm);
   return out;

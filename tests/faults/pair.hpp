@@ -16,6 +16,7 @@
 #include "components/master_io/tests/fixture.hpp"
 #include "components/slave_io/dds_adapter_convert.hpp"
 #include "components/slave_io/servo.hpp"
+#include "components/slave_io/simulated_arm.hpp"
 #include "components/slave_io/tests/fixture.hpp"
 
 namespace phantom::faults {
@@ -84,7 +85,8 @@ class Pair {
     // A master comes up where its device is; the hand holds it there.
     const auto where = master_ ? master_now.position : master_io::shipped_arm().home;
     master_inbox_ = std::make_unique<master_io::Inbox>();
-    master_ = std::make_unique<master_io::Servo>(master_config(), where, *master_inbox_);
+    master_device_ = std::make_unique<master_io::SimulatedDevice>(master_config(), where);
+    master_ = std::make_unique<master_io::Servo>(master_config(), where, *master_device_, *master_inbox_);
     master_numbers_ = {++session_, 0};
     slave_heard_ = {}, drag_heard_ = {};
     master_life = Life::kRuns;
@@ -94,7 +96,8 @@ class Pair {
     if (slave_) model.home = slave_now.position;
     slave_model_ = std::make_unique<slave_io::ArmModel>(model);
     slave_inbox_ = std::make_unique<slave_io::Inbox>();
-    slave_ = std::make_unique<slave_io::Servo>(*slave_model_, slave_config(), nothing_, *slave_inbox_);
+    slave_arm_ = std::make_unique<slave_io::SimulatedArm>(*slave_model_, slave_config(), nothing_);
+    slave_ = std::make_unique<slave_io::Servo>(*slave_model_, slave_config(), *slave_arm_, *slave_inbox_);
     slave_numbers_ = {++session_, 0};
     master_heard_ = {};
     slave_life = Life::kRuns;
@@ -196,9 +199,11 @@ class Pair {
   dds::SequenceGuard slave_heard_, drag_heard_, master_heard_;
   master_io::Wishes wishes_;
   std::unique_ptr<master_io::Inbox> master_inbox_;
+  std::unique_ptr<master_io::SimulatedDevice> master_device_;
   std::unique_ptr<master_io::Servo> master_;
   std::unique_ptr<slave_io::ArmModel> slave_model_;
   std::unique_ptr<slave_io::Inbox> slave_inbox_;
+  std::unique_ptr<slave_io::SimulatedArm> slave_arm_;
   std::unique_ptr<slave_io::Servo> slave_;
 };
 

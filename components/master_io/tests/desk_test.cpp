@@ -110,7 +110,8 @@ TEST(Desk, TheStickMovesTheMasterOnlyWhileCoupledAndDragSlowsIt) {
     Config config = shipped_config({.driver = "desk"});
     ASSERT_EQ(config.driver, Driver::kDesk);
     Inbox inbox;
-    Servo servo(config, shipped_arm().home, inbox);
+    SimulatedDevice device(config, shipped_arm().home);
+    Servo servo(config, shipped_arm().home, device, inbox);
     servo.desk.write({.axes = {0.0, 1.0, 0.0, 0.0}, .alive = true});
     core::Nanoseconds now_ns = core::kNsPerSecond;
     MasterReport last;

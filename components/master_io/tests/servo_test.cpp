@@ -16,7 +16,8 @@ constexpr double kDt = 0.001;
 /// The servo on a simulated clock, with a slave that follows perfectly and a drag that is everywhere the
 /// same.
 struct Bench {
-  explicit Bench(const Config& config = shipped_config()) : servo(config, shipped_arm().home, inbox) {
+  explicit Bench(const Config& config = shipped_config())
+      : device(config, shipped_arm().home), servo(config, shipped_arm().home, device, inbox) {
     slave.motion.position = shipped_arm().home;
     slave.state = LinkState::kCoupled;
     drag.drag.valid = true;
@@ -44,6 +45,7 @@ struct Bench {
   }
 
   Inbox inbox;
+  SimulatedDevice device;
   Servo servo;
   SlaveSample slave;
   DragSample drag;

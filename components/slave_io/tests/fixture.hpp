@@ -17,6 +17,8 @@ namespace phantom::slave_io {
 
 inline const std::filesystem::path kShipped = PHANTOM_SOURCE_DIR "/components/slave_io/slave_io.yaml";
 
+inline const std::filesystem::path kCanFile = PHANTOM_SOURCE_DIR "/deploy/can/hot_cell_slave_io.yaml";
+
 inline const runtime::CellConfig& hot_cell() {
   static const auto cell = runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/cell.yaml");
   return cell;
@@ -27,9 +29,10 @@ inline const ArmModel& shipped_arm() {
 }
 inline Config shipped_config() { return load_config(kShipped, shipped_arm().arm, shipped_arm().home); }
 
-/// The shipped file with one piece of text replaced, as a new file.
-inline std::filesystem::path changed(const std::string& from, const std::string& to) {
-  std::ifstream stream(kShipped);
+/// A shipped file with one piece of text replaced, as a new file.
+inline std::filesystem::path changed(const std::string& from, const std::string& to,
+                                     const std::filesystem::path& shipped = kShipped) {
+  std::ifstream stream(shipped);
   std::ostringstream text;
   text << stream.rdbuf();
   std::string yaml = text.str();

@@ -7,6 +7,7 @@
 
 #include "common/teleop/tests/half_space.hpp"
 #include "components/slave_io/servo.hpp"
+#include "components/slave_io/simulated_arm.hpp"
 #include "components/slave_io/tests/fixture.hpp"
 #include "tests/support/heap_guard.hpp"
 
@@ -21,7 +22,8 @@ constexpr std::size_t kJoints = 7;
 struct Bench {
   teleop::HalfSpace floor{Eigen::Vector3d::UnitZ(), -5.0};
   Inbox inbox;
-  Servo servo{shipped_arm(), shipped_config(), floor, inbox};
+  SimulatedArm arm{shipped_arm(), shipped_config(), floor};
+  Servo servo{shipped_arm(), shipped_config(), arm, inbox};
   core::Nanoseconds now_ns = 1'000'000'000;
   MasterSample master = [] {
     MasterSample sample;

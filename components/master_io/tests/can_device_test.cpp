@@ -1,0 +1,146 @@
+// The master's servo with drives on a bus in this process, on a clock of the test's own: repeats exactly.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/can/local_bus.hpp"
+#include "common/core/errors.hpp"
+#include "components/master_io/servo.hpp"
+#include "components/master_io/tests/fixture.hpp"
+#include "components/simulated_drive/simulated_drive.hpp"
+#include "tests/support/heap_guard.hpp"
+
+namespace phantom::master_io {
+namespace {
+
+using teleop::LinkState;
+using testing::HasSubstr;
+constexpr std::size_t kJoints = 7;
+
+// The shipped file with a drive for every joint; `more` stands in the first joint's.
+std::string with_drives(const std::string& more = "") {
+  std::ifstream stream(kShipped);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  std::string yaml = text.str();
+  yaml.replace(yaml.find("driver: sim"), 11, "driver: can");
+  yaml.replace(yaml.find("rate_Hz: 1000"), 13, "rate_Hz: 500");
+  yaml += "\ncan:\n  on_fault: coast\n  boot_timeout_s: 0.2\n  buses: [{address: \"user:a\"}, {address: \"user:b\"}]\n  drives:\n";
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    yaml += "    " + shipped_arm().arm.joints()[j].name + ": {bus: " + std::to_string(j % 2) +
+            ", node: " + std::to_string(j + 1) +
+            ", counts_per_turn: 65536, gear_ratio: 5, torque_constant_Nm_per_A: 0.5, rated_current_A: 4" +
+            (j == 0 ? ", travel_per_turn_m: 0.2" + more : "") + "}\n";
+  }
+  return yaml;
+}
+Config can_config(const std::string& more = "") {
+  return load_config(write_file(with_drives(more)), hot_cell().file, shipped_arm().arm, {});
+}
+
+// A slave that follows perfectly, drag that is everywhere the same, and a hand that pushes joint 4.
+struct Bench {
+  Bench() {
+    std::vector<std::unique_ptr<can::CanBus>> ports;
+    for (auto& bus : buses) ports.push_back(bus.connect("master_io"));
+    const auto& axes = config.can->group.axes;
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      const double rad_per_unit = 2.0 * 3.14159265358979323846 / axes[j].units.travel_per_turn;
+      simulated_drive::DriveOptions o;
+      o.node = axes[j].node;
+      o.motor.counts_per_turn = axes[j].units.counts_per_turn;
+      o.motor.gear_ratio = axes[j].units.gear_ratio;
+      o.motor.rated_torque_Nm = axes[j].units.rated_motor_torque_Nm();
+      o.motor.start_rad = shipped_arm().home[j] * rad_per_unit;
+      o.motor.joint = {config.device.joints[j].inertia / (rad_per_unit * rad_per_unit), 0.0, 0.0, -100.0, 100.0};
+      o.motor.load_Nm = j == 3 ? push_Nm : 0.0;
+      drives.push_back(
+          std::make_unique<simulated_drive::SimulatedDrive>(o, buses[axes[j].bus].connect(axes[j].name)));
+    }
+    device = std::make_unique<CanDevice>(config, std::move(ports));
+    servo = std::make_unique<Servo>(config, shipped_arm().home, *device, inbox);
+    slave.state = LinkState::kCoupled;
+    drag.drag.valid = true;
+    drag.drag.plus.fill(0.02);
+    drag.drag.minus.fill(0.02);
+  }
+  void tick() {
+    now_ns += period_ns;
+    slave.received_ns = drag.received_ns = now_ns;
+    ++slave.stamp.sequence_number;
+    if (published > 0) slave.motion.position = last.position;
+    inbox.slave.write(slave);
+    inbox.drag.write(drag);
+    {
+      const test::HeapGuard guard;
+      servo->tick(config.period_s, now_ns);
+    }
+    published += servo->outbox.read(last) ? 1 : 0;
+    for (int part = 1; part <= 4; ++part) {
+      for (auto& bus : buses) bus.advance_to(now_ns + period_ns * part / 4);
+      for (auto& drive : drives) drive->step(now_ns + period_ns * part / 4);
+    }
+  }
+  bool reaches(LinkState wanted, double most_s = 10.0) {
+    for (double t = 0; t < most_s && (published == 0 || last.outputs.state != wanted); t += config.period_s) tick();
+    return published > 0 && last.outputs.state == wanted;
+  }
+
+  static constexpr double push_Nm = 0.05;
+  Config config = can_config();
+  std::array<can::LocalBus, 2> buses{can::LocalBus({.bit_rate = 1e6}), can::LocalBus({.bit_rate = 1e6})};
+  std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>> drives;
+  Inbox inbox;
+  std::unique_ptr<CanDevice> device;
+  std::unique_ptr<Servo> servo;
+  SlaveSample slave;
+  DragSample drag;
+  MasterReport last;
+  core::Nanoseconds now_ns = 1'000'000'000;
+  core::Nanoseconds period_ns = core::from_seconds(config.period_s);
+  int published = 0;
+};
+
+TEST(CanDevice, RendersDragOnTheHandThroughItsDrivesAndItsEncodersAreTheMastersJoints) {
+  Bench bench;
+  ASSERT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.device->health().message;
+  for (int i = 0; i < 1500; ++i) bench.tick();
+  ASSERT_EQ(bench.last.outputs.state, LinkState::kCoupled);
+  EXPECT_NEAR(bench.last.position[3], bench.drives[3]->motor().joint_rad(), 0.01);
+  EXPECT_GT(bench.last.velocity[3], 0.0) << "the hand pushes";
+  EXPECT_LT(bench.last.outputs.percept_Nm[3], 0.0) << "drag against the motion";
+  EXPECT_NEAR(bench.last.outputs.motor_Nm[3], -Bench::push_Nm, 0.02) << "at the end as strong as the push";
+  const double exerted_Nm = bench.drives[3]->torque_mille() * 1e-3 * 2.0 * 5.0;
+  EXPECT_NEAR(exerted_Nm, bench.last.outputs.motor_Nm[3], 0.012) << "the drive's steps of one per mille";
+  EXPECT_EQ(bench.last.reach, -1) << "a person makes no scripted reaches";
+}
+
+TEST(CanDevice, AFaultTakesTheTorquesUntilAReset) {
+  Bench bench;
+  ASSERT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.device->health().message;
+  bench.drives[4]->trip(0x2310);
+  ASSERT_TRUE(bench.reaches(LinkState::kStopped, 0.05));
+  EXPECT_THAT(bench.device->health().message, HasSubstr("coast until a reset"));
+  for (int i = 0; i < 500; ++i) bench.tick();
+  EXPECT_EQ(bench.last.outputs.state, LinkState::kStopped);
+  for (const double torque_Nm : bench.last.outputs.motor_Nm) EXPECT_EQ(torque_Nm, 0.0);
+  Wishes wishes;
+  wishes.percept_gain = bench.config.percept_gain;
+  wishes.requests.reset();
+  bench.inbox.wishes.write(wishes);
+  EXPECT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.device->health().message;
+}
+
+TEST(CanDevice, OnlyTorqueModeCanRender) {
+  try {
+    can_config(", mode: position");
+    FAIL() << "accepted";
+  } catch (const core::ConfigError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("can.drives.j1_gantry.mode: 'position'"));
+    EXPECT_THAT(error.what(), HasSubstr("allowed: torque"));
+  }
+}
+
+}  // namespace
+}  // namespace phantom::master_io

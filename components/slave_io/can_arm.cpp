@@ -1,0 +1,56 @@
+#include "components/slave_io/can_arm.hpp"
+
+namespace phantom::slave_io {
+
+CanArm::CanArm(const ArmModel& model, const Config& config, std::vector<std::unique_ptr<can::CanBus>> buses)
+    : model_(model),
+      axes_(config.can.value().group.axes),
+      feed_forward_(config.gravity_feed_forward),
+      drives_(config.can->group, config.align_tolerance, std::move(buses)) {
+  for (std::size_t j = 0; j < axes_.size(); ++j) {
+    const auto& gains = config.gains[j];
+    velocity_per_error_[j] = gains.k_v > 0.0 ? gains.k_p / gains.k_v : 0.0;
+  }
+}
+
+const ArmSense& CanArm::sense() noexcept {
+  const can::ArmDrivesSense& drives = drives_.sense();
+  sense_.known = drives.known;
+  sense_.position = drives.position;
+  sense_.velocity = drives.velocity;
+  sense_.follows = drives.follows;
+  sense_.fault = drives.fault;
+  exerted_Nm_ = drives.torque;
+  model_.arm.link_poses(sense_.position, X_WL_);
+  if (feed_forward_) sense_.gravity_Nm = model_.arm.gravity_torque(X_WL_);
+  return sense_;
+}
+
+void CanArm::move(const ArmDemand& demand, double, core::Nanoseconds now_ns) noexcept {
+  can::DriveCommand command{.quick_stop = demand.stop, .reset = demand.reset, .position = demand.outputs.reference};
+  for (std::size_t j = 0; j < axes_.size(); ++j) {
+    const bool by_torque = axes_[j].mode == can::DriveMode::kTorque;
+    command.torque[j] = by_torque ? demand.outputs.torque.drive_Nm[j] : sense_.gravity_Nm[j];
+    command.velocity[j] = demand.outputs.reference_velocity[j] +
+                          velocity_per_error_[j] * (demand.outputs.reference[j] - sense_.position[j]);
+  }
+  drives_.step(command, now_ns);
+}
+
+void CanArm::fill(SlaveReport& report) const noexcept {
+  report.position = sense_.position;
+  report.velocity = sense_.velocity;
+  for (std::size_t j = 0; j < axes_.size(); ++j) {
+    // Where the loop is closed in the drive, its torque is what the drive exerts.
+    if (axes_[j].mode != can::DriveMode::kTorque)
+      report.outputs.torque.loop_Nm[j] = exerted_Nm_[j] - sense_.gravity_Nm[j];
+    if (!sense_.follows) report.outputs.torque.loop_Nm[j] = 0.0;
+  }
+  report.contact_force_N = -1.0;
+  report.clearance_m = -1.0;
+  const std::size_t last = model_.arm.joint_count();
+  report.tool_speed_m_s =
+      model_.arm.point_velocity_W(last, X_WL_[last] * model_.tip_in_last_link_m, X_WL_, sense_.velocity).norm();
+}
+
+}  // namespace phantom::slave_io

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "common/can/arm_drives.hpp"
+#include "components/slave_io/arm_driver.hpp"
+#include "components/slave_io/model.hpp"
+
+namespace phantom::slave_io {
+
+/// The arm's drives on their CAN buses. Each joint in the mode of its drive: torque (the controller's position
+/// loop), velocity (its reference's speed, corrected by k_p/k_v times the way to it) or position (its
+/// reference). An emergency stop is the drives' quick stop. Nothing touches the arm as far as it knows: contact,
+/// its force and the clearance are reported as unknown.
+class CanArm final : public ArmDriver {
+ public:
+  /// `config.can` must be there; `model` must outlive it. One open bus per address.
+  CanArm(const ArmModel& model, const Config& config, std::vector<std::unique_ptr<can::CanBus>> buses);
+
+  const ArmSense& sense() noexcept override;
+  void move(const ArmDemand& demand, double dt_s, core::Nanoseconds now_ns) noexcept override;
+  void fill(SlaveReport& report) const noexcept override;
+  bool makes_up_periods() const noexcept override { return false; }
+  core::ActuatorHealth health() override { return drives_.health(); }
+
+  const can::DriveGroupReport& drives() const noexcept { return drives_.report(); }  ///< servo thread
+
+ private:
+  const ArmModel& model_;
+  std::vector<can::AxisConfig> axes_;
+  bool feed_forward_;
+  core::JointArray velocity_per_error_{};
+  can::ArmDrives drives_;
+  ArmSense sense_;
+  core::JointArray exerted_Nm_{};
+  robot::LinkPoses X_WL_;
+};
+
+}  // namespace phantom::slave_io

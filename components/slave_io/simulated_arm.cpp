@@ -1,0 +1,42 @@
+#include "components/slave_io/simulated_arm.hpp"
+
+namespace phantom::slave_io {
+
+SimulatedArm::SimulatedArm(const ArmModel& model, const Config& config, const teleop::ContactWorld& world)
+    : force_sensor_(config.force_sensor),
+      plant_(model.arm, config.plant,
+             contact_points(model, config.contact.point_pitch_m, config.contact.max_points), world,
+             model.home, model.tip_in_last_link_m) {}
+
+const ArmSense& SimulatedArm::sense() noexcept {
+  sense_.position = plant_.position();
+  sense_.velocity = plant_.velocity();
+  sense_.gravity_Nm = plant_.gravity_Nm();
+  return sense_;
+}
+
+void SimulatedArm::move(const ArmDemand& demand, double dt_s, core::Nanoseconds) noexcept {
+  plant_.step(demand.outputs.torque.drive_Nm, dt_s);
+  contacts_.step(plant_.contact(), plant_.tool_speed_m_s(), dt_s);
+  clearance_m_.store(plant_.contact().clearance_m, std::memory_order_relaxed);
+}
+
+void SimulatedArm::fill(SlaveReport& report) const noexcept {
+  report.position = plant_.position();
+  report.velocity = plant_.velocity();
+  const teleop::ContactReport& touch = plant_.contact();
+  report.force_measured = force_sensor_;
+  if (force_sensor_) report.external_torque_Nm = touch.joint_torque_Nm;
+  report.contact = touch.contact;
+  report.contact_force_N = touch.force_N;
+  report.contact_object = touch.object;
+  report.contact_point_W_m = {touch.point_W_m.x(), touch.point_W_m.y(), touch.point_W_m.z()};
+  report.clearance_m = touch.clearance_m;
+  report.tool_speed_m_s = plant_.tool_speed_m_s();
+}
+
+core::ActuatorHealth SimulatedArm::health() {
+  return {false, true, "", {{"clearance", clearance_m_.load(std::memory_order_relaxed), "m"}}};
+}
+
+}  // namespace phantom::slave_io

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <atomic>
+
+#include "components/slave_io/arm_driver.hpp"
+#include "components/slave_io/contact_log.hpp"
+#include "components/slave_io/model.hpp"
+
+namespace phantom::slave_io {
+
+/// Drives, arm and contact in simulation; keeps the contacts of the session.
+class SimulatedArm final : public ArmDriver {
+ public:
+  /// `model` and `world` must outlive it.
+  SimulatedArm(const ArmModel& model, const Config& config, const teleop::ContactWorld& world);
+
+  const ArmSense& sense() noexcept override;
+  void move(const ArmDemand& demand, double dt_s, core::Nanoseconds now_ns) noexcept override;
+  void fill(SlaveReport& report) const noexcept override;
+  bool makes_up_periods() const noexcept override { return true; }
+  core::ActuatorHealth health() override;
+
+  const ContactLog& contacts() const noexcept { return contacts_; }  ///< once the servo thread has ended
+  std::size_t contact_point_count() const noexcept { return plant_.contact_point_count(); }
+
+ private:
+  bool force_sensor_;
+  teleop::SlavePlant plant_;
+  ContactLog contacts_;
+  ArmSense sense_;
+  std::atomic<double> clearance_m_{-1.0};
+};
+
+}  // namespace phantom::slave_io

@@ -1,0 +1,289 @@
+// The servo with drives on a bus in this process, on a clock of the test's own: repeats exactly.
+#include "components/slave_io/can_arm.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/can/local_bus.hpp"
+#include "components/simulated_drive/simulated_drive.hpp"
+#include "components/slave_io/servo.hpp"
+#include "components/slave_io/tests/fixture.hpp"
+#include "tests/support/heap_guard.hpp"
+
+namespace phantom::slave_io {
+namespace {
+
+using can::DriveMode;
+using teleop::LinkState;
+using testing::HasSubstr;
+constexpr std::size_t kJoints = 7;
+
+Config can_config(DriveMode mode = DriveMode::kTorque, can::FaultReaction reaction = can::FaultReaction::kHold) {
+  Config config = load_config(kCanFile, shipped_arm().arm, shipped_arm().home);
+  can::DriveGroupConfig& group = config.can.value().group;
+  for (can::AxisConfig& axis : group.axes) axis.mode = mode;
+  group.reaction = reaction;
+  group.timing.heartbeat_s = 0.02;
+  group.timing.heartbeat_timeout_s = 0.05;
+  group.timing.most_missed = 3;
+  group.timing.boot_timeout_s = 0.2;
+  return config;
+}
+
+// Motors, gears and joints as the configuration has them: joint angle or way at the start is `home`.
+simulated_drive::DriveOptions drive_like(const can::AxisConfig& axis, double home, double inertia) {
+  const double rad_per_unit = 2.0 * 3.14159265358979323846 / axis.units.travel_per_turn;
+  simulated_drive::DriveOptions o;
+  o.node = axis.node;
+  o.motor.counts_per_turn = axis.units.counts_per_turn;
+  o.motor.gear_ratio = axis.units.gear_ratio;
+  o.motor.rated_torque_Nm = axis.units.rated_motor_torque_Nm();
+  o.motor.start_rad = home * rad_per_unit;
+  o.motor.joint.inertia = inertia / (rad_per_unit * rad_per_unit);
+  o.motor.joint.viscous = o.motor.joint.inertia;
+  o.motor.joint.coulomb = 0.0;
+  o.motor.joint.lower = -100.0;
+  o.motor.joint.upper = 100.0;
+  return o;
+}
+
+struct Bench {
+  explicit Bench(Config with = can_config(), const core::JointArray& start = shipped_arm().home)
+      : config(std::move(with)) {
+    std::vector<std::unique_ptr<can::CanBus>> ports;
+    for (std::size_t b = 0; b < config.can->addresses.size(); ++b) {
+      buses.push_back(std::make_unique<can::LocalBus>(can::BusModelOptions{.bit_rate = 1e6}));
+      ports.push_back(buses.back()->connect("slave_io"));
+    }
+    const auto& axes = config.can->group.axes;
+    for (std::size_t j = 0; j < axes.size(); ++j) {
+      drives.push_back(std::make_unique<simulated_drive::SimulatedDrive>(
+          drive_like(axes[j], start[j], config.plant.joints[j].inertia), buses[axes[j].bus]->connect(axes[j].name)));
+    }
+    arm = std::make_unique<CanArm>(shipped_arm(), config, std::move(ports));
+    servo = std::make_unique<Servo>(shipped_arm(), config, *arm, inbox);
+    master.position = shipped_arm().home;
+    master.state = LinkState::kCoupled;
+  }
+
+  void tick() {
+    now_ns += period_ns;
+    if (heard) {
+      master.received_ns = now_ns;
+      ++master.stamp.sequence_number;
+      inbox.master.write(master);
+    }
+    servo->tick(config.period_s, now_ns);
+    published += servo->outbox.read(last) ? 1 : 0;
+    for (int part = 1; part <= 4; ++part) {
+      for (auto& bus : buses) bus->advance_to(now_ns + period_ns * part / 4);
+      for (std::size_t j = 0; j < drives.size(); ++j) {
+        if (!frozen[j]) drives[j]->step(now_ns + period_ns * part / 4);
+      }
+    }
+    for (std::size_t j = 0; j < drives.size(); ++j)
+      fastest = std::max(fastest, std::abs(speed(j)) / shipped_arm().arm.joints()[j].max_speed);
+  }
+  void run(double duration_s) {
+    for (double t = 0; t < duration_s; t += config.period_s) tick();
+  }
+  bool reaches(LinkState wanted, double most_s = 10.0) {
+    for (double t = 0; t < most_s && (published == 0 || state() != wanted); t += config.period_s) tick();
+    return published > 0 && state() == wanted;
+  }
+  double unit(std::size_t j) const { return config.can->group.axes[j].units.travel_per_turn / (2.0 * 3.14159265358979323846); }
+  double joint(std::size_t j) const { return drives[j]->motor().joint_rad() * unit(j); }
+  double speed(std::size_t j) const { return drives[j]->motor().joint_rad_s() * unit(j); }
+  void ask(void (teleop::StopRequests::*what)() noexcept) {
+    (requests.*what)();
+    inbox.requests.write(requests);
+  }
+  LinkState state() const { return last.outputs.state; }
+
+  Config config;
+  core::Nanoseconds now_ns = 1'000'000'000;
+  core::Nanoseconds period_ns = core::from_seconds(config.period_s);
+  std::vector<std::unique_ptr<can::LocalBus>> buses;
+  std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>> drives;
+  std::array<bool, kJoints> frozen{};
+  Inbox inbox;
+  std::unique_ptr<CanArm> arm;
+  std::unique_ptr<Servo> servo;
+  MasterSample master;
+  teleop::StopRequests requests;
+  bool heard = true;
+  SlaveReport last;
+  int published = 0;
+  double fastest = 0.0;  // greatest speed of a joint ÷ its greatest speed allowed, since it was set to 0
+};
+
+TEST(CanArm, SaysNothingBeforeItsEncodersDoAndCouplesOnlyOnceTheDrivesFollow) {
+  Bench bench;
+  bench.tick();
+  EXPECT_EQ(bench.published, 0) << "where the arm is was not known yet";
+  EXPECT_FALSE(bench.arm->health().follows);
+  ASSERT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.arm->health().message;
+  EXPECT_TRUE(bench.arm->health().follows);
+  EXPECT_EQ(bench.arm->health().message, "");
+  for (std::size_t j = 0; j < kJoints; ++j) EXPECT_NEAR(bench.joint(j), shipped_arm().home[j], 1e-3) << j;
+  EXPECT_LT(bench.fastest, 0.02) << "nothing jumped when the power came on";
+}
+
+class EachMode : public testing::TestWithParam<DriveMode> {};
+
+TEST_P(EachMode, EveryJointFollowsTheMasterAndTheLoopsTorqueIsTold) {
+  Bench bench(can_config(GetParam()));
+  ASSERT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.arm->health().message;
+  const double dt = bench.config.period_s;
+  double most_Nm = 0.0;
+  for (double t = 0; t < 1.0; t += dt) {
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      const double away = shipped_arm().home[j] > 0.0 ? -1.0 : 1.0;
+      bench.master.velocity[j] = j == 0 ? 0.1 : 0.3 * away;
+      bench.master.position[j] += bench.master.velocity[j] * dt;
+    }
+    bench.tick();
+    most_Nm = std::max(most_Nm, std::abs(bench.last.outputs.torque.loop_Nm[3]));
+  }
+  bench.master.velocity = {};
+  bench.run(1.0);
+  ASSERT_EQ(bench.state(), LinkState::kCoupled);
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    EXPECT_NEAR(bench.joint(j), bench.master.position[j], 2e-3) << j;
+    EXPECT_NEAR(bench.last.position[j], bench.joint(j), 1e-4) << j;
+  }
+  EXPECT_GT(most_Nm, 0.3) << "the joint's friction and inertia";
+  EXPECT_LT(bench.fastest, 1.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Modes, EachMode,
+                         testing::Values(DriveMode::kTorque, DriveMode::kVelocity, DriveMode::kPosition));
+
+TEST(CanArm, WhatItCannotKnowIsToldAsUnknown) {
+  Bench bench;
+  ASSERT_TRUE(bench.reaches(LinkState::kCoupled));
+  EXPECT_FALSE(bench.last.contact);
+  EXPECT_EQ(bench.last.contact_force_N, -1.0);
+  EXPECT_EQ(bench.last.clearance_m, -1.0);
+  EXPECT_FALSE(bench.last.force_measured);
+}
+
+// A drive dies while the arm moves: all stop, nothing jumps, nothing goes on before a reset, and then from an
+// aligned pose.
+TEST(CanArm, AFaultStopsTheArmUntilAResetAndPosesAreAlignedAnew) {
+  for (const auto reaction : {can::FaultReaction::kHold, can::FaultReaction::kCoast}) {
+    Bench bench(can_config(DriveMode::kTorque, reaction));
+    ASSERT_TRUE(bench.reaches(LinkState::kCoupled));
+    const double dt = bench.config.period_s;
+    for (double t = 0; t < 0.5; t += dt) {
+      bench.master.velocity[3] = 0.4;
+      bench.master.position[3] += 0.4 * dt;
+      bench.tick();
+    }
+    bench.drives[3]->trip(0x2310);
+    bench.fastest = 0.0;
+    bench.master.velocity = {};
+    ASSERT_TRUE(bench.reaches(LinkState::kStopped, 0.05));
+    const core::ActuatorHealth health = bench.arm->health();
+    EXPECT_TRUE(health.fault);
+    EXPECT_THAT(health.message, HasSubstr("j4_elbow is in fault"));
+    EXPECT_THAT(health.message, HasSubstr(reaction == can::FaultReaction::kHold ? "hold" : "coast"));
+    bench.run(3.0);
+    EXPECT_EQ(bench.state(), LinkState::kStopped) << "stays until a reset";
+    EXPECT_LT(bench.fastest, 0.5) << "it was at a third of its speed";
+    EXPECT_EQ(bench.last.outputs.torque.loop_Nm[3], 0.0);
+    EXPECT_LT(std::abs(bench.speed(3)), 1e-3);
+    const bool powered = reaction == can::FaultReaction::kHold;
+    EXPECT_EQ(bench.drives[0]->power() == simulated_drive::SimulatedDrive::Power::kQuickStop, powered);
+    // The master went on meanwhile: the arm comes to it slowly, and is not coupled before.
+    bench.master.position[3] += 0.2;
+    bench.master.state = LinkState::kReady;
+    bench.fastest = 0.0;
+    bench.ask(&teleop::StopRequests::reset);
+    ASSERT_TRUE(bench.reaches(LinkState::kAligned)) << bench.arm->health().message;
+    EXPECT_LT(bench.fastest, 0.3) << "the alignment's speed, not a jump";
+    bench.master.state = LinkState::kCoupled;
+    EXPECT_TRUE(bench.reaches(LinkState::kCoupled));
+    EXPECT_FALSE(bench.arm->health().fault);
+  }
+}
+
+TEST(CanArm, ADriveThatFallsSilentIsNamedAndComesBackAfterAReset) {
+  Bench bench;
+  ASSERT_TRUE(bench.reaches(LinkState::kCoupled));
+  bench.frozen[5] = true;
+  ASSERT_TRUE(bench.reaches(LinkState::kStopped, 0.1));
+  EXPECT_THAT(bench.arm->health().message, HasSubstr("j6_wrist leaves SYNCs without an answer"));
+  bench.ask(&teleop::StopRequests::reset);
+  bench.run(1.0);
+  EXPECT_NE(bench.state(), LinkState::kCoupled) << "it is still silent";
+  bench.frozen[5] = false;
+  ASSERT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.arm->health().message;
+}
+
+TEST(CanArm, AnEmergencyStopIsTheDrivesQuickStopAndHoldsUntilAReset) {
+  Bench bench;
+  ASSERT_TRUE(bench.reaches(LinkState::kCoupled));
+  bench.ask(&teleop::StopRequests::stop);
+  bench.run(0.1);
+  EXPECT_EQ(bench.state(), LinkState::kStopped);
+  EXPECT_FALSE(bench.arm->health().fault);
+  for (const auto& drive : bench.drives)
+    EXPECT_EQ(drive->power(), simulated_drive::SimulatedDrive::Power::kQuickStop);
+  bench.master.position[4] += 0.2;
+  bench.run(1.0);
+  EXPECT_NEAR(bench.joint(4), shipped_arm().home[4], 1e-3);
+  bench.master.position[4] -= 0.2;
+  bench.fastest = 0.0;
+  bench.ask(&teleop::StopRequests::reset);
+  EXPECT_TRUE(bench.reaches(LinkState::kCoupled));
+  EXPECT_LT(bench.fastest, 0.05);
+}
+
+// An encoder whose offset is wrong: with power on, the arm would be driven through half the cell.
+TEST(CanArm, AJointOutsideItsRangeKeepsThePowerOff) {
+  auto start = shipped_arm().home;
+  start[2] = 2.5;
+  Bench bench(can_config(), start);
+  bench.run(3.0);
+  EXPECT_EQ(bench.state(), LinkState::kInit);
+  EXPECT_THAT(bench.arm->health().message, HasSubstr("j3_shoulder stands at 2.5, outside its range of"));
+  EXPECT_NE(bench.drives[0]->power(), simulated_drive::SimulatedDrive::Power::kEnabled);
+  EXPECT_NEAR(bench.joint(2), 2.5, 1e-9);
+}
+
+TEST(CanArm, MasterValuesThatAreNoneMoveNothing) {
+  Bench bench;
+  ASSERT_TRUE(bench.reaches(LinkState::kCoupled));
+  bench.fastest = 0.0;
+  bench.master.position[2] = std::nan("");
+  bench.master.velocity[3] = std::numeric_limits<double>::infinity();
+  bench.run(0.5);
+  EXPECT_LT(bench.fastest, 0.01);
+  EXPECT_EQ(bench.arm->drives().refused_values, 0U) << "none got as far as the drives";
+}
+
+TEST(CanArm, TheTickUsesNoHeap) {
+  Bench bench;
+  ASSERT_TRUE(bench.reaches(LinkState::kCoupled));
+  for (int i = 0; i < 1000; ++i) {
+    bench.now_ns += bench.period_ns;
+    bench.master.position[3] += 0.0003;
+    bench.master.received_ns = bench.now_ns;
+    bench.inbox.master.write(bench.master);
+    {
+      const test::HeapGuard guard;  // the drives and the bus of the test may use it
+      bench.servo->tick(bench.config.period_s, bench.now_ns);
+    }
+    for (auto& bus : bench.buses) bus->advance_to(bench.now_ns + bench.period_ns);
+    for (auto& drive : bench.drives) drive->step(bench.now_ns + bench.period_ns);
+    if (i == 500) bench.drives[1]->trip(0x2310);
+  }
+  bench.servo->outbox.read(bench.last);
+  EXPECT_EQ(bench.state(), LinkState::kStopped);
+}
+
+}  // namespace
+}  // namespace phantom::slave_io

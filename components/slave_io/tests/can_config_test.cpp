@@ -1,0 +1,95 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "common/core/errors.hpp"
+#include "components/slave_io/tests/fixture.hpp"
+
+namespace phantom::slave_io {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+// What the reader says of the shipped file for drives with one piece of text replaced.
+std::string problem(const std::string& from, const std::string& to) {
+  const auto file = changed(from, to, kCanFile);
+  try {
+    load_config(file, shipped_arm().arm, shipped_arm().home);
+  } catch (const core::ConfigError& error) {
+    EXPECT_THAT(error.what(), HasSubstr(file.string() + ":"));
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(CanConfig, TheShippedFileIsValid) {
+  const Config config = load_config(kCanFile, shipped_arm().arm, shipped_arm().home);
+  EXPECT_EQ(config.driver, Driver::kCan);
+  const auto& group = config.can.value().group;
+  ASSERT_EQ(group.axes.size(), shipped_arm().arm.joint_count());
+  EXPECT_EQ(group.timing.period_s, config.period_s);
+  for (std::size_t j = 0; j < group.axes.size(); ++j) {
+    EXPECT_EQ(group.axes[j].name, shipped_arm().arm.joints()[j].name);
+    EXPECT_EQ(group.axes[j].max_torque, config.gains[j].torque_limit);
+    EXPECT_EQ(group.axes[j].upper, shipped_arm().arm.joints()[j].upper);
+  }
+  // 0.2 m of way per turn of the output, ten turns of the motor for one: 65536 · 10 ÷ 0.2 counts/m.
+  EXPECT_DOUBLE_EQ(group.axes[0].units.counts_per_unit(), 3276800.0);
+}
+
+TEST(CanConfig, ASectionThatIsNotInUseIsReadAllTheSame) {
+  const auto file = changed("driver: can", "driver: sim", kCanFile);
+  EXPECT_THROW(load_config(file, shipped_arm().arm, shipped_arm().home), core::ConfigError) << "no contact section";
+  EXPECT_THAT(problem("on_fault: hold", "on_fault: jump"), HasSubstr("can.on_fault: 'jump' is not known"));
+}
+
+TEST(CanConfig, FaultsOfTheDrivesAreNamedWithWhatIsAllowed) {
+  EXPECT_THAT(problem("torque_constant_Nm_per_A: 0.25, rated_current_A: 8", "torque_constant_Nm_per_A: 0, rated_current_A: 8"),
+              AllOf(HasSubstr("can.drives.j1_gantry.torque_constant_Nm_per_A: '0' is out of range"), HasSubstr("allowed")));
+  EXPECT_THAT(problem("torque_constant_Nm_per_A: 0.25,", "torque_constant_Nm_per_A: .nan,"),
+              HasSubstr("torque_constant_Nm_per_A: '.nan' is out of range"));
+  EXPECT_THAT(problem("bus: 0, node: 2", "bus: 0, node: 1"),
+              AllOf(HasSubstr("can.drives.j2_yaw.node: '1'"), HasSubstr("that of j1_gantry on the same bus")));
+  EXPECT_THAT(problem("bus: 0, node: 2", "bus: 0, node: 127"), HasSubstr("is the master's"));
+  EXPECT_THAT(problem("bus: 0, node: 2", "bus: 0, node: 200"), HasSubstr("allowed: 1 to 127"));
+  EXPECT_THAT(problem("bus: 0, node: 2", "bus: 2, node: 2"), HasSubstr("can.drives.j2_yaw.bus: '2'"));
+  EXPECT_THAT(problem("mode: torque", "mode: torques"),
+              AllOf(HasSubstr("can.drives.j1_gantry.mode"), HasSubstr("allowed: torque, velocity, position")));
+  EXPECT_THAT(problem("gear_ratio: 10,", "gear_ratio: -5,"), HasSubstr("can.drives.j1_gantry.gear_ratio: '-5'"));
+  EXPECT_THAT(problem("gear_ratio: 10,", "gear_ratio: 10, sign: 0,"), HasSubstr("allowed: 1 or -1"));
+  EXPECT_THAT(problem("counts_per_turn: 65536, ", ""), HasSubstr("j1_gantry.counts_per_turn: is missing"));
+  EXPECT_THAT(problem("travel_per_turn_m: 0.2,", ""), HasSubstr("j1_gantry.travel_per_turn_m: is missing"));
+  EXPECT_THAT(problem("    j7_tool_roll:", "    j8_tool_roll:"), HasSubstr("can.drives.j7_tool_roll"));
+  EXPECT_THAT(problem("gear_ratio: 10,", "gear_ratio: 10, offset: 1,"),
+              AllOf(HasSubstr("offset"), HasSubstr("unknown")));
+  // Joint limits that do not fit into the drive's 32 bits.
+  EXPECT_THAT(problem("bus: 0, node: 1, mode: torque, counts_per_turn: 65536",
+                      "bus: 0, node: 1, mode: torque, counts_per_turn: 1e9"),
+              AllOf(HasSubstr("can.drives"), HasSubstr("j1_gantry"), HasSubstr("counts")));
+}
+
+TEST(CanConfig, FaultsOfTheBusesAndTimesAreNamed) {
+  EXPECT_THAT(problem("rate_Hz: 500 ", "rate_Hz: 1000 "),
+              AllOf(HasSubstr("can.drives"), HasSubstr("bus 0: 4 drives need 13 frames"), HasSubstr("% of 1000 kbit/s"),
+                    HasSubstr("at most 85 %")));
+  EXPECT_THAT(problem("hot_cell_b\", bit_rate: 1000000", "hot_cell_b\", bit_rate: 125000"),
+              AllOf(HasSubstr("bus 1: 3 drives"), HasSubstr("of 125 kbit/s")));
+  EXPECT_THAT(problem("hot_cell_b\", bit_rate: 1000000", "hot_cell_b\", bit_rate: 5000000"),
+              HasSubstr("can.buses[1].bit_rate: '5000000' is out of range"));
+  EXPECT_THAT(problem("  heartbeat_timeout_s: 0.5", "  heartbeat_timeout_s: 0.06"), HasSubstr("two heartbeats"));
+  EXPECT_THAT(problem("  measure_every: 1", "  measure_every: 0"), HasSubstr("can.measure_every: '0'"));
+  EXPECT_THAT(problem("  load_budget: 0.85", "  load_budgets: 0.85"), HasSubstr("did you mean load_budget"));
+}
+
+TEST(CanConfig, GainsThatAreNoNumbersOrCannotServeAreRefused) {
+  const auto own_gains = [](const std::string& gains) {
+    return "gravity_feed_forward: false\n  joints: {j2_yaw: {" + gains + "}}\n#";
+  };
+  EXPECT_THAT(problem("gravity_feed_forward: false", own_gains("k_p: .nan, k_v: 1")),
+              HasSubstr("servo.joints.j2_yaw.k_p: '.nan' is out of range"));
+  auto file = changed("gravity_feed_forward: false", own_gains("k_p: 10, k_v: 0"), kCanFile);
+  EXPECT_NO_THROW(load_config(file, shipped_arm().arm, shipped_arm().home)) << "torque mode can do without";
+}
+
+}  // namespace
+}  // namespace phantom::slave_io
