@@ -24,6 +24,14 @@ Deployment load_deployment(const ProcessOptions& options) {
     for (const auto& item : host_section.sections("processes")) {
       DeployedProcess process;
       process.component = item.text("component");
+      process.name = item.text("name", process.component);
+      for (const auto& other : host.processes) {
+        if (other.name == process.name)
+          throw item.error("name", "'" + process.name +
+                                       "' is there already; allowed: each name once per host (key name)");
+      }
+      if (item.has("config")) process.config = item.path("config");
+      process.on_topics = item.flag("on_topics", true);
       if (item.has("arguments")) process.arguments = item.texts("arguments");
       process.nice = item.integer("nice", 0, {-20, 19, ""});
       host.processes.push_back(std::move(process));

@@ -12,7 +12,10 @@ namespace phantom::runtime {
 /// One process of a topology, as the launcher starts it.
 struct DeployedProcess {
   std::string component;               ///< executable's name
+  std::string name;                    ///< in logs and reports, once per host; the component's if not given
+  std::filesystem::path config;        ///< its parameters; empty: the shipped ones
   std::vector<std::string> arguments;  ///< after the common ones
+  bool on_topics = true;               ///< false: it sends no component_status, so nobody waits for that
   int nice = 0;                        ///< scheduling niceness; servo loops are left at 0
 };
 

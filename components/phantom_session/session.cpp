@@ -78,11 +78,11 @@ class Session {
   void start_all() {
     const auto bin = std::filesystem::read_symlink("/proc/self/exe").parent_path();
     for (const auto& planned : planned_) {
-      const std::string& name = planned.process.component;
-      supervisor_.start({name, bin / name, planned.arguments, planned.process.nice, log_of(name)});
-      names_.push_back(name);
+      const runtime::DeployedProcess& p = planned.process;
+      supervisor_.start({p.name, bin / p.component, planned.arguments, p.nice, log_of(p.name)});
+      if (p.on_topics) names_.push_back(p.component);
     }
-    say("Started " + std::to_string(names_.size()) + " processes; their logs are in " +
+    say("Started " + std::to_string(planned_.size()) + " processes; their logs are in " +
         (options_.report_dir / "logs").string());
   }
 
@@ -194,16 +194,20 @@ std::vector<PlannedProcess> plan(const runtime::Deployment& deployment,
   std::vector<PlannedProcess> planned;
   const auto& processes = find_host(deployment, request.host).processes;
   for (const std::string& name : request.without) {
-    if (std::none_of(processes.begin(), processes.end(), [&](const auto& p) { return p.component == name; }))
-      throw runtime::ConfigError("--without " + name + ": no such component in " + deployment.file.string());
+    if (std::none_of(processes.begin(), processes.end(), [&](const auto& p) { return p.name == name; }))
+      throw runtime::ConfigError("--without " + name + ": no such process in " + deployment.file.string());
   }
   for (const auto& process : processes) {
-    if (std::find(request.without.begin(), request.without.end(), process.component) != request.without.end())
+    if (std::find(request.without.begin(), request.without.end(), process.name) != request.without.end())
       continue;
     PlannedProcess entry{
         process,
         {"--deployment", deployment.file.string(), "--domain", std::to_string(deployment.network.domain),
          "--report-dir", options.report_dir.string(), "--log-level", options.log_level}};
+    if (!process.config.empty()) {
+      entry.arguments.emplace_back("--config");
+      entry.arguments.push_back(process.config.string());
+    }
     entry.arguments.insert(entry.arguments.end(), process.arguments.begin(), process.arguments.end());
     if (process.component == "master_io") {
       entry.arguments.insert(entry.arguments.end(), request.master_options.begin(),

@@ -19,15 +19,31 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return text.replace(at, from.size(), to);
 }
 
+std::string all_replaced(std::string text, const std::string& from, const std::string& to) {
+  for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+    text.replace(at, from.size(), to);
+  return text;
+}
+
+// The files for drives on CAN, on buses of the test's own.
+void write_can_files(const std::filesystem::path& folder) {
+  for (const auto& entry : std::filesystem::directory_iterator(PHANTOM_SOURCE_DIR "/deploy/can")) {
+    if (entry.path().extension() != ".yaml") continue;
+    std::ofstream(folder / entry.path().filename())
+        << all_replaced(read_text(entry.path()), "user:", "user:" + std::to_string(getpid()) + "_");
+  }
+}
+
 // The shipped topology, with the viewer on a free port and absolute paths.
-void write_topology(const std::filesystem::path& folder) {
+void write_topology(const std::filesystem::path& folder, const std::string& name) {
   const std::filesystem::path source = PHANTOM_SOURCE_DIR;
   std::string viewer = read_text(source / "components/synthetic_viewer/synthetic_viewer.yaml");
   viewer = replaced(viewer, "port: 8080", "port: 0");
   std::ofstream(folder / "synthetic_viewer.yaml") << viewer;
-  std::string topology = read_text(source / "deploy/topologies/single_host.yaml");
+  std::string topology = read_text(source / "deploy/topologies" / (name + ".yaml"));
   topology = replaced(topology, "../qos/", (source / "deploy/qos/").string());
   topology = replaced(topology, "../cells/", (source / "deploy/cells/").string());
+  topology = all_replaced(topology, "../can/", folder.string() + "/");
   topology = replaced(topology, "component: synthetic_viewer,",
                       "component: synthetic_viewer, arguments: [\"--config\", \"" +
                           (folder / "synthetic_viewer.yaml").string() + "\"],");
@@ -43,12 +59,14 @@ std::string read_text(const std::filesystem::path& file) {
   return text.str();
 }
 
-RunningSystem::RunningSystem(double seconds) : domain_(100 + static_cast<int>(getpid() % 100)) {
+RunningSystem::RunningSystem(double seconds, const std::string& topology_name, const std::string& without)
+    : domain_(100 + static_cast<int>(getpid() % 100)) {
   static int count = 0;
   folder_ = std::filesystem::temp_directory_path() /
             ("phantom_system_" + std::to_string(getpid()) + "_" + std::to_string(count++));
   std::filesystem::create_directories(report());
-  write_topology(folder_);
+  write_can_files(folder_);
+  write_topology(folder_, topology_name);
   const std::string executable = PHANTOM_BIN_DIR "/phantom_session",
                     topology = (folder_ / "topology.yaml").string(), domain = std::to_string(domain_),
                     length = std::to_string(seconds), report_dir = report().string(),
@@ -58,9 +76,10 @@ RunningSystem::RunningSystem(double seconds) : domain_(100 + static_cast<int>(ge
     const int file = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
     dup2(file, STDOUT_FILENO);
     dup2(file, STDERR_FILENO);
+    const char* const end = nullptr;
     execl(executable.c_str(), executable.c_str(), "--deployment", topology.c_str(), "--domain",
           domain.c_str(), "--seconds", length.c_str(), "--report-dir", report_dir.c_str(),
-          static_cast<char*>(nullptr));
+          without.empty() ? end : "--without", without.c_str(), end);
     _exit(127);
   }
 }
@@ -83,6 +102,16 @@ core::NetworkOptions RunningSystem::network() const {
 }
 
 std::string RunningSystem::output() const { return read_text(folder_ / "session.log"); }
+
+pid_t RunningSystem::process(const std::string& word) const {
+  const std::string of_session = "/proc/" + std::to_string(pid_) + "/task/" + std::to_string(pid_) + "/children";
+  std::istringstream children(read_text(of_session));
+  for (pid_t child = 0; children >> child;) {
+    if (read_text("/proc/" + std::to_string(child) + "/cmdline").find(word) != std::string::npos) return child;
+  }
+  return 0;
+}
+
 void RunningSystem::stop() { kill(pid_, SIGINT); }
 
 bool RunningSystem::running() {

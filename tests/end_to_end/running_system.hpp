@@ -11,12 +11,13 @@
 
 namespace phantom::end_to_end {
 
-/// The shipped single-host deployment in a DDS domain of the test's own, run by phantom_session in the
+/// A shipped deployment in a DDS domain (and on userspace CAN buses) of the test's own, run by phantom_session in the
 /// background, with the operator's page on a free port. Everything it writes is under folder().
 class RunningSystem {
  public:
-  /// `seconds`: the session's length once all is ready; 0: until stop().
-  explicit RunningSystem(double seconds);
+  /// `seconds`: the session's length once all is ready; 0: until stop(). `topology`: its file's name in
+  /// deploy/topologies, without .yaml. `without`: a process that the test runs itself.
+  explicit RunningSystem(double seconds, const std::string& topology = "single_host", const std::string& without = "");
   ~RunningSystem();
 
   const std::filesystem::path& folder() const { return folder_; }
@@ -24,6 +25,8 @@ class RunningSystem {
   core::NetworkOptions network() const;
   /// What phantom_session printed so far.
   std::string output() const;
+  /// The process that it started with `word` in its command line; 0: none.
+  pid_t process(const std::string& word) const;
   /// Asks it to end (SIGINT, as Ctrl-C).
   void stop();
   /// Waits for its end and returns its exit code.

@@ -1,0 +1,163 @@
+// The system with the arm's drives on CAN buses: simulated_drive processes in place of hardware.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <csignal>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "common/dds/endpoint.hpp"
+#include "common/dds/stamp.hpp"
+#include "tests/end_to_end/running_system.hpp"
+
+namespace phantom::end_to_end {
+namespace {
+
+using testing::HasSubstr;
+
+class CanDrives : public testing::Test {
+ protected:
+  void run(double seconds, const std::string& without = "") {
+    system_.emplace(seconds, "can_drives", without);
+    participant_.emplace("can_drives_test", system_->network());
+    statuses_.emplace(*participant_, dds::kComponentStatus,
+                      [this](const msg::ComponentStatus& s, const dds::SampleInfo&) {
+                        const std::lock_guard lock(mutex_);
+                        if (s.component_name() == "slave_io") status_ = s;
+                      });
+    slaves_.emplace(*participant_, dds::kSlaveState,
+                    [this](const msg::SlaveState& s, const dds::SampleInfo&) { on_slave(s); });
+  }
+  void on_slave(const msg::SlaveState& s) {
+    const std::lock_guard lock(mutex_);
+    for (std::size_t j = 0; slave_ && j < 7; ++j) {
+      greatest_step_ = std::max(greatest_step_, std::abs(s.position_rad()[j] - slave_->position_rad()[j]));
+      fastest_ = std::max(fastest_, std::abs(s.velocity_rad_s()[j]));
+    }
+    slave_ = s;
+  }
+  bool slave_reaches(msg::LinkState state) {
+    return eventually([&] {
+      const std::lock_guard lock(mutex_);
+      return slave_ && slave_->state() == state;
+    }, 60.0);
+  }
+  bool told(msg::ComponentState state, const std::string& words) {
+    return eventually([&] {
+      const std::lock_guard lock(mutex_);
+      return status_ && status_->state() == state &&
+             status_->message().to_string().find(words) != std::string::npos;
+    });
+  }
+  void TearDown() override {
+    end_drives();
+    if (!HasFailure()) return;
+    const std::lock_guard lock(mutex_);
+    std::cerr << system_->output() << read_text(system_->report() / "logs/slave_io.log")
+              << (status_ ? status_->message().to_string() : "no status") << '\n';
+  }
+
+  // The drives of bus b as somebody else's process, as real ones are: they may die without the session.
+  void start_drives() {
+    const std::string config = (system_->folder() / "hot_cell_drives_b.yaml").string();
+    const std::string executable = PHANTOM_BIN_DIR "/simulated_drive";
+    drives_ = fork();
+    ASSERT_GE(drives_, 0);
+    if (drives_ > 0) return;
+    execl(executable.c_str(), executable.c_str(), "--config", config.c_str(), static_cast<char*>(nullptr));
+    _exit(127);
+  }
+  void end_drives() {
+    if (drives_ <= 0) return;
+    kill(drives_, SIGKILL);
+    waitpid(drives_, nullptr, 0);
+    drives_ = 0;
+  }
+  void reset() {
+    if (!commands_) commands_.emplace(*participant_, dds::kOperatorCommand);
+    if (!stamper_) stamper_.emplace(*participant_);
+    ASSERT_TRUE(eventually([&] { return commands_->matched() >= 2; })) << "master_io and slave_io listen";
+    msg::OperatorCommand command;
+    command.issuer("can_drives_test");
+    command.kind(msg::COMMAND_RESET);
+    command.stamp(stamper_->next());
+    commands_->write(command);
+  }
+
+  std::mutex mutex_;
+  std::optional<msg::ComponentStatus> status_;
+  std::optional<msg::SlaveState> slave_;
+  double greatest_step_ = 0.0, fastest_ = 0.0;  // between two samples; of any joint
+  pid_t drives_ = 0;
+  std::optional<RunningSystem> system_;
+  std::optional<dds::Participant> participant_;
+  std::optional<dds::Reader<msg::ComponentStatus>> statuses_;
+  std::optional<dds::Reader<msg::SlaveState>> slaves_;
+  std::optional<dds::Writer<msg::OperatorCommand>> commands_;
+  std::optional<dds::Stamper> stamper_;
+};
+
+TEST_F(CanDrives, ASessionRunsToItsEndAndTheReachesFollow) {
+  run(15.0);
+  ASSERT_TRUE(slave_reaches(msg::LINK_COUPLED));
+  {
+    const std::lock_guard lock(mutex_);
+    EXPECT_EQ(slave_->clearance_m(), -1.0);
+    EXPECT_EQ(slave_->contact_force_N(), -1.0);
+  }
+  EXPECT_EQ(system_->wait(), 0) << system_->output();
+  const auto summary = nlohmann::json::parse(read_text(system_->report() / "summary.json"));
+  EXPECT_GE(summary.at("reaches").size(), 1U);
+  EXPECT_EQ(summary.at("processes").at("drives_a").at("exit"), 0);
+  EXPECT_EQ(summary.at("processes").at("drives_b").at("exit"), 0);
+  EXPECT_GT(fastest_, 0.05) << "the arm moved";
+}
+
+TEST_F(CanDrives, DrivesThatDieStopTheArmWithoutAJumpAndAResetBringsThemBack) {
+  run(0.0, "drives_b");
+  EXPECT_TRUE(told(msg::COMPONENT_STARTING, "nobody serves this bus"));
+  start_drives();
+  ASSERT_TRUE(slave_reaches(msg::LINK_COUPLED));
+  core::JointArray before{};
+  {
+    const std::lock_guard lock(mutex_);
+    greatest_step_ = 0.0;
+    before = slave_->position_rad();
+  }
+  end_drives();
+  ASSERT_TRUE(slave_reaches(msg::LINK_STOPPED));
+  EXPECT_TRUE(told(msg::COMPONENT_FAULT, "the drives hold until a reset"));
+  {
+    const std::lock_guard lock(mutex_);
+    for (std::size_t j = 0; j < 7; ++j) EXPECT_NEAR(slave_->position_rad()[j], before[j], 0.1) << j;
+    EXPECT_LT(greatest_step_, 0.1);
+  }
+  start_drives();  // at the home pose again, as if the joints had been moved by hand: near enough to align
+  ASSERT_TRUE(eventually([&] {
+    reset();
+    const std::lock_guard lock(mutex_);
+    return slave_->state() != msg::LINK_STOPPED;
+  })) << "the drives are there again";
+  system_->stop();
+  EXPECT_EQ(system_->wait(), 0) << system_->output();
+}
+
+TEST_F(CanDrives, TheSessionTellsThatItsDrivesDied) {
+  run(0.0);
+  ASSERT_TRUE(slave_reaches(msg::LINK_COUPLED));
+  const pid_t drives = system_->process("hot_cell_drives_a");
+  ASSERT_GT(drives, 0);
+  kill(drives, SIGSTOP);
+  EXPECT_TRUE(slave_reaches(msg::LINK_STOPPED));
+  EXPECT_TRUE(told(msg::COMPONENT_FAULT, "leaves SYNCs without an answer"));
+  kill(drives, SIGKILL);
+  EXPECT_EQ(system_->wait(), 1);
+  EXPECT_THAT(system_->output(), HasSubstr("drives_a ended unexpectedly with code 137"));
+}
+
+}  // namespace
+}  // namespace phantom::end_to_end
