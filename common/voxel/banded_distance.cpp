@@ -25,6 +25,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 constexpr hn::ScalableTag<std::uint8_t> kBytes;
 constexpr hn::ScalableTag<std::uint16_t> kShorts;
 constexpr std::size_t kPad = kLongestVector;
+constexpr std::size_t kMoreOffsets = 3;  // neighbours are looked at in groups
+static_assert(kMoreOffsets < kPad);
 static_assert(kPad == 64, "a word of bits");
 constexpr std::size_t kMostWords = (kMostBricksAlongX * kBrickEdge + 2 * 256) / 64;
 using MergedRows = std::array<std::uint64_t, kMostWords + kLongestVector / sizeof(std::uint64_t)>;
@@ -161,42 +163,54 @@ HWY_INLINE std::uint16_t squares_of_columns(const Extent& e, const BandedDistanc
   return hn::GetLane(hn::MinOfLanes(kShorts, least));
 }
 
-/// The least of centre + 0 and the neighbours at ±k·stride plus k², k in `offsets`. Ends as soon as no farther
-/// neighbour can be nearer. Saturation keeps what is too far from wrapping. `squares`: k² as a vector, kLongestVector
-/// bytes each.
+/// The least of centre + 0 and the neighbours at ±k·stride plus k², k in `offsets` and up to kMoreOffsets beyond, which
+/// changes nothing. Ends as soon as no farther neighbour can be nearer. Saturation keeps what is too far from wrapping.
+/// `squares`: k² as a vector, kLongestVector bytes each.
 HWY_INLINE hn::Vec<decltype(kShorts)> nearest(const std::uint16_t* centre, std::ptrdiff_t stride, Offsets offsets, const std::uint16_t* squares) {
   constexpr std::size_t kStep = kLongestVector / sizeof(std::uint16_t);
   auto best = hn::LoadU(kShorts, centre);
   const std::uint16_t *before = centre - offsets.first * stride, *behind = centre + offsets.first * stride;
-  for (int k = offsets.first; k <= offsets.last; ++k, before -= stride, behind += stride) {
-    const auto square = hn::LoadU(kShorts, squares + static_cast<std::size_t>(k) * kStep);
-    if ((k & 3) == 1 && hn::AllTrue(kShorts, hn::Eq(best, hn::Min(best, square)))) break;
-    best = hn::Min(best, hn::SaturatedAdd(hn::Min(hn::LoadU(kShorts, before), hn::LoadU(kShorts, behind)), square));
+  squares += static_cast<std::size_t>(offsets.first) * kStep;
+  const auto step = [&](auto so_far, auto square) HWY_ATTR {
+    const auto nearer = hn::Min(hn::LoadU(kShorts, before), hn::LoadU(kShorts, behind));
+    before -= stride;
+    behind += stride;
+    squares += kStep;
+    return hn::Min(so_far, hn::SaturatedAdd(nearer, square));
+  };
+  for (int k = offsets.first; k <= offsets.last; k += static_cast<int>(kMoreOffsets) + 1) {
+    const auto square = hn::LoadU(kShorts, squares);
+    if (hn::AllTrue(kShorts, hn::Eq(best, hn::Min(best, square)))) break;
+    best = step(best, square);
+    for (std::size_t more = 0; more < kMoreOffsets; ++more) best = step(best, hn::LoadU(kShorts, squares));
   }
   return best;
 }
 
-/// Squared distances of row y in the plane y, z; the least of each vector's go to `least_of`. Returns the least of all.
-std::uint16_t distances_along_y(const Extent& e, BandedDistance& work, SolidSpan along_y, std::size_t y) {
+/// Squared distances of row y in the plane y, z; false if all are out of the band.
+bool distances_along_y(const Extent& e, BandedDistance& work, SolidSpan along_y, std::size_t y) {
   const auto stride = static_cast<std::ptrdiff_t>(e.width);
-  const std::uint16_t* row = work.squares.data() + (y + e.reach) * e.width;
+  const std::uint16_t* row = work.squares.data() + (y + e.reach + kMoreOffsets) * e.width;
+  std::uint16_t* line = work.line.data() + kPad;
   const int at = static_cast<int>(y + e.reach);
-  std::uint16_t least_of_all = far_of(e.reach);
+  const auto far = hn::Set(kShorts, far_of(e.reach));
+  auto least = far;
   for (std::size_t x = 0, i = 0; x < e.used; x += hn::Lanes(kShorts), ++i) {
-    const auto best = nearest(row + x, stride, along_y.offsets_from(at, at, work.reach_for[work.least_in_slice[i]]), work.k_squares.data());
-    hn::StoreU(best, kShorts, work.line.data() + x);
-    work.least_in_row[i] = hn::GetLane(hn::MinOfLanes(kShorts, best));
-    least_of_all = std::min(least_of_all, work.least_in_row[i]);
+    const Offsets offsets = along_y.offsets_from(at, at, work.reach_for[work.least_in_slice[i]]);
+    const auto best = nearest(row + x, stride, offsets, work.k_squares.data());
+    hn::StoreU(best, kShorts, line + x);
+    least = hn::Min(least, best);
   }
-  return least_of_all;
+  return !hn::AllTrue(kShorts, hn::Eq(least, far));
 }
 
-/// The least of a row's squares that a vector of voxels from x on can see, vectors within reach being looked at as a whole.
-std::uint16_t least_around(const Extent& e, const BandedDistance& work, std::size_t x) {
+/// The least square that a vector of voxels can see, whose first one stands at `centre` of a row; or less.
+HWY_INLINE std::uint16_t least_around(const std::uint16_t* centre, std::size_t reach) {
   const std::size_t lanes = hn::Lanes(kShorts);
-  const std::size_t first = (x + e.halo - e.reach) / lanes;
-  const std::size_t last = std::min(x + e.halo + lanes - 1 + e.reach, e.used - 1) / lanes;
-  return *std::min_element(work.least_in_row.begin() + static_cast<std::ptrdiff_t>(first), work.least_in_row.begin() + static_cast<std::ptrdiff_t>(last + 1));
+  const std::uint16_t* const end = centre + lanes + reach;
+  auto least = hn::LoadU(kShorts, end - lanes);
+  for (const std::uint16_t* from = centre - reach; from < end - lanes; from += lanes) least = hn::Min(least, hn::LoadU(kShorts, from));
+  return hn::GetLane(hn::MinOfLanes(kShorts, least));
 }
 
 /// Orders of a row from its distances in the plane y, z.
@@ -207,8 +221,9 @@ void orders_along_x(const Extent& e, BandedDistance& work, SolidSpan along_x) {
   const std::size_t borders = work.steps().above.size();
   for (std::size_t x = 0; x < e.nx; x += hn::Lanes(kShorts)) {
     const int first = static_cast<int>(e.halo + x), last = first + static_cast<int>(hn::Lanes(kShorts)) - 1;
-    const Offsets offsets = along_x.offsets_from(first, last, work.reach_for[least_around(e, work, x)]);
-    const auto best = nearest(work.line.data() + first, 1, offsets, work.k_squares.data());
+    const std::uint16_t* centre = work.line.data() + kPad + first;
+    const Offsets offsets = along_x.offsets_from(first, last, work.reach_for[least_around(centre, e.reach)]);
+    const auto best = nearest(centre, 1, offsets, work.k_squares.data());
     auto order = hn::LoadU(kShorts, changes);
     for (std::size_t i = 0; i < borders; ++i) {
       const auto above = hn::Gt(best, hn::LoadU(kShorts, changes + (2 * i + 1) * kStep));
@@ -256,7 +271,7 @@ bool load_slice(const Extent& e, BandedDistance& work, std::size_t z) {
   const std::uint16_t far = far_of(e.reach);
   std::uint16_t least_of_all = far;
   for (std::size_t x = 0, i = 0; x < e.used; x += hn::Lanes(kShorts), ++i) {
-    work.least_in_slice[i] = squares_of_columns(e, work, work.closeness.data() + z * e.slice + x, work.squares.data() + x);
+    work.least_in_slice[i] = squares_of_columns(e, work, work.closeness.data() + z * e.slice + x, work.squares.data() + kMoreOffsets * e.width + x);
     least_of_all = std::min(least_of_all, work.least_in_slice[i]);
   }
   return least_of_all < far;
@@ -268,18 +283,16 @@ void run_block(const BrickBlock& block, BandedDistance& work) {
   const std::uint16_t far = far_of(e.reach);
   work.closeness.resize(e.nz * e.slice);
   work.filled.resize(e.rows);
-  work.squares.assign(e.rows * e.width, far);  // rows without anything stay far
-  work.line.assign(e.length + kPad, far);
+  work.squares.assign((e.rows + 2 * kMoreOffsets) * e.width, far);  // rows without anything stay far
+  work.line.assign(kPad + e.length + kPad, far);
   work.least_in_slice.resize(e.length);
-  work.least_in_row.resize(e.length);
   work.orders.resize(e.length);
   const auto beyond = static_cast<std::uint8_t>(work.steps().order.back());
   const Surroundings around = load(e, block, work);
   for (std::size_t z = 0; z < e.nz; ++z) {
     const bool in_band = around.along_y.last >= 0 && load_slice(e, work, z);
     for (std::size_t y = 0; y < e.ny; ++y) {
-      const std::uint16_t least = in_band ? distances_along_y(e, work, around.along_y, y) : far;
-      if (least < far) {
+      if (in_band && distances_along_y(e, work, around.along_y, y)) {
         orders_along_x(e, work, around.along_x);
       } else {
         std::memset(work.orders.data(), beyond, e.nx);
@@ -324,7 +337,7 @@ void put_row(const std::uint64_t* boundary, const std::uint64_t* interior, std::
 BandedDistance::BandedDistance(const SolidRows& solid, const OrderSteps& steps) : solid_(solid), steps_(steps) {
   constexpr std::size_t kStep = kLongestVector / sizeof(std::uint16_t);
   const auto add = [](LineVector<std::uint16_t>& vectors, int value) { vectors.insert(vectors.end(), kStep, static_cast<std::uint16_t>(value)); };
-  for (int k = 0; k <= steps.reach; ++k) add(k_squares, k * k);
+  for (int k = 0; k <= steps.reach + 4; ++k) add(k_squares, std::min(k * k, UINT16_MAX));  // some more: see nearest()
   for (int least = 0; least <= (steps.reach + 1) * (steps.reach + 1); ++least)
     reach_for.push_back(static_cast<std::uint8_t>(std::sqrt(std::max(0, steps.reach * steps.reach - least))));
   add(changes, steps.order[0]);

@@ -94,10 +94,10 @@ class BandedDistance {
   LineVector<std::uint16_t> changes;       // order[0], then above[i], order[i + 1] − order[i], …, a vector each
   LineVector<std::uint8_t> closeness;      // [z][y][x]: B + 1 − distance along z, 0 for "farther than B"
   std::vector<std::uint8_t> filled;         // [y]: whether the row has any closeness above 0
-  LineVector<std::uint16_t> squares;       // [y][x] of one z: squared distance along z
-  LineVector<std::uint16_t> line;          // [x]: squared distance in the plane y, z
+  LineVector<std::uint16_t> squares;       // [y][x] of one z: squared distance along z, some rows more before and behind
+  LineVector<std::uint16_t> line;          // [x]: squared distance in the plane y, z, something more before and behind
   std::vector<std::uint8_t> reach_for;      // by a square: how far a neighbour with it can matter; beyond it is out of the band
-  std::vector<std::uint16_t> least_in_slice, least_in_row;  // per vector along x: the least square of its columns, of its voxels
+  std::vector<std::uint16_t> least_in_slice;  // per vector along x: the least square of its columns
   LineVector<std::uint8_t> orders;         // [x] of one row
 
  private:
