@@ -32,6 +32,37 @@ TEST(Deployment, TheCommandLinesDomainWins) {
   EXPECT_EQ(load_deployment(options).network.domain, 7);
 }
 
+TEST(Deployment, AProcessMayHaveANameAndAConfigurationOfItsOwn) {
+  ProcessOptions options;
+  options.deployment = PHANTOM_SOURCE_DIR "/deploy/topologies/can_drives.yaml";
+  const auto& processes = load_deployment(options).hosts.at(0).processes;
+  int drives = 0;
+  for (const DeployedProcess& process : processes) {
+    if (process.component != "simulated_drive") {
+      EXPECT_EQ(process.name, process.component);
+      EXPECT_TRUE(process.on_topics);
+      continue;
+    }
+    ++drives;
+    EXPECT_NE(process.name, process.component);
+    EXPECT_FALSE(process.on_topics);
+    EXPECT_TRUE(std::filesystem::is_regular_file(process.config)) << process.config;
+  }
+  EXPECT_EQ(drives, 2);
+}
+
+TEST(Deployment, TwoProcessesOfOneNameAreRefused) {
+  ProcessOptions options;
+  options.deployment =
+      std::filesystem::temp_directory_path() / ("phantom_twice_" + std::to_string(getpid()) + ".yaml");
+  std::ofstream(options.deployment)
+      << "name: x\ndomain: 5\nqos_profiles: q.xml\ncell: c.yaml\nhosts:\n- name: a\n  processes:\n"
+         "  - {component: simulated_drive}\n  - {component: simulated_drive}\n";
+  EXPECT_THAT([&] { load_deployment(options); },
+              testing::ThrowsMessage<ConfigError>(testing::HasSubstr("'simulated_drive' is there already")));
+  std::filesystem::remove(options.deployment);
+}
+
 TEST(Deployment, FaultsAreNamed) {
   ProcessOptions options;
   options.deployment =
