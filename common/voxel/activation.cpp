@@ -1,7 +1,9 @@
 #include "common/voxel/activation.hpp"
 
+#include <atomic>
 #include <cmath>
 
+#include "common/core/parallel.hpp"
 #include "common/voxel/layer_methods.hpp"
 #include "common/voxel/merge.hpp"
 #include "common/voxel/voxelise_implicit.hpp"
@@ -98,13 +100,15 @@ const core::Status kStopped{core::ErrorCode::kUnavailable, "activation was stopp
 constexpr double kVoxelised = 0.3;  // share of the work, about
 
 /// Voxels of the volume, which covers `box`, that lie in `part`.
-std::size_t count_in(const BitVolume& bits, const VoxelBox& box, const VoxelBox& part) {
+std::size_t count_in(const BitVolume& bits, const VoxelBox& box, const VoxelBox& part, int threads) {
   const VoxelBox here = box.intersection(part);
   if (here.empty()) return 0;
   const std::int32_t low = here.min.x - box.min.x, high = low + here.size[0] - 1;
   const std::uint64_t first = ~std::uint64_t{0} << (low & 63), last = ~std::uint64_t{0} >> (63 - (high & 63));
-  std::size_t count = 0;
-  for (std::int32_t z = here.min.z - box.min.z; z < here.min.z - box.min.z + here.size[2]; ++z) {
+  std::atomic<std::size_t> all = 0;
+  core::parallel_for(threads, static_cast<std::size_t>(here.size[2]), [&](std::size_t layer, std::size_t) {
+    const std::int32_t z = here.min.z - box.min.z + static_cast<std::int32_t>(layer);
+    std::size_t count = 0;
     for (std::int32_t y = here.min.y - box.min.y; y < here.min.y - box.min.y + here.size[1]; ++y) {
       const std::uint64_t* row = bits.row(y, z);
       for (std::int32_t i = low >> 6; i <= high >> 6; ++i) {
@@ -112,8 +116,9 @@ std::size_t count_in(const BitVolume& bits, const VoxelBox& box, const VoxelBox&
         if (word != 0) count += word == ~std::uint64_t{0} ? 64 : static_cast<std::size_t>(std::popcount(word));
       }
     }
-  }
-  return count;
+    all += count;
+  });
+  return all;
 }
 
 /// Cuts what an object reaches of a grid into parts of whole bricks.
@@ -175,8 +180,8 @@ class Maker {
     if (stopped) return false;
     for (ObjectBricks::Part& brick : bricks.take_parts()) bricks_.push_back(std::move(brick));
     BodyReport& report = object_.report;
-    report.boundary_voxels += count_in(solid.boundary, solid.box, part);
-    report.interior_voxels += count_in(solid.interior, solid.box, part);
+    report.boundary_voxels += count_in(solid.boundary, solid.box, part, options_.threads);
+    report.interior_voxels += count_in(solid.interior, solid.box, part, options_.threads);
     const std::size_t disputed = report.mesh.disputed_voxels;
     if (!known_ || !solid.box.empty()) report.mesh = solid.report;  // of a part without the mesh it says less
     report.mesh.disputed_voxels = disputed + solid.report.disputed_voxels;

@@ -52,6 +52,15 @@ class BitVolume {
         words_per_row_((static_cast<std::size_t>(size[0]) + 63) / 64),
         words_(words_per_row_ * static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2]), 0) {}
 
+  /// Its bits are for the caller to write, all of them; so that each thread touches its own part first.
+  static BitVolume unwritten(const std::array<std::int32_t, 3>& size) {
+    BitVolume volume;
+    volume.size_ = size;
+    volume.words_per_row_ = (static_cast<std::size_t>(size[0]) + 63) / 64;
+    volume.words_.resize(volume.words_per_row_ * static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2]));
+    return volume;
+  }
+
   const std::array<std::int32_t, 3>& size() const { return size_; }
   std::size_t words_per_row() const { return words_per_row_; }
   std::uint64_t* row(std::int32_t y, std::int32_t z) { return words_.data() + row_index(y, z); }

@@ -8,6 +8,7 @@
 #include <string>
 #include <thread>
 
+#include "common/core/parallel.hpp"
 #include "common/geometry/mesh_topology.hpp"
 #include "common/geometry/winding_number.hpp"
 #include "common/voxel/mended_mesh.hpp"
@@ -38,30 +39,42 @@ void in_slabs(std::int32_t layers, int threads, const Work& work) {
 }
 
 /// Vertices in 1/kSub voxel from the box's corner; false if one is out of reach.
-bool snap(const geometry::TriangleMesh& mesh_W, const GridSpec& grid, const VoxelBox& box,
+bool snap(const geometry::TriangleMesh& mesh_W, const GridSpec& grid, const VoxelBox& box, int threads,
           std::vector<SnappedPoint>& points) {
+  constexpr std::size_t kBatch = 1U << 15;
   constexpr double kRounder = 0x1.8p52;  // adding it rounds to a whole number, ties to even
   points.resize(mesh_W.vertices_m.size());
   const double corner[3] = {static_cast<double>(box.min.x), static_cast<double>(box.min.y),
                             static_cast<double>(box.min.z)};
-  double farthest = 0.0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto a = static_cast<Eigen::Index>(axis);
-      const double p = ((static_cast<double>(mesh_W.vertices_m[i][a]) - grid.origin_m[a]) / grid.voxel_size_m -
-                        corner[axis]) *
-                       static_cast<double>(kSub);
-      const double held = std::clamp(p, -2.0 * kReach, 2.0 * kReach);
-      farthest = std::max(farthest, std::abs(held));
-      points[i][axis] = static_cast<std::int32_t>((held + kRounder) - kRounder);
+  std::atomic<bool> within = true;
+  core::parallel_for(threads, (points.size() + kBatch - 1) / kBatch, [&](std::size_t batch, std::size_t) {
+    double farthest = 0.0;
+    for (std::size_t i = batch * kBatch; i < std::min(points.size(), (batch + 1) * kBatch); ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto a = static_cast<Eigen::Index>(axis);
+        const double p = ((static_cast<double>(mesh_W.vertices_m[i][a]) - grid.origin_m[a]) / grid.voxel_size_m -
+                          corner[axis]) *
+                         static_cast<double>(kSub);
+        const double held = std::clamp(p, -2.0 * kReach, 2.0 * kReach);
+        farthest = std::max(farthest, std::abs(held));
+        points[i][axis] = static_cast<std::int32_t>((held + kRounder) - kRounder);
+      }
     }
-  }
-  return farthest < static_cast<double>(kReach);
+    if (!(farthest < static_cast<double>(kReach))) within = false;
+  });
+  return within;
 }
 
+void clear(Slab z, BitVolume& volume) {
+  const std::size_t layer = volume.words_per_row() * static_cast<std::size_t>(volume.size()[1]);
+  std::fill_n(volume.words().data() + layer * static_cast<std::size_t>(z.first), layer * static_cast<std::size_t>(z.last - z.first), 0);
+}
+
+/// Writes all of `inside`.
 LineSigns fill_closed(const SnappedMesh& mesh, int threads, BitVolume& inside) {
   std::atomic<bool> positive = false, negative = false;
   in_slabs(inside.size()[2], threads, [&](Slab z) {
+    clear(z, inside);
     const LineSigns signs = detail::fill_inside(mesh, z, inside);
     if (signs.positive) positive = true;
     if (signs.negative) negative = true;
@@ -180,6 +193,15 @@ std::size_t settle(const Votes& votes, Slab slab, const Judge& judge, SolidVoxel
   return disputed_voxels;
 }
 
+VoxelBox voxels_of(const geometry::BoundingBox& box, const GridSpec& grid) {
+  if (box.empty()) return {};
+  const Index3 first = grid.index_of(box.min_m.cast<double>());
+  const Index3 last = grid.index_of(box.max_m.cast<double>());
+  // One voxel more on each side: snapping may carry a vertex across a border.
+  return {{first.x - 1, first.y - 1, first.z - 1},
+          {last.x - first.x + 3, last.y - first.y + 3, last.z - first.z + 3}};
+}
+
 /// The inside of a mesh that is no closed surface facing one way as it stands.
 void fill_mended(const geometry::TriangleMesh& mesh_W, const SnappedMesh& snapped, const GridSpec& grid, int threads,
                  SolidVoxels& solid) {
@@ -188,10 +210,8 @@ void fill_mended(const geometry::TriangleMesh& mesh_W, const SnappedMesh& snappe
   solid.report.closed = mended.closed;
   if (mended.closed) {
     const LineSigns signs = fill_closed(mesh, threads, solid.inside);
-    if (signs.positive && signs.negative && detail::turn_stray_shells(mesh_W, mended)) {
-      solid.inside = BitVolume(solid.box.size);
+    if (signs.positive && signs.negative && detail::turn_stray_shells(mesh_W, mended))
       fill_closed({snapped.points, mended.triangles}, threads, solid.inside);
-    }
   } else {
     const Votes votes = ask_all_axes(mesh, solid.box);
     const geometry::WindingTree tree({mesh_W.vertices_m, mended.triangles});
@@ -207,15 +227,7 @@ void fill_mended(const geometry::TriangleMesh& mesh_W, const SnappedMesh& snappe
 
 }  // namespace
 
-VoxelBox voxel_bounds(const geometry::TriangleMesh& mesh_W, const GridSpec& grid) {
-  const geometry::BoundingBox box = mesh_W.bounding_box();
-  if (box.empty()) return {};
-  const Index3 first = grid.index_of(box.min_m.cast<double>());
-  const Index3 last = grid.index_of(box.max_m.cast<double>());
-  // One voxel more on each side: snapping may carry a vertex across a border.
-  return {{first.x - 1, first.y - 1, first.z - 1},
-          {last.x - first.x + 3, last.y - first.y + 3, last.z - first.z + 3}};
-}
+VoxelBox voxel_bounds(const geometry::TriangleMesh& mesh_W, const GridSpec& grid) { return voxels_of(mesh_W.bounding_box(), grid); }
 
 core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const GridSpec& grid,
                                      const VoxelBox& clip, int threads) {
@@ -230,22 +242,24 @@ core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const
   if (bounds.empty()) return solid;
   const double farthest_m = std::max(-bounds.min_m.minCoeff(), bounds.max_m.maxCoeff());
   if (!(farthest_m < std::min(1e6, 1e9 * grid.voxel_size_m))) return too_far;  // voxel addresses are 32 bit integers
-  solid.box = voxel_bounds(mesh_W, grid).intersection(clip);
+  solid.box = voxels_of(bounds, grid).intersection(clip);
   if (solid.box.empty()) return solid;
   SnappedMesh mesh{{}, mesh_W.triangles};
-  if (!snap(mesh_W, grid, solid.box, mesh.points)) return too_far;
+  if (!snap(mesh_W, grid, solid.box, threads, mesh.points)) return too_far;
 
-  solid.boundary = BitVolume(solid.box.size);
-  in_slabs(solid.box.size[2], threads, [&](Slab z) { detail::mark_triangles(mesh, z, solid.boundary); });
-  solid.inside = BitVolume(solid.box.size);
+  solid.boundary = BitVolume::unwritten(solid.box.size);
+  in_slabs(solid.box.size[2], threads, [&](Slab z) {
+    clear(z, solid.boundary);
+    detail::mark_triangles(mesh, z, solid.boundary);
+  });
+  solid.inside = BitVolume::unwritten(solid.box.size);
   bool mended = true;
   if (geometry::is_oriented_surface(mesh_W.triangles)) {
     const LineSigns signs = fill_closed(mesh, threads, solid.inside);
     mended = signs.positive && signs.negative;  // some shell may face the wrong way
-    if (mended) solid.inside = BitVolume(solid.box.size);
   }
   if (mended) fill_mended(mesh_W, mesh, grid, threads, solid);
-  solid.interior = BitVolume(solid.box.size);
+  solid.interior = BitVolume::unwritten(solid.box.size);
   in_slabs(solid.box.size[2], threads, [&](Slab z) {
     const std::size_t layer = solid.inside.words_per_row() * static_cast<std::size_t>(solid.box.size[1]);
     for (std::size_t i = layer * static_cast<std::size_t>(z.first); i < layer * static_cast<std::size_t>(z.last); ++i)
