@@ -17,14 +17,15 @@ struct CommandRule {
 };
 
 // The ranges are those of idl/teleoperation.idl, CommandKind.
-constexpr std::array<CommandRule, 7> kRules{
+constexpr std::array<CommandRule, 8> kRules{
     {{CommandKind::kEmergencyStop, "emergency_stop", false, 0, 0, false},
      {CommandKind::kReset, "reset", false, 0, 0, false},
      {CommandKind::kSetPerceptGain, "set_percept_gain", true, 0, 1000, false},
      {CommandKind::kSetFeedbackGain, "set_feedback_gain", true, 0, 10, false},
      {CommandKind::kEnablePercept, "enable_percept", true, 0, 1, true},
      {CommandKind::kViewHold, "view_hold", true, 0, 1, true},
-     {CommandKind::kViewNode, "view_node", true, 0, 14, true}}};
+     {CommandKind::kViewNode, "view_node", true, 0, 14, true},
+     {CommandKind::kSetLaw, "set_law", true, 0, 4, true}}};
 
 std::string allowed_kinds() {
   std::string names;

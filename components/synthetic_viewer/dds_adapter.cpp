@@ -65,8 +65,8 @@ std::optional<MasterSample> convert(const msg::MasterState& message, const ArmSh
   sample.percept_torque_Nm = message.percept_torque_Nm();
   sample.feedback_torque_Nm = message.feedback_torque_Nm();
   const auto state = enumerator(message.state(), LinkState::kStopped);
-  if (!is_stamped(message.stamp()) || !state || message.joint_count() != shape.joint_count ||
-      !all_finite(sample.percept_torque_Nm) || !all_finite(sample.feedback_torque_Nm) ||
+  if (!is_stamped(message.stamp()) || !state || message.law() > msg::LAW_PEFF ||
+      message.joint_count() != shape.joint_count || !all_finite(sample.percept_torque_Nm) || !all_finite(sample.feedback_torque_Nm) ||
       !(message.percept_gain() >= 0) || !(message.feedback_gain() >= 0) ||
       !finite({message.percept_gain(), message.feedback_gain(), message.round_trip_s()})) {
     return std::nullopt;
@@ -76,6 +76,9 @@ std::optional<MasterSample> convert(const msg::MasterState& message, const ArmSh
   sample.feedback_gain = message.feedback_gain();
   sample.percept_enabled = message.percept_enabled();
   sample.percept_limited = message.percept_limited();
+  sample.law = message.law();
+  sample.feedback_damped = message.feedback_damped();
+  sample.force_missing = message.force_missing();
   sample.reach = message.reach();
   sample.round_trip_s = message.round_trip_s();
   return sample;
@@ -184,7 +187,7 @@ std::optional<ComponentSample> convert(const msg::ComponentStatus& message) {
 }
 
 std::optional<Command> convert(const msg::OperatorCommand& message) {
-  const auto kind = enumerator(message.kind(), CommandKind::kViewNode);
+  const auto kind = enumerator(message.kind(), CommandKind::kSetLaw);
   if (!is_stamped(message.stamp()) || !kind) return std::nullopt;
   const Command command{*kind, message.value()};
   if (!check_command(command).is_ok()) return std::nullopt;

@@ -51,7 +51,8 @@ struct MasterSample {
   LinkState state = LinkState::kInit;
   core::JointArray percept_torque_Nm{}, feedback_torque_Nm{};
   double percept_gain = 0.0, feedback_gain = 0.0;
-  bool percept_enabled = false, percept_limited = false;
+  std::uint32_t law = 0;  ///< case a…e of Table 5.1 as 0…4
+  bool percept_enabled = false, percept_limited = false, feedback_damped = false, force_missing = false;
   std::int32_t reach = -1;
   double round_trip_s = -1.0;  ///< −1: none
 };
@@ -104,6 +105,7 @@ enum class CommandKind {
   kEnablePercept,
   kViewHold,
   kViewNode,
+  kSetLaw,
 };
 struct Command {
   CommandKind kind = CommandKind::kEmergencyStop;

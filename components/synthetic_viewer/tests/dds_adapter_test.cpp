@@ -72,6 +72,7 @@ TEST(Conversion, MasterState) {
   EXPECT_TRUE(fails([](auto& m) { m.percept_torque_Nm()[3] = kNan; }));
   EXPECT_TRUE(fails([](auto& m) { m.percept_gain(-0.1); }));
   EXPECT_TRUE(fails([](auto& m) { m.feedback_gain(kNan); }));
+  EXPECT_TRUE(fails([](auto& m) { m.law(static_cast<msg::BilateralLaw>(5)); }));
   EXPECT_TRUE(fails([](auto& m) { m.round_trip_s(INFINITY); }));
 }
 

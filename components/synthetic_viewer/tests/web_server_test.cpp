@@ -174,6 +174,7 @@ TEST_F(Page, RefusesCommandsOutOfRangeAndSaysWhatIsAllowed) {
       {R"({"kind":"set_feedback_gain","value":11})", "from 0 to 10"},
       {R"({"kind":"enable_percept","value":0.5})", "a whole number from 0 to 1"},
       {R"({"kind":"view_node","value":15})", "from 0 to 14"},
+      {R"({"kind":"set_law","value":5})", "from 0 to 4"},
       {R"({"kind":"fly"})", "emergency_stop"},
       {R"({"kind":7})", "must be one of"},
       {R"({"kind":"reset","now":true})", "unknown key 'now'"},

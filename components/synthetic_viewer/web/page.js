@@ -107,9 +107,11 @@ function showJoints(joints) {
 }
 
 function showCommands(link, view, viewer) {
-  for (const e of document.querySelectorAll('#commands button, #commands input, #stop, #node, #hold')) e.disabled = !viewer.allow_commands;
+  for (const e of document.querySelectorAll('#commands button, #commands input, #commands select, #stop, #node, #hold')) e.disabled = !viewer.allow_commands;
   if (!viewer.allow_commands) say('This viewer only shows; commands are switched off in its configuration.', false);
   put('gain-now', fixed(link.percept_gain, 2) + (link.percept_limited ? ' (limited)' : ''));
+  put('feedback-now', fixed(link.feedback_gain, 3) + (link.feedback_damped ? ' (damped)' : link.force_missing ? ' (no force sensor)' : ''));
+  if (document.activeElement !== byId('law') && link.law !== null) byId('law').value = link.law;
   byId('percept').setAttribute('aria-pressed', link.percept_enabled);
   put('percept', link.percept_enabled ? 'Percept on' : 'Percept off');
   byId('hold').setAttribute('aria-pressed', view.hold);
@@ -216,6 +218,8 @@ byId('percept').addEventListener('click', () => command('enable_percept', byId('
 byId('hold').addEventListener('click', () => command('view_hold', byId('hold').getAttribute('aria-pressed') === 'true' ? 0 : 1));
 byId('node').addEventListener('change', () => command('view_node', +byId('node').value));
 byId('gain-form').addEventListener('submit', event => { event.preventDefault(); command('set_percept_gain', +byId('gain').value); });
+byId('feedback-form').addEventListener('submit', event => { event.preventDefault(); command('set_feedback_gain', +byId('feedback').value); });
+byId('law').addEventListener('change', () => { command('set_law', +byId('law').value); byId('law').blur(); });
 // Esc stops, wherever the focus is. Not Space: that presses the button that has the focus.
 addEventListener('keydown', event => { if (event.key === 'Escape') { event.preventDefault(); command('emergency_stop'); } });
 document.addEventListener('visibilitychange', () => {
