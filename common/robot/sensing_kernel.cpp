@@ -4,6 +4,8 @@
 #include <hwy/foreach_target.h>  // must come before highway.h
 #include <hwy/highway.h>
 
+#include <cmath>
+
 #include "common/robot/sensing_kernel.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -19,7 +21,7 @@ void LookUp(const Field& field, const ToVoxels& to, const Points& points, std::u
 void AddMoments(const Points& points, const double* mu, Moments& moments) {
   scalar::add_moments(points, mu, moments);
 }
-void Sense(const Field& field, const ToVoxels& to, const Points& points, const float* palette, std::size_t,
+void Sense(const Field& field, const ToVoxels& to, const Points& points, const Offsets&, const float* palette, std::size_t,
            std::uint8_t* codes, Moments& moments) {
   scalar::sense(field, to, points, palette, codes, moments);
 }
@@ -242,22 +244,193 @@ HWY_INLINE void with_palette(const float* palette, std::size_t codes, Work&& wor
   }
 }
 
-void Sense(const Field& field, const ToVoxels& to, const Points& points, const float* palette, std::size_t palette_size,
-           std::uint8_t* codes, Moments& moments) {
+/// From a link's steps to voxels in floats; how a block of points that lies in at most eight bricks is looked up. A float
+/// of 128 to 256 holds a coordinate from the lowest brick's corner on in its lowest bits: 7 of whole voxels (< 64) above
+/// 16 of fractions.
+class Near {
+ public:
+  HWY_INLINE explicit Near(const ToVoxels& to) : per_m_(std::sqrt(to.r[0] * to.r[0] + to.r[1] * to.r[1] + to.r[2] * to.r[2])) {}
+  /// False if the block does not lie within so few bricks of the grid: then look_up() is not for it.
+  HWY_INLINE bool place(const Field& field, const ToVoxels& to, const Block& block) {
+    std::int32_t low[3], step[3];
+    const double reach = per_m_ * block.radius_m + 0.01;
+    for (int k = 0; k < 3; ++k) {
+      const double* r = to.r + 3 * k;
+      const double at = r[0] * block.centre_m[0] + r[1] * block.centre_m[1] + r[2] * block.centre_m[2] + (to.t[k] + kBorderShift_vox);
+      if (!(at - reach >= 0.0 && at + reach < field.size_vox[k])) return false;
+      low[k] = static_cast<std::int32_t>(at - reach) >> 5;
+      step[k] = (static_cast<std::int32_t>(at + reach) >> 5) - low[k];
+      if (step[k] > 1) return false;
+      for (int j = 0; j < 3; ++j) r_[3 * k + j] = static_cast<float>(r[j] * block.step_m);
+      start_[k] = static_cast<float>(at - 32 * low[k] + (128.0 + kDoubt / 131072.0));
+    }
+    const std::int32_t along_y = field.size_bricks[0], along_z = along_y * field.size_bricks[1];
+    const std::uint32_t* corner = field.directory + low[0] + low[1] * along_y + low[2] * along_z;
+    const std::int32_t up_x = step[0], up_y = step[1] * along_y, up_z = step[2] * along_z;
+    const auto word_of = [corner](std::int32_t at) { return static_cast<std::int32_t>(corner[at] << 13); };
+    first_word_[0] = word_of(0), first_word_[1] = word_of(up_x);
+    first_word_[2] = word_of(up_y), first_word_[3] = word_of(up_x + up_y);
+    first_word_[4] = word_of(up_z), first_word_[5] = word_of(up_x + up_z);
+    first_word_[6] = word_of(up_y + up_z), first_word_[7] = word_of(up_x + up_y + up_z);
+    return true;
+  }
+  HWY_INLINE void look_up(const Field& field, const ToVoxels& to, const Points& points, const Offsets& offsets,
+                          std::size_t first, std::size_t end, std::uint8_t* out) const {
+    const Floats df;
+    const Ints di;
+    const Words dw;
+    const auto r0 = hn::Set(df, r_[0]), r1 = hn::Set(df, r_[1]), r2 = hn::Set(df, r_[2]), r3 = hn::Set(df, r_[3]),
+               r4 = hn::Set(df, r_[4]), r5 = hn::Set(df, r_[5]), r6 = hn::Set(df, r_[6]), r7 = hn::Set(df, r_[7]),
+               r8 = hn::Set(df, r_[8]), start_x = hn::Set(df, start_[0]), start_y = hn::Set(df, start_[1]),
+               start_z = hn::Set(df, start_[2]);
+    // Bytes may alias anything: what the loop needs must not be read again after each store.
+    const std::int32_t *const steps_x = offsets.x, *const steps_y = offsets.y, *const steps_z = offsets.z;
+    const auto* const codes = reinterpret_cast<const std::uint32_t*>(field.codes);
+    const Corners first_word(first_word_);
+    const VI x_tile = constant(28 << 2), y_in_tile = constant(3), y_tile = constant(28 << 5), z_in_tile = constant(3 << 2),
+             z_tile = constant(28 << 8), one = constant(1), two = constant(2), four = constant(4), x_in_word = constant(3 << 3),
+             byte = constant(0xFF), decided = constant(0xFFFF & ~(kDoubt - 1));
+    for (std::size_t i = first; i < end; i += lanes()) {
+      const auto dx = hn::ConvertTo(df, hn::LoadU(di, steps_x + i)), dy = hn::ConvertTo(df, hn::LoadU(di, steps_y + i)),
+                 dz = hn::ConvertTo(df, hn::LoadU(di, steps_z + i));
+      const VI x = hn::BitCast(di, hn::MulAdd(r0, dx, hn::MulAdd(r1, dy, hn::MulAdd(r2, dz, start_x))));
+      const VI y = hn::BitCast(di, hn::MulAdd(r3, dx, hn::MulAdd(r4, dy, hn::MulAdd(r5, dz, start_y))));
+      const VI z = hn::BitCast(di, hn::MulAdd(r6, dx, hn::MulAdd(r7, dy, hn::MulAdd(r8, dz, start_z))));
+      if (HWY_UNLIKELY(in_doubt(x, y, z, decided))) {
+        store_codes(codes_of(field, indices(to, points, i)), out + i);
+        continue;
+      }
+      VI word = hn::And(hn::ShiftRight<14>(x), x_tile);
+      word = hn::OrAnd(word, hn::ShiftRight<16>(y), y_in_tile);
+      word = hn::OrAnd(word, hn::ShiftRight<11>(y), y_tile);
+      word = hn::OrAnd(word, hn::ShiftRight<14>(z), z_in_tile);
+      word = hn::OrAnd(word, hn::ShiftRight<8>(z), z_tile);
+      VI corner = hn::And(hn::ShiftRight<21>(x), one);
+      corner = hn::OrAnd(corner, hn::ShiftRight<20>(y), two);
+      corner = hn::OrAnd(corner, hn::ShiftRight<19>(z), four);
+      const VW word_there = hn::GatherIndex(dw, codes, hn::Or(word, first_word[corner]));
+      const VI bits = hn::And(hn::ShiftRight<13>(x), x_in_word);
+      const VW code = hn::And(hn::Shr(word_there, hn::BitCast(dw, bits)), hn::BitCast(dw, byte));
+      store_codes(hn::BitCast(di, code), out + i);
+    }
+  }
+
+ private:
+  /// Steps of 2^-16 voxels that a point must be from a border for floats to decide: the start and three products of
+  /// offsets below 32 voxels are off by less than three.
+  static constexpr std::int32_t kDoubt = 8;
+
+  static HWY_INLINE bool in_doubt(VI x, VI y, VI z, VI decided) {
+    const hn::Repartition<std::uint16_t, Ints> fractions;
+    const auto least = hn::Min(hn::BitCast(fractions, x), hn::Min(hn::BitCast(fractions, y), hn::BitCast(fractions, z)));
+    const Ints di;
+    return !hn::AllFalse(di, hn::Eq(hn::And(hn::BitCast(di, least), decided), hn::Zero(di)));
+  }
+  /// A constant that the compiler does not know to be one: else it makes it anew in the loop, which costs as much as using it.
+  static HWY_INLINE VI constant(std::int32_t value) {
+#if HWY_COMPILER_GCC_ACTUAL
+    asm("" : "+r"(value));
+#endif
+    return hn::Set(Ints(), value);
+  }
+  /// First words of the eight bricks, by corner.
+  struct Corners {
+#if HWY_TARGET <= HWY_AVX2
+    HWY_INLINE explicit Corners(const std::int32_t* words) : table(hn::LoadU(Ints(), words)) {}
+    HWY_INLINE VI operator[](VI corner) const { return hn::TableLookupLanes(table, hn::IndicesFromVec(Ints(), corner)); }
+    VI table;
+#else
+    HWY_INLINE explicit Corners(const std::int32_t* words) : table(words) {}
+    HWY_INLINE VI operator[](VI corner) const { return hn::GatherIndex(Ints(), table, corner); }
+    const std::int32_t* table;
+#endif
+  };
+
+  double per_m_;
+  float r_[9], start_[3];
+  std::int32_t first_word_[kGroup] = {};
+};
+
+/// Sums of a block about its centre, in steps.
+struct BlockSums {
+  VD s[10];
+
+  HWY_INLINE BlockSums() {
+    for (VD& v : s) v = hn::Zero(Doubles());
+  }
+  HWY_INLINE void add(const Offsets& offsets, std::size_t i, VD m) {
+    const Doubles d;
+    const HalfInts half;
+    const VD x = hn::PromoteTo(d, hn::LoadU(half, offsets.x + i)), y = hn::PromoteTo(d, hn::LoadU(half, offsets.y + i)),
+             z = hn::PromoteTo(d, hn::LoadU(half, offsets.z + i));
+    const VD mx = hn::Mul(m, x), my = hn::Mul(m, y), mz = hn::Mul(m, z);
+    s[0] = hn::Add(s[0], m);
+    s[1] = hn::Add(s[1], mx);
+    s[2] = hn::Add(s[2], my);
+    s[3] = hn::Add(s[3], mz);
+    s[4] = hn::MulAdd(mx, x, s[4]);
+    s[5] = hn::MulAdd(mx, y, s[5]);
+    s[6] = hn::MulAdd(mx, z, s[6]);
+    s[7] = hn::MulAdd(my, y, s[7]);
+    s[8] = hn::MulAdd(my, z, s[8]);
+    s[9] = hn::MulAdd(mz, z, s[9]);
+  }
+  /// Adds them to sums about the link's origin: with p = c + d, Σm·pp = Σm·dd + cΣm·d + (Σm·p)c.
+  HWY_INLINE void take(const Block& block, VD* out) const {
+    const Doubles d;
+    const double weight = block.weight < 0.0 ? 1.0 : block.weight;
+    const VD step = hn::Set(d, weight * block.step_m), square = hn::Set(d, weight * block.step_m * block.step_m);
+    const VD m = hn::Mul(hn::Set(d, weight), s[0]);
+    VD c[3], about_centre[3], moment[3];
+    for (int k = 0; k < 3; ++k) {
+      c[k] = hn::Set(d, block.centre_m[k]);
+      about_centre[k] = hn::Mul(step, s[k + 1]);
+      moment[k] = hn::MulAdd(c[k], m, about_centre[k]);
+      out[k + 1] = hn::Add(out[k + 1], moment[k]);
+    }
+    out[0] = hn::Add(out[0], m);
+    for (int a = 0, at = 4; a < 3; ++a) {
+      for (int b = a; b < 3; ++b, ++at)
+        out[at] = hn::MulAdd(square, s[at], hn::MulAdd(c[a], about_centre[b], hn::MulAdd(moment[a], c[b], out[at])));
+    }
+  }
+};
+
+void Sense(const Field& field, const ToVoxels& to, const Points& points, const Offsets& offsets, const float* palette,
+           std::size_t palette_size, std::uint8_t* codes, Moments& moments) {
   // Block by block in two passes: each keeps what it needs in registers, and the block stays in the first cache.
   const Ints di;
+  const Doubles d;
   const hn::Rebind<std::uint8_t, Ints> bytes;
-  const std::size_t half = hn::Lanes(Doubles());
+  const std::size_t half = hn::Lanes(d);
+  Near near(to);
   with_palette(palette, palette_size, [&](const auto& mu_of) HWY_ATTR {
     Sums sums;
-    for (std::size_t first = 0; first < points.count; first += kBlock) {
-      const std::size_t end = first + kBlock < points.count ? first + kBlock : points.count;
-      for (std::size_t i = first; i < end; i += lanes()) store_codes(codes_of(field, indices(to, points, i)), codes + i);
+    const auto add_all = [&](std::size_t first, std::size_t end, const auto& add) HWY_ATTR {
       for (std::size_t i = first; i < end; i += lanes()) {
-        const auto mu = mu_of(hn::PromoteTo(di, hn::LoadU(bytes, codes + i)));
-        sums.add(points, i, promote_low(mu));
-        sums.add(points, i + half, promote_high(mu));
+        const VI code = hn::PromoteTo(di, hn::LoadU(bytes, codes + i));
+        if (hn::AllTrue(di, hn::Eq(code, hn::Zero(di)))) continue;
+        const auto mu = mu_of(code);
+        add(i, promote_low(mu));
+        add(i + half, promote_high(mu));
       }
+    };
+    const Block* block = offsets.blocks;
+    for (std::size_t first = 0; first < points.count; first += kBlock, ++block) {
+      const std::size_t end = first + kBlock < points.count ? first + kBlock : points.count;
+      if (!near.place(field, to, *block)) {
+        for (std::size_t i = first; i < end; i += lanes()) store_codes(codes_of(field, indices(to, points, i)), codes + i);
+        add_all(first, end, [&](std::size_t i, VD mu) HWY_ATTR { sums.add(points, i, mu); });
+        continue;
+      }
+      near.look_up(field, to, points, offsets, first, end, codes);
+      BlockSums part;
+      if (block->weight < 0.0) {
+        add_all(first, end, [&](std::size_t i, VD mu) HWY_ATTR { part.add(offsets, i, hn::Mul(mu, hn::LoadU(d, points.weight + i))); });
+      } else {
+        add_all(first, end, [&](std::size_t i, VD mu) HWY_ATTR { part.add(offsets, i, mu); });
+      }
+      part.take(*block, sums.s);
     }
     sums.take(moments.sum);
   });
@@ -397,9 +570,9 @@ void add_moments(const Points& points, const double* mu, Moments& moments) noexc
   HWY_DYNAMIC_DISPATCH(AddMoments)(points, mu, moments);
 }
 
-void sense(const Field& field, const ToVoxels& to_voxels, const Points& points, const float* palette,
-           std::size_t palette_size, std::uint8_t* codes, Moments& moments) noexcept {
-  HWY_DYNAMIC_DISPATCH(Sense)(field, to_voxels, points, palette, palette_size, codes, moments);
+void sense(const Field& field, const ToVoxels& to_voxels, const Points& points, const Offsets& offsets,
+           const float* palette, std::size_t palette_size, std::uint8_t* codes, Moments& moments) noexcept {
+  HWY_DYNAMIC_DISPATCH(Sense)(field, to_voxels, points, offsets, palette, palette_size, codes, moments);
 }
 
 void add_gradients(const Field& field, const ToVoxels& to_voxels, const Points& points, const float* palette,

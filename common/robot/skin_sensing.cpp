@@ -16,8 +16,6 @@ constexpr std::size_t whole_groups(std::size_t sensors) {
   return (sensors + kernel::kGroup - 1) / kernel::kGroup * kernel::kGroup;
 }
 
-std::size_t blocks_of(std::size_t packed) { return (packed + kernel::kBlock - 1) / kernel::kBlock; }
-
 /// ∇μ by central differences, per voxel.
 Eigen::Vector3d gradient_per_vox(const voxel::Workspace& workspace, voxel::Index3 at, int reach) noexcept {
   const auto mu = [&](int x, int y, int z) {
@@ -89,7 +87,6 @@ SkinSensing::SkinSensing(const SkinLayout& layout, const SensingOptions& options
       cluster_codes_(layout.size()),
       star_(std::make_unique<Star>(options.gradient_reach_vox)) {
   for (const ClusterSpec& kind : layout.clusters) stencils_.emplace_back(kind);
-  std::size_t blocks = 0;
   for (std::size_t link = 0; link <= core::kMaxJoints; ++link) {
     packed_first_[link] = x_m_.size();
     for (std::size_t i = layout.first[link]; i < layout.first_cluster[link]; ++i) {
@@ -103,12 +100,19 @@ SkinSensing::SkinSensing(const SkinLayout& layout, const SensingOptions& options
     y_m_.resize(packed, 0.0);
     z_m_.resize(packed, 0.0);
     weight_.resize(packed, 0.0);
-    blocks += blocks_of(packed - packed_first_[link]);
   }
   packed_first_.back() = x_m_.size();
+  for (auto* steps : {&x_steps_, &y_steps_, &z_steps_}) steps->resize(x_m_.size());
+  for (std::size_t link = 0; link <= core::kMaxJoints; ++link) {
+    const std::size_t packed = packed_first_[link];
+    first_block_[link] = blocks_.size();
+    if (packed_first_[link + 1] == packed) continue;
+    kernel::measure_blocks(points_of(link), layout.first_cluster[link] - layout.first[link], blocks_, &x_steps_[packed],
+                           &y_steps_[packed], &z_steps_[packed]);
+  }
   codes_.resize(x_m_.size());
   mu_.resize(x_m_.size());
-  block_worst_.resize(blocks);
+  block_worst_.resize(blocks_.size());
   if (!options.memory.empty()) {
     memory_.emplace(x_m_.size(), options.memory);
     voxels_.resize(x_m_.size());
@@ -183,13 +187,13 @@ void SkinSensing::sense_points(std::size_t link, const voxel::Workspace& workspa
   const kernel::Field field = kernel::field_of(workspace);
   const bool plain = !memory_ && muted_objects_[link].count == 0;
   if (plain) {
-    kernel::sense(field, to_voxels_[link], points, palette_.data(), workspace.palette().size(),
+    const kernel::Offsets offsets{&blocks_[first_block_[link]], &x_steps_[first], &y_steps_[first], &z_steps_[first]};
+    kernel::sense(field, to_voxels_[link], points, offsets, palette_.data(), workspace.palette().size(),
                   &codes_[first], totals.moments);
   } else {
     sense_slowly(link, workspace, totals);
   }
-  std::size_t block = 0;
-  for (std::size_t l = 0; l < link; ++l) block += blocks_of(packed_first_[l + 1] - packed_first_[l]);
+  std::size_t block = first_block_[link];
   std::uint8_t worst = 0;
   const std::size_t sensors = layout_->first_cluster[link] - layout_->first[link];
   for (std::size_t i = 0; i < sensors; i += kernel::kBlock, ++block) {

@@ -44,7 +44,8 @@ struct SensingOptions {
 /// the sensors; the layout and the workspace are constant. Sums are kept in doubles: they agree with the literal
 /// ones to 1e-9 (relative).
 ///
-/// Cost, whatever the number of joints: for a point sensor one byte gathered and ten sums, in SIMD; with
+/// Cost, whatever the number of joints: for a point sensor one byte gathered and ten sums, in SIMD (groups of 16 in free
+/// space alone need no sums: a skin all in fluid takes up to half as long again as one in none; see also kernel::sense); with
 /// `gradient` six more bytes for each group of 16 sensors of which one meets fluid; for a cluster sensor a byte
 /// for each voxel of its zone. Memory (5 scalar operations and a ring entry a sensor) and muted contacts (one
 /// object looked up for each sensor of that link in fluid) leave the fast loop for the link they concern.
@@ -104,6 +105,10 @@ class SkinSensing {
   // Point sensors, link by link in whole groups (kernel::kGroup).
   std::array<std::size_t, core::kMaxJoints + 2> packed_first_{};
   AlignedVector<double> x_m_, y_m_, z_m_, weight_;
+  // The same from the centres of their blocks (of kernel::kBlock sensors, link by link).
+  std::array<std::size_t, core::kMaxJoints + 1> first_block_{};
+  std::vector<kernel::Block> blocks_;
+  AlignedVector<std::int32_t> x_steps_, y_steps_, z_steps_;
   AlignedVector<std::uint8_t> codes_;    // this tick
   AlignedVector<std::uint32_t> voxels_;  // with memory
   AlignedVector<double> mu_;             // with memory or muted objects
