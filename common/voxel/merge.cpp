@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <set>
 
 #include "common/core/parallel.hpp"
 #include "common/voxel/merge_kernel.hpp"
@@ -57,9 +58,19 @@ bool interior_alone(BrickKey key, std::span<const Claim> claims) {
 /// Gives every brick the memory that it needs, filled where that is all there is to it.
 void make_room(std::span<const BrickKey> keys, const Claims& claims, Workspace& workspace) {
   for (const BrickKey key : keys) workspace.remove_brick(key);
-  std::size_t own = 0;
-  for (std::size_t i = 0; i < keys.size(); ++i) own += !claims.on(i).empty() && !interior_alone(keys[i], claims.on(i)) ? 1 : 0;
-  workspace.reserve_for(own);
+  std::size_t own = 0, several = 0;
+  std::set<std::uint16_t> filled;  // all such bricks of an object share their memory
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const std::span<const Claim> on_it = claims.on(i);
+    if (on_it.empty()) continue;
+    if (interior_alone(keys[i], on_it)) {
+      filled.insert(on_it[0].entry->id);
+    } else {
+      ++own;
+      several += on_it.size() > 1 ? 1 : 0;
+    }
+  }
+  workspace.reserve_for(own + filled.size(), several);
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const std::span<const Claim> on_it = claims.on(i);
     if (on_it.empty()) continue;

@@ -69,8 +69,11 @@ void Workspace::reserve_bricks(std::size_t count) {
   slots_.reserve(count + 1);
 }
 
-void Workspace::reserve_for(std::size_t more_bricks) {
+void Workspace::reserve_for(std::size_t more_bricks, std::size_t of_several) {
   if (more_bricks > free_slots_.size()) reserve_bricks(slots_.size() - 1 + more_bricks - free_slots_.size());
+  if (of_several <= free_object_lists_.size()) return;
+  const std::size_t lists = std::max(kBrickVoxels, objects_.size()) / kBrickVoxels + of_several - free_object_lists_.size();
+  if (lists * kBrickVoxels > objects_.capacity()) objects_.reserve(lists * kBrickVoxels);
 }
 
 std::uint32_t Workspace::take_slot() {

@@ -109,8 +109,9 @@ class Workspace {
   void remove_brick(BrickKey key);
   /// Makes room for `count` bricks' codes in all, so that making them neither moves nor over-allocates.
   void reserve_bricks(std::size_t count);
-  /// The same for so many bricks more than there are; room that removed bricks left counts.
-  void reserve_for(std::size_t more_bricks);
+  /// The same for so many bricks more than there are, `of_several` of them with object ids of their own; room that removed
+  /// bricks left counts.
+  void reserve_for(std::size_t more_bricks, std::size_t of_several);
 
   /// Hash of grid, palette and all bricks, independent of the order in which they were made.
   std::uint64_t content_hash() const;
@@ -151,7 +152,7 @@ class Workspace {
   std::array<std::int32_t, 3> size_bricks_{0, 0, 0};
   std::vector<std::uint32_t> directory_;  // slot of each brick; 0: the empty brick
   LargeVector<std::uint8_t> mu_codes_;
-  std::vector<std::uint16_t> objects_;    // lists of bricks that hold several objects; the first is never used
+  LargeVector<std::uint16_t> objects_;    // lists of bricks that hold several objects; the first is never used
   std::vector<Slot> slots_;
   std::size_t brick_count_ = 0;
   std::vector<std::uint32_t> free_slots_, free_object_lists_, uniform_slots_;
