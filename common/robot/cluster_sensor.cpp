@@ -13,8 +13,8 @@ namespace {
 
 constexpr int kMostReach_vox = 15;
 constexpr int kNodes = 16;
-constexpr std::size_t kMostWords = 2 * kMostReach_vox / 4 + 2;
-constexpr std::size_t kMostRows = (2 * kMostReach_vox + 1) * (2 * kMostReach_vox + 1);
+constexpr std::size_t kMostTilesAlong = (2 * kMostReach_vox + 3) / 4 + 1;
+constexpr std::size_t kMostTiles = kMostTilesAlong * kMostTilesAlong * kMostTilesAlong;
 
 struct Quadrature {
   std::array<double, kNodes> node, weight;  // on −1…1
@@ -143,22 +143,27 @@ ClusterStencil::ClusterStencil(const ClusterSpec& spec) : reach_(std::clamp(spec
       for (int x = -reach; x <= reach; ++x) weights_.push_back(fraction_in_sphere(x, y, z, reach_ + 0.5));
     }
   }
-  for (int place = 0; place < 4; ++place) {
-    const int words = (place + 2 * reach_) / 4 + 1;
-    for (const Row& row : rows_) {
-      for (int word = 0; word < words; ++word) {
-        std::uint32_t mask = 0;
-        for (int byte = 0; byte < 4; ++byte) {
-          if (std::abs(4 * word + byte - place - reach_) <= row.reach) mask |= 0xFFU << (8 * byte);
-        }
-        word_masks_[static_cast<std::size_t>(place)].push_back(mask);
-      }
-    }
-  }
+  if (weights_.empty()) mask_tiles();
   total_ = static_cast<double>(voxels_);
   if (!weights_.empty()) {
     total_ = 0.0;
     for (const double w : weights_) total_ += w;
+  }
+}
+
+/// For each place of the zone's lowest voxel in its tile: which voxels of each tile count.
+void ClusterStencil::mask_tiles() {
+  for (int place = 0; place < 64; ++place) {
+    const int px = place & 3, py = place >> 2 & 3, pz = place >> 4;
+    auto& masks = tile_masks_[static_cast<std::size_t>(place)];
+    const int nx = tiles_along(px), ny = tiles_along(py), nz = tiles_along(pz);
+    masks.assign(static_cast<std::size_t>(nx * ny * nz), 0);
+    for (const Row& row : rows_) {
+      const int y = py + reach_ + row.y, z = pz + reach_ + row.z;
+      for (int x = px + reach_ - row.reach; x <= px + reach_ + row.reach; ++x)
+        masks[static_cast<std::size_t>(((z >> 2) * ny + (y >> 2)) * nx + (x >> 2))] |=
+            std::uint64_t{1} << ((z & 3) << 4 | (y & 3) << 2 | (x & 3));
+    }
   }
 }
 
@@ -209,48 +214,30 @@ struct ClusterStencil::Bricks {
   }
 };
 
-/// Copies the words of the rows, blanks what does not count, and returns how many words that were. kWords: words a
-/// row, or 0: `words`.
-template <std::size_t kWords>
-std::size_t ClusterStencil::copy_zone(const Bricks& bricks, voxel::Index3 centre, std::size_t words,
-                                      std::uint32_t* zone) const noexcept {
-  const std::size_t n = kWords > 0 ? kWords : words;
-  const std::int32_t first_word = (centre.x - reach_) >> 2;
-  std::array<std::uint32_t, kMostWords> offset;
-  std::array<unsigned, kMostWords> corner;
-  for (std::size_t word = 0; word < n; ++word) {
-    const std::int32_t x = 4 * (first_word + static_cast<std::int32_t>(word));
-    offset[word] = static_cast<std::uint32_t>(voxel::brick_offset(within_brick(x), 0, 0));
-    corner[word] = (x >> 5) > bricks.low.x ? 1U : 0U;
-  }
-  const std::uint32_t* mask = word_masks_[static_cast<std::size_t>((centre.x - reach_) & 3)].data();
-  std::uint32_t* out = zone;
-  for (const Row& row : rows_) {
-    const std::int32_t y = centre.y + row.y, z = centre.z + row.z;
-    const std::uint8_t* const* sides = &bricks.codes[bricks.corner_of(y, z)];
-    const std::size_t row_offset = voxel::brick_offset(0, within_brick(y), within_brick(z));
-    for (std::size_t word = 0; word < n; ++word) {
-      std::uint32_t four;
-      std::memcpy(&four, sides[corner[word]] + row_offset + offset[word], 4);
-      *out++ = four & *mask++;
-    }
-  }
-  return static_cast<std::size_t>(out - zone);
-}
-
-/// Counts each code among the zone's words.
+/// Counts each code among the zone's tiles.
 ClusterReading ClusterStencil::count_inside(const voxel::Workspace& workspace, voxel::Index3 centre,
                                             const ResponseTable& response) const noexcept {
-  alignas(64) std::array<std::uint32_t, kMostWords * kMostRows + kernel::kCountStep / 4> zone;
   const Bricks bricks(workspace, centre, reach_);
-  const auto words = static_cast<std::size_t>(((centre.x + reach_) >> 2) - ((centre.x - reach_) >> 2)) + 1;
-  const std::size_t n = words == 2   ? copy_zone<2>(bricks, centre, words, zone.data())
-                        : words == 3 ? copy_zone<3>(bricks, centre, words, zone.data())
-                                     : copy_zone<0>(bricks, centre, words, zone.data());
-  std::fill_n(&zone[n], kernel::kCountStep / 4, 0U);
+  const voxel::Index3 low{centre.x - reach_, centre.y - reach_, centre.z - reach_};
+  const std::uint64_t* mask = tile_masks_[static_cast<std::size_t>((low.x & 3) | (low.y & 3) << 2 | (low.z & 3) << 4)].data();
+  std::array<const std::uint8_t*, kMostTiles> tile;
+  std::array<std::uint64_t, kMostTiles + 1> counting;
+  std::size_t n = 0;
+  const int nx = tiles_along(low.x & 3), ny = tiles_along(low.y & 3), nz = tiles_along(low.z & 3);
+  for (std::int32_t iz = 0, z = low.z & ~3; iz < nz; ++iz, z += 4) {
+    for (std::int32_t iy = 0, y = low.y & ~3; iy < ny; ++iy, y += 4) {
+      const std::uint8_t* const* sides = &bricks.codes[bricks.corner_of(y, z)];
+      const std::size_t row = voxel::brick_offset(0, within_brick(y), within_brick(z));
+      for (std::int32_t ix = 0, x = low.x & ~3; ix < nx; ++ix, x += 4) {
+        tile[n] = sides[(x >> 5) > bricks.low.x ? 1 : 0] + row + voxel::brick_offset(within_brick(x), 0, 0);
+        counting[n] = *mask++;
+        n += counting[n] != 0 ? 1U : 0U;  // none counts in the corners of a sphere
+      }
+    }
+  }
   std::array<std::uint32_t, kMostCounted> counts;
   const std::size_t codes = workspace.palette().size();
-  kernel::count_codes(reinterpret_cast<const std::uint8_t*>(zone.data()), 4 * n, codes, counts.data());
+  kernel::count_codes(tile.data(), counting.data(), n, codes, counts.data());
 
   ClusterReading reading;
   std::size_t in_fluid = 0;

@@ -46,8 +46,8 @@ class ClusterStencil {
 
   std::size_t voxel_count() const noexcept { return voxels_; }  ///< voxels that count
   double total_weight() const noexcept { return total_; }       ///< ΣSSA
-  /// Voxels outside the grid are free space. Cost of a binary shape: a word for every four voxels of a row, and a
-  /// comparison for each code of the palette in SIMD; of a weighted one, or with more than kMostCounted codes, a
+  /// Voxels outside the grid are free space. Cost of a binary shape: a comparison of each tile of 4³ voxels
+  /// that it touches with each code of the palette in SIMD; of a weighted one, or with more than kMostCounted codes, a
   /// byte and a table entry for each voxel; more where the zone reaches over the grid's border. Real-time safe: yes.
   ClusterReading read(const voxel::Workspace& workspace, voxel::Index3 centre,
                       const ResponseTable& response) const noexcept;
@@ -72,9 +72,9 @@ class ClusterStencil {
   }
   static constexpr std::size_t kMostCounted = 32;
   struct Bricks;  // that a zone inside the grid lies in
-  template <std::size_t kWords>
-  std::size_t copy_zone(const Bricks& bricks, voxel::Index3 centre, std::size_t words,
-                        std::uint32_t* zone) const noexcept;
+  /// Tiles from the one whose voxel `place` (0…3) is the zone's lowest to the one with its highest.
+  int tiles_along(int place) const noexcept { return (place + 2 * reach_) / 4 + 1; }
+  void mask_tiles();
   ClusterReading count_inside(const voxel::Workspace& workspace, voxel::Index3 centre,
                               const ResponseTable& response) const noexcept;
   template <bool kWeighted>
@@ -84,8 +84,8 @@ class ClusterStencil {
   int reach_;
   std::vector<Row> rows_;
   std::vector<double> weights_;  // of all rows; empty if all are 1
-  /// For each place of the zone's first column in its word of four: which bytes of each row's words count.
-  std::array<std::vector<std::uint32_t>, 4> word_masks_;
+  /// For each place of the zone's lowest voxel in its tile: which voxels of each tile count, bit by bit.
+  std::array<std::vector<std::uint64_t>, 64> tile_masks_;
   std::size_t voxels_ = 0;
   double total_ = 0.0;
 };

@@ -30,8 +30,9 @@ void AddGradients(const Field& field, const ToVoxels& to, const Points& points, 
   scalar::add_gradients(field, to, points, palette, codes, mu, reach_vox, sums);
 }
 CodeFigures FiguresOf(const std::uint8_t* codes, std::size_t n) { return scalar::figures_of(codes, n); }
-void CountCodes(const std::uint8_t* bytes, std::size_t n, std::size_t codes, std::uint32_t* counts) {
-  scalar::count_codes(bytes, n, codes, counts);
+void CountCodes(const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n, std::size_t codes,
+                std::uint32_t* counts) {
+  scalar::count_codes(tiles, masks, n, codes, counts);
 }
 
 #else
@@ -525,14 +526,19 @@ CodeFigures FiguresOf(const std::uint8_t* codes, std::size_t n) {
   return figures;
 }
 
-void CountCodes(const std::uint8_t* bytes, std::size_t n, std::size_t codes, std::uint32_t* counts) {
-  const hn::CappedTag<std::uint8_t, kCountStep> d;
+void CountCodes(const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n, std::size_t codes,
+                std::uint32_t* counts) {
+  const hn::CappedTag<std::uint8_t, 64> d;
   const std::size_t step = hn::Lanes(d);
-  for (std::size_t c = 1; c < codes; ++c) {
-    const auto code = hn::Set(d, static_cast<std::uint8_t>(c));
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < n; i += step) count += hn::CountTrue(d, hn::Eq(hn::LoadU(d, bytes + i), code));
-    counts[c] = static_cast<std::uint32_t>(count);
+  for (std::size_t c = 1; c < codes; ++c) counts[c] = 0;
+  for (std::size_t t = 0; t < n; ++t) {
+    for (std::size_t i = 0; i < 64; i += step) {
+      const auto bits = hn::LoadMaskBits(d, reinterpret_cast<const std::uint8_t*>(masks + t) + i / 8);
+      const auto voxels = hn::IfThenElseZero(bits, hn::LoadU(d, tiles[t] + i));
+      for (std::size_t c = 1; c < codes; ++c) {
+        counts[c] += static_cast<std::uint32_t>(hn::CountTrue(d, hn::Eq(voxels, hn::Set(d, static_cast<std::uint8_t>(c)))));
+      }
+    }
   }
 }
 
@@ -584,8 +590,9 @@ CodeFigures figures_of(const std::uint8_t* codes, std::size_t n) noexcept {
   return HWY_DYNAMIC_DISPATCH(FiguresOf)(codes, n);
 }
 
-void count_codes(const std::uint8_t* bytes, std::size_t n, std::size_t codes, std::uint32_t* counts) noexcept {
-  HWY_DYNAMIC_DISPATCH(CountCodes)(bytes, n, codes, counts);
+void count_codes(const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n, std::size_t codes,
+                 std::uint32_t* counts) noexcept {
+  HWY_DYNAMIC_DISPATCH(CountCodes)(tiles, masks, n, codes, counts);
 }
 
 const char* target_name() noexcept { return HWY_DYNAMIC_DISPATCH(Target)(); }

@@ -92,10 +92,10 @@ struct CodeFigures {
 };
 CodeFigures figures_of(const std::uint8_t* codes, std::size_t n) noexcept;
 
-/// counts[c] = how many of n bytes are c, for c = 1…codes − 1. Bytes are read in steps of kCountStep: those past the
-/// n-th must be there and 0. Real-time safe: yes.
-inline constexpr std::size_t kCountStep = 64;
-void count_codes(const std::uint8_t* bytes, std::size_t n, std::size_t codes, std::uint32_t* counts) noexcept;
+/// counts[c] = how many voxels of n tiles (64 bytes each) hold c, for c = 1…codes − 1, of those whose bit in the tile's mask
+/// is set; a word past the last mask must be there to be read. Real-time safe: yes.
+void count_codes(const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n, std::size_t codes,
+                 std::uint32_t* counts) noexcept;
 
 /// The same in plain C++: where Highway has no SIMD, and the tests' twin.
 namespace scalar {
@@ -107,7 +107,8 @@ void sense(const Field& field, const ToVoxels& to_voxels, const Points& points, 
 void add_gradients(const Field& field, const ToVoxels& to, const Points& points, const float* palette,
                    const std::uint8_t* codes, const double* mu, int reach_vox, GradientSums& sums) noexcept;
 CodeFigures figures_of(const std::uint8_t* codes, std::size_t n) noexcept;
-void count_codes(const std::uint8_t* bytes, std::size_t n, std::size_t codes, std::uint32_t* counts) noexcept;
+void count_codes(const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n, std::size_t codes,
+                 std::uint32_t* counts) noexcept;
 }  // namespace scalar
 
 /// Name of the instruction set in use. For reports.

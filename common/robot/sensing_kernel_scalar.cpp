@@ -96,10 +96,13 @@ CodeFigures figures_of(const std::uint8_t* codes, std::size_t n) noexcept {
   return figures;
 }
 
-void count_codes(const std::uint8_t* bytes, std::size_t n, std::size_t codes, std::uint32_t* counts) noexcept {
+void count_codes(const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n, std::size_t codes,
+                 std::uint32_t* counts) noexcept {
   for (std::size_t c = 1; c < codes; ++c) counts[c] = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (bytes[i] != 0) ++counts[bytes[i]];
+  for (std::size_t t = 0; t < n; ++t) {
+    for (std::size_t i = 0; i < 64; ++i) {
+      if ((masks[t] >> i & 1U) != 0 && tiles[t][i] != 0) ++counts[tiles[t][i]];
+    }
   }
 }
 

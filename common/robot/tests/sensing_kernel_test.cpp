@@ -223,25 +223,43 @@ TEST(SensingKernel, GradientsAgreeWithItsTwin) {
 }
 
 TEST(SensingKernel, CountsCodesOfAnyLength) {
-  std::mt19937 random(3);
+  std::mt19937_64 random(3);
   for (const std::size_t n : {std::size_t{1}, std::size_t{63}, std::size_t{64}, std::size_t{1000}}) {
-    std::vector<std::uint8_t> bytes(n + kCountStep, 0);
-    for (std::size_t i = 0; i < n; ++i) bytes[i] = static_cast<std::uint8_t>(random() % 9);
-    std::array<std::uint32_t, 9> expected{};
-    for (std::size_t i = 0; i < n; ++i) expected[bytes[i]] += bytes[i] != 0 ? 1U : 0U;
-    CodeFigures figures;
-    for (std::size_t i = 0; i < n; ++i) {
-      figures.active += bytes[i] != 0 ? 1U : 0U;
-      figures.greatest = std::max(figures.greatest, bytes[i]);
+    std::vector<std::uint8_t> bytes(n);
+    for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random() % 9);
+    CodeFigures expected;
+    for (const std::uint8_t byte : bytes) {
+      expected.active += byte != 0 ? 1U : 0U;
+      expected.greatest = std::max(expected.greatest, byte);
     }
-    const auto check = [&] {
+    on_every_target([&] {
+      EXPECT_EQ(figures_of(bytes.data(), n).active, expected.active);
+      EXPECT_EQ(figures_of(bytes.data(), n).greatest, expected.greatest);
+    });
+  }
+}
+
+TEST(SensingKernel, CountsCodesOfMaskedTiles) {
+  std::mt19937_64 random(5);
+  for (const std::size_t n : {std::size_t{0}, std::size_t{1}, std::size_t{27}}) {
+    std::vector<std::uint8_t> bytes(64 * n);
+    for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random() % 9);
+    std::vector<const std::uint8_t*> tiles;
+    std::vector<std::uint64_t> masks;
+    std::array<std::uint32_t, 9> expected{};
+    for (std::size_t t = 0; t < n; ++t) {
+      tiles.push_back(&bytes[64 * t]);
+      masks.push_back(t == 0 ? ~std::uint64_t{0} : random());
+      for (std::size_t i = 0; i < 64; ++i) expected[tiles[t][i]] += (masks[t] >> i & 1U) != 0 && tiles[t][i] != 0 ? 1U : 0U;
+    }
+    masks.push_back(~std::uint64_t{0});  // not to be counted
+    const auto check = [&](auto count) {
       std::array<std::uint32_t, 9> counts{};
-      count_codes(bytes.data(), n, 9, counts.data());
+      count(tiles.data(), masks.data(), n, 9, counts.data());
       EXPECT_EQ(counts, expected);
-      EXPECT_EQ(figures_of(bytes.data(), n).active, figures.active);
-      EXPECT_EQ(figures_of(bytes.data(), n).greatest, figures.greatest);
     };
-    on_every_target(check);
+    check(scalar::count_codes);
+    on_every_target([&] { check(count_codes); });
   }
 }
 
