@@ -111,6 +111,26 @@ TEST(Workspace, BricksOfOneObjectAndBricksOfOneValueReadLikeAnyOther) {
   EXPECT_EQ(lean.brick_count(), 1U);
 }
 
+TEST(Workspace, SharedOrdersStayAsTheyAreWhateverIsWritten) {
+  const std::shared_ptr<std::int8_t[]> orders(new std::int8_t[kBrickVoxels]);
+  std::fill_n(orders.get(), kBrickVoxels, std::int8_t{3});
+  Workspace one({{}, 0.01, {64, 32, 32}}, {0.0F, 5.0F});
+  const auto made = one.make_brick_of({1, 0, 0}, 7, orders);
+  EXPECT_EQ(made.order, nullptr);
+  std::fill_n(made.mu_code, kBrickVoxels, std::uint8_t{1});
+  EXPECT_EQ(one.brick({1, 0, 0}).order, orders.get());
+  Workspace other = one;
+  EXPECT_EQ(other.content_hash(), one.content_hash());
+  one.make_brick({1, 0, 0}).order[0] = 4;
+  EXPECT_EQ(one.order({32, 0, 0}), 4);
+  EXPECT_EQ(one.object({32, 0, 0}), 7);
+  EXPECT_EQ(orders[0], 3);
+  Workspace twin = one;  // its own orders are copied
+  twin.make_brick({1, 0, 0}).order[0] = 5;
+  EXPECT_EQ(one.order({32, 0, 0}), 4);
+  EXPECT_EQ(other.order({32, 0, 0}), 3);
+}
+
 TEST(Workspace, HashTellsContentNotHistory) {
   const Workspace one = random_workspace(1, false);
   const Workspace backwards = random_workspace(1, true);
