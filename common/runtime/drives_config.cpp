@@ -1,6 +1,6 @@
 #include "common/runtime/drives_config.hpp"
 
-#include <cmath>
+#include <spdlog/spdlog.h>
 
 #include "common/core/clock.hpp"
 #include "common/robot/joint_values.hpp"
@@ -110,6 +110,7 @@ std::vector<std::unique_ptr<can::CanBus>> open_buses(const DrivesConfig& config,
                                                      const std::function<void(const std::string&)>& on_wait) {
   std::vector<std::unique_ptr<can::CanBus>> buses;
   const core::Nanoseconds limit_ns = core::monotonic_ns() + core::from_seconds(config.bus_wait_s);
+  std::string said;
   while (buses.size() < config.addresses.size()) {
     auto bus = can::open_bus(config.addresses[buses.size()]);
     if (bus) {
@@ -118,7 +119,11 @@ std::vector<std::unique_ptr<can::CanBus>> open_buses(const DrivesConfig& config,
     }
     if (bus.status().code() != core::ErrorCode::kNotFound) throw core::ConfigError(bus.status().message());
     if (core::monotonic_ns() >= limit_ns) throw core::MissingError(bus.status().message());
-    on_wait(bus.status().message());
+    if (said != bus.status().message()) {
+      said = bus.status().message();
+      spdlog::info("waiting: {}", said);
+    }
+    on_wait(said);
     if (!sleep_unless_stopped(kAskAgain_s)) return {};
   }
   return buses;

@@ -25,9 +25,9 @@ struct DrivesConfig {
 DrivesConfig read_drives(const ConfigReader& section, const robot::SerialArm& arm,
                          const core::JointArray& max_torque, double period_s);
 
-/// Opens the buses, in the configuration's order. A bus that nobody serves yet is waited for; `on_wait` is told
-/// what is missing, every half second. None are returned if a stop was requested meanwhile. Throws MissingError
-/// after bus_wait_s.
+/// Opens the buses, in the configuration's order. A bus that nobody serves yet is waited for: the log says so
+/// once, and `on_wait` is told what is missing every half second. None are returned if a stop was requested
+/// meanwhile. Throws MissingError after bus_wait_s.
 std::vector<std::unique_ptr<can::CanBus>> open_buses(const DrivesConfig& config,
                                                      const std::function<void(const std::string&)>& on_wait);
 

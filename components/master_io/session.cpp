@@ -105,7 +105,6 @@ Expectations expectations(const ArmModel& model, const Config& config) {
 std::unique_ptr<Device> make_device(const ArmModel& model, const Config& config, DdsAdapter& adapter) {
   if (config.driver != Driver::kCan) return std::make_unique<SimulatedDevice>(config, model.home);
   auto buses = runtime::open_buses(*config.can, [&](const std::string& missing) {
-    spdlog::info("waiting: {}", missing);
     adapter.publish_health({core::ComponentState::kStarting, "waiting: " + missing, {}, {}});
   });
   if (buses.empty()) return nullptr;

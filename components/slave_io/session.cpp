@@ -152,7 +152,6 @@ int run_drives(const runtime::CellConfig& cell, const ArmModel& model, const Con
   Inbox inbox;
   DdsAdapter adapter(network, model.arm.joint_count(), inbox);
   auto buses = runtime::open_buses(*config.can, [&](const std::string& missing) {
-    spdlog::info("waiting: {}", missing);
     adapter.publish_health({core::ComponentState::kStarting, "waiting: " + missing, {}, {}});
   });
   if (buses.empty()) return runtime::kExitDone;

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "common/core/joints.hpp"
 #include "common/dds/endpoint.hpp"
 #include "common/dds/stamp.hpp"
 #include "tests/end_to_end/running_system.hpp"

@@ -12,8 +12,12 @@ runtime::Deployment two_hosts() {
   runtime::Deployment deployment;
   deployment.file = "t.yaml";
   deployment.network.domain = 9;
-  deployment.hosts = {{"master", {{"master_io", {"--log-level", "debug"}, 0}}},
-                      {"view", {{"synthetic_viewer", {}, 10}}}};
+  deployment.hosts = {{"master",
+                       {{.component = "master_io",
+                         .name = "master_io",
+                         .config = "own.yaml",
+                         .arguments = {"--log-level", "debug"}}}},
+                      {"view", {{.component = "synthetic_viewer", .name = "viewer", .arguments = {}, .nice = 10}}}};
   return deployment;
 }
 
@@ -22,7 +26,7 @@ TEST(Plan, GivesEachProcessTheCommonOptionsThenItsOwn) {
   const auto planned = plan(two_hosts(), {}, request);
   ASSERT_EQ(planned.size(), 1u);
   EXPECT_THAT(planned[0].arguments,
-              testing::IsSupersetOf({"--deployment", "t.yaml", "--domain", "9", "--operator"}));
+              testing::IsSupersetOf({"--deployment", "t.yaml", "--domain", "9", "--operator", "--config", "own.yaml"}));
   EXPECT_EQ(planned[0].arguments.back(), "constant_velocity");
   request.host = "view";
   EXPECT_THAT(plan(two_hosts(), {}, request)[0].arguments, testing::Not(testing::Contains("--operator")));
