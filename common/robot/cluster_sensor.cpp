@@ -203,10 +203,13 @@ struct ClusterStencil::Bricks {
   Bricks(const voxel::Workspace& workspace, voxel::Index3 centre, int reach) noexcept
       : low{(centre.x - reach) >> 5, (centre.y - reach) >> 5, (centre.z - reach) >> 5},
         high{(centre.x + reach) >> 5, (centre.y + reach) >> 5, (centre.z + reach) >> 5} {
+    const std::uint32_t* slot = workspace.directory() + workspace.directory_index(low);
+    const std::size_t up_x = high.x > low.x ? 1 : 0;
+    const std::size_t up_y = high.y > low.y ? workspace.directory_index({0, 1, 0}) : 0;
+    const std::size_t up_z = high.z > low.z ? workspace.directory_index({0, 0, 1}) : 0;
     for (unsigned corner = 0; corner < 8; ++corner) {
-      const voxel::BrickKey key{corner & 1U ? high.x : low.x, corner & 2U ? high.y : low.y,
-                                corner & 4U ? high.z : low.z};
-      codes[corner] = workspace.codes() + workspace.directory()[workspace.directory_index(key)] * voxel::kBrickVoxels;
+      const std::size_t at = (corner & 1U) * up_x + (corner >> 1 & 1U) * up_y + (corner >> 2) * up_z;
+      codes[corner] = workspace.codes() + slot[at] * voxel::kBrickVoxels;
     }
   }
   unsigned corner_of(std::int32_t y, std::int32_t z) const noexcept {

@@ -104,6 +104,72 @@ TEST(SkinSensing, SensorsThatStickOutOfTheGridCountOnlyInside) {
   EXPECT_LT(inside, layout.size());
 }
 
+TEST(SkinSensing, ALinkWhosePoseIsNotFiniteFeelsNothing) {
+  const SerialArm arm = test_arms::suspended();
+  const SkinLayout layout = layout_of(arm);
+  const voxel::Workspace world = test_worlds::make([](const Eigen::Vector3d&) { return std::uint8_t{5}; });
+  SkinSensing sensing(layout, {.gradient = true});
+  LinkPoses X_WL;
+  arm.link_poses({}, X_WL);
+  sensing.sense(X_WL, 7, world);
+  const LinkSums whole = sensing.sums();
+  ASSERT_GT(whole[2].mu, 0.0);
+  for (const double bad : {std::nan(""), HUGE_VAL, 1e300}) {
+    for (const bool turned : {false, true}) {
+      LinkPoses broken = X_WL;
+      (turned ? broken[2].rotation(1, 0) : broken[2].translation_m.x()) = bad;
+      sensing.sense(broken, 7, world);
+      if (turned && bad == 1e300) continue;  // finite, though no rotation: it only must not read out of bounds
+      EXPECT_EQ(sensing.sums()[2].mu, 0.0) << bad;
+      EXPECT_EQ(sensing.sums()[3].mu, whole[3].mu) << bad;
+    }
+  }
+}
+
+TEST(SkinSensing, MutedObjectsAreNotFeltByThatLinkUntilTheyAreAgain) {
+  const SerialArm arm = test_arms::suspended();
+  std::vector<LinkSkin> skin = test_worlds::tubes();
+  AxisSensors axis;
+  axis.to_m = {0.0, 0.0, -0.2};
+  axis.radius_m = 0.03;
+  axis.cluster = ClusterSpec{2, ClusterShape::kSphere};
+  skin[2].axes.push_back(axis);
+  const SkinLayout layout = *lay_out_skin(arm, skin, {.voxel_size_m = 0.01});
+  const voxel::Workspace world = test_worlds::make([](const Eigen::Vector3d&) { return std::uint8_t{5}; });  // all object 1
+  SkinSensing sensing(layout, {});
+  LinkPoses X_WL;
+  arm.link_poses({}, X_WL);
+  sensing.sense(X_WL, 7, world);
+  const LinkSums whole = sensing.sums();
+  const std::size_t active = sensing.active();
+  EXPECT_EQ(sensing.muted(), 0U);
+
+  ASSERT_TRUE(sensing.mute(3, 2, true));  // an object that is not there changes nothing
+  sensing.sense(X_WL, 7, world);
+  EXPECT_NEAR(sensing.sums()[3].mu, whole[3].mu, 1e-12 * whole[3].mu);
+
+  ASSERT_TRUE(sensing.mute(3, 1, true));
+  sensing.sense(X_WL, 7, world);
+  EXPECT_EQ(sensing.sums()[3].mu, 0.0);
+  EXPECT_EQ(sensing.sums()[2].mu, whole[2].mu);
+  const std::size_t on_link = layout.first[4] - layout.first[3];
+  EXPECT_EQ(sensing.muted(), on_link);
+  EXPECT_EQ(sensing.active(), active - on_link);
+  EXPECT_NE(sensing.worst().link, 3U);
+
+  ASSERT_TRUE(sensing.mute(3, 1, false));
+  ASSERT_TRUE(sensing.mute(3, 2, false));
+  sensing.sense(X_WL, 7, world);
+  EXPECT_EQ(sensing.sums()[3].mu, whole[3].mu);
+  EXPECT_EQ(sensing.muted(), 0U);
+  EXPECT_EQ(sensing.active(), active);
+
+  for (std::uint16_t id = 1; id <= SkinSensing::kMostMuted; ++id) EXPECT_TRUE(sensing.mute(3, id, true));
+  EXPECT_FALSE(sensing.mute(3, SkinSensing::kMostMuted + 1, true));
+  EXPECT_TRUE(sensing.mute(3, 1, true)) << "muted already";
+  EXPECT_FALSE(sensing.mute(100, 1, true));
+}
+
 TEST(SkinSensing, AnEmptyWorkspaceIsFreeSpace) {
   const SerialArm arm = test_arms::suspended();
   const SkinLayout layout = layout_of(arm);
