@@ -332,10 +332,11 @@ std::optional<voxel::Index3> SkinSensing::place_of(std::size_t link, std::size_t
   int nearest_square = 0;
   const MutedObjects& list = muted_objects_[link];
   stencils_[kind - std::size_t{1}].for_each(centre, [&](voxel::Index3 voxel, double) {
-    if (workspace.mu_code(voxel) != code || (list.count > 0 && list.has(workspace.object(voxel)))) return;
     const int x = voxel.x - centre.x, y = voxel.y - centre.y, z = voxel.z - centre.z;
     const int square = x * x + y * y + z * z;
-    if (!nearest || square < nearest_square) nearest = voxel, nearest_square = square;
+    if (nearest && square >= nearest_square) return;
+    if (workspace.mu_code(voxel) != code || (list.count > 0 && list.has(workspace.object(voxel)))) return;
+    nearest = voxel, nearest_square = square;
   });
   return nearest;
 }
