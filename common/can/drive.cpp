@@ -1,6 +1,8 @@
 #include "common/can/drive.hpp"
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 
 namespace phantom::can {
 namespace {
@@ -11,8 +13,14 @@ constexpr double kAskAgain_s = 0.1;  // an NMT command is not acknowledged
 // A node id that is there twice answers twice, again and again; a frame that the bus repeated comes twice
 // once.
 constexpr int kSurplusSyncs = 12;  // of the last 32
-constexpr double kCrowded = 0.65;  // share of the time that eight heartbeats should take
+constexpr double kCrowded = 0.65;  // share of the time that a window of heartbeats should take
 constexpr int kSurplusSdoReplies = 3;
+
+// So many heartbeats that they cannot come crowded because the oldest was held up, by less than the timeout.
+std::size_t heartbeat_window(const DriveTiming& timing) {
+  const double least = timing.heartbeat_timeout_s / timing.heartbeat_s / (1.0 - kCrowded);
+  return static_cast<std::size_t>(std::clamp(std::ceil(least), 8.0, 64.0));
+}
 
 // Faults of the drive itself are reset by the controlword; all others need the connection made anew.
 bool is_reset_by_controlword(DriveFault fault) {
@@ -28,7 +36,8 @@ Drive::Drive(const AxisConfig& axis, const DriveGroupConfig& config)
       reaction_(config.reaction),
       node_(axis.node),
       setup_(setup_steps(axis, config)),
-      sdo_(static_cast<std::uint8_t>(axis.node), core::from_seconds(config.timing.sdo_timeout_s)) {}
+      sdo_(static_cast<std::uint8_t>(axis.node), core::from_seconds(config.timing.sdo_timeout_s)),
+      heartbeat_window_(heartbeat_window(config.timing)) {}
 
 bool Drive::is_watched() const noexcept {
   const DrivePhase p = report_.phase;
@@ -130,10 +139,10 @@ void Drive::on_heartbeat(const CanFrame& frame, core::Nanoseconds time_ns) noexc
     return;
   }
   heartbeat_ns_ = time_ns;
-  core::Nanoseconds& oldest_ns = heartbeats_ns_[heartbeat_count_++ % heartbeats_ns_.size()];
-  const double due_s = static_cast<double>(heartbeats_ns_.size()) * timing_.heartbeat_s;
+  core::Nanoseconds& oldest_ns = heartbeats_ns_[heartbeat_count_++ % heartbeat_window_];
+  const double due_s = static_cast<double>(heartbeat_window_) * timing_.heartbeat_s;
   crowded_heartbeats_ =
-      heartbeat_count_ > heartbeats_ns_.size() && core::seconds(time_ns - oldest_ns) < kCrowded * due_s;
+      heartbeat_count_ > heartbeat_window_ && core::seconds(time_ns - oldest_ns) < kCrowded * due_s;
   oldest_ns = time_ns;
 }
 

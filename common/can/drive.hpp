@@ -152,7 +152,8 @@ class Drive {
   bool booted_ = false;
   NmtState nmt_ = NmtState::kBootUp;
   core::Nanoseconds heartbeat_ns_ = -1;
-  std::array<core::Nanoseconds, 8> heartbeats_ns_{};  // the newest, as a ring
+  std::array<core::Nanoseconds, 64> heartbeats_ns_{};  // the newest heartbeat_window_, as a ring
+  std::size_t heartbeat_window_;
   std::size_t heartbeat_count_ = 0;
   bool crowded_heartbeats_ = false;
   int answers_ = 0;  // to the newest SYNC

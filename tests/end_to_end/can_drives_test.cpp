@@ -113,8 +113,8 @@ TEST_F(CanDrives, ASessionRunsToItsEndAndTheReachesFollow) {
   EXPECT_EQ(system_->wait(), 0) << system_->output();
   const auto summary = nlohmann::json::parse(read_text(system_->report() / "summary.json"));
   EXPECT_GE(summary.at("reaches").size(), 1U);
-  EXPECT_EQ(summary.at("processes").at("drives_a").at("exit"), 0);
-  EXPECT_EQ(summary.at("processes").at("drives_b").at("exit"), 0);
+  EXPECT_EQ(summary.at("components").at("drives_a").at("exit"), 0);
+  EXPECT_EQ(summary.at("components").at("drives_b").at("exit"), 0);
   EXPECT_GT(fastest_, 0.05) << "the arm moved";
 }
 
@@ -154,7 +154,7 @@ TEST_F(CanDrives, TheSessionTellsThatItsDrivesDied) {
   ASSERT_GT(drives, 0);
   kill(drives, SIGSTOP);
   EXPECT_TRUE(slave_reaches(msg::LINK_STOPPED));
-  EXPECT_TRUE(told(msg::COMPONENT_FAULT, "leaves SYNCs without an answer"));
+  EXPECT_TRUE(told(msg::COMPONENT_FAULT, "the drives hold until a reset"));
   kill(drives, SIGKILL);
   EXPECT_EQ(system_->wait(), 1);
   EXPECT_THAT(system_->output(), HasSubstr("drives_a ended unexpectedly with code 137"));

@@ -35,9 +35,9 @@ TEST(Deployment, TheCommandLinesDomainWins) {
 TEST(Deployment, AProcessMayHaveANameAndAConfigurationOfItsOwn) {
   ProcessOptions options;
   options.deployment = PHANTOM_SOURCE_DIR "/deploy/topologies/can_drives.yaml";
-  const auto& processes = load_deployment(options).hosts.at(0).processes;
+  const Deployment deployment = load_deployment(options);
   int drives = 0;
-  for (const DeployedProcess& process : processes) {
+  for (const DeployedProcess& process : deployment.hosts.at(0).processes) {
     if (process.component != "simulated_drive") {
       EXPECT_EQ(process.name, process.component);
       EXPECT_TRUE(process.on_topics);
