@@ -1,6 +1,7 @@
 #include "components/synthetic_viewer/page_state.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -13,7 +14,9 @@ namespace {
 constexpr core::Nanoseconds kNow_ns = 20 * core::kNsPerSecond;
 
 CellScene make_scene() {
-  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "viewer_page_arm.urdf";
+  // Tests run side by side: a file of this process's own.
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) /
+                                     ("viewer_page_arm_" + std::to_string(getpid()) + ".urdf");
   std::ofstream(file) << R"(<robot name="a"><link name="base"/><link name="one"/>
     <joint name="lift" type="prismatic"><parent link="base"/><child link="one"/><axis xyz="0 0 1"/>
     <limit lower="-0.4" upper="0.6" velocity="1" effort="1"/></joint></robot>)";

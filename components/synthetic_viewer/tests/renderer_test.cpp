@@ -1,6 +1,7 @@
 #include "components/synthetic_viewer/renderer.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #if defined(__SANITIZE_ADDRESS__)
 #include <sanitizer/lsan_interface.h>
@@ -152,7 +153,8 @@ TEST_F(Rendering, ADroppedMeshIsNotDrawn) {
 
 // A two-link arm from a file of its own, so that the test stands by itself.
 robot::SerialArm make_arm() {
-  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "viewer_test_arm.urdf";
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) /
+                                     ("viewer_test_arm_" + std::to_string(getpid()) + ".urdf");
   std::ofstream(file) << R"(<robot name="a"><link name="base"/><link name="one"/>
     <joint name="j1" type="revolute"><parent link="base"/><child link="one"/><origin xyz="0 0 0.2"/><axis xyz="0 1 0"/>
     <limit lower="-3" upper="3" velocity="1" effort="1"/></joint></robot>)";
