@@ -145,13 +145,16 @@ void check_qos_profiles(const std::filesystem::path& qos_profiles) {
   }
 }
 
-Participant::Participant(const std::string& component, const core::NetworkOptions& network)
+Participant::Participant(const std::string& component, const core::NetworkOptions& network,
+                         std::shared_ptr<edds::DomainParticipantListener> discovery)
     : impl_(std::make_shared<Impl>()) {
   check_qos_profiles(network.qos_profiles);
   impl_->component = component;
   impl_->session = random_session();
+  impl_->discovery = std::move(discovery);
   impl_->participant = edds::DomainParticipantFactory::get_instance()->create_participant(
-      static_cast<eprosima::fastdds::dds::DomainId_t>(network.domain), participant_qos(component, network));
+      static_cast<edds::DomainId_t>(network.domain), participant_qos(component, network), impl_->discovery.get(),
+      edds::StatusMask::none());
   if (impl_->participant == nullptr) {
     throw DdsError("domain " + std::to_string(network.domain) +
                    ": Fast DDS could not join; check that network.interfaces are addresses of this host");

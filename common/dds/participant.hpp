@@ -8,6 +8,10 @@
 #include "common/core/errors.hpp"
 #include "common/core/network.hpp"
 
+namespace eprosima::fastdds::dds {
+class DomainParticipantListener;
+}
+
 namespace phantom::dds {
 
 /// Something about DDS that cannot be used: a profile file that does not load, a QoS profile that contradicts
@@ -38,8 +42,10 @@ void check_qos_profiles(const std::filesystem::path& qos_profiles);
 /// One DDS participant: the process's membership in the domain. Writers and readers keep it alive.
 class Participant {
  public:
-  /// Joins `network.domain` as `component` (the executable's name). Throws DdsError.
-  Participant(const std::string& component, const core::NetworkOptions& network);
+  /// Joins `network.domain` as `component` (the executable's name). `discovery` is told of every other participant and
+  /// its endpoints, from the first on (for common/observation; null: nobody). Throws DdsError.
+  Participant(const std::string& component, const core::NetworkOptions& network,
+              std::shared_ptr<eprosima::fastdds::dds::DomainParticipantListener> discovery = nullptr);
   ~Participant();
   Participant(Participant&&) = delete;
 

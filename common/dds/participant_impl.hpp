@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <memory>
@@ -22,10 +23,11 @@ struct EndpointCounters {
       incompatible_qos{0};
 };
 
-/// Private to common/dds.
+/// Private to common/dds and common/observation.
 struct Participant::Impl {
   std::string component;
   std::uint64_t session = 0;
+  std::shared_ptr<eprosima::fastdds::dds::DomainParticipantListener> discovery;  // outlives the participant
   eprosima::fastdds::dds::DomainParticipant* participant = nullptr;
   eprosima::fastdds::dds::Publisher* publisher = nullptr;
   eprosima::fastdds::dds::Subscriber* subscriber = nullptr;

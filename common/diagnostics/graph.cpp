@@ -1,0 +1,99 @@
+#include "common/diagnostics/graph.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+
+namespace phantom::diagnostics {
+namespace {
+
+constexpr std::size_t kPrefix = 12, kHostPart = 4;
+
+bool same_prefix(const Guid& a, const Guid& b) {
+  return std::equal(a.begin(), a.begin() + kPrefix, b.begin());
+}
+
+}  // namespace
+
+std::string to_string(const Guid& guid) {
+  std::string text;
+  for (std::size_t i = 0; i < guid.size(); ++i)
+    text += fmt::format("{}{:02x}", i == 0 ? "" : i == kPrefix ? "|" : ".", guid[i]);
+  return text;
+}
+
+Guid participant_of(const Guid& endpoint) {
+  Guid guid = endpoint;
+  guid[12] = guid[13] = 0;
+  guid[14] = 1;
+  guid[15] = 0xc1;
+  return guid;
+}
+
+bool same_host(const Guid& a, const Guid& b) {
+  return std::equal(a.begin(), a.begin() + kHostPart, b.begin());
+}
+
+std::vector<Mismatch> mismatches(const EndpointInfo& writer, const EndpointInfo& reader) {
+  std::vector<Mismatch> found;
+  if (writer.type != reader.type) {
+    found.push_back({"type", writer.type, reader.type,
+                     "one topic has one type: samples of another cannot be read",
+                     "use another topic's name for one of them, or the same IDL at both ends"});
+  }
+  if (writer.keyed != reader.keyed) {
+    const auto text = [](bool keyed) { return std::string(keyed ? "with key" : "without key"); };
+    found.push_back({"key", text(writer.keyed), text(reader.keyed),
+                     "both ends must agree whether the type has a key",
+                     "use the same IDL, with the same @key, at both ends"});
+  }
+  for (auto& reason : mismatches(writer.qos, reader.qos)) found.push_back(std::move(reason));
+  return found;
+}
+
+void Graph::remove(const Guid& guid) {
+  if (participants_.erase(guid) > 0) {
+    std::erase_if(endpoints_, [&](const auto& item) { return same_prefix(item.first, guid); });
+  } else {
+    endpoints_.erase(guid);
+  }
+}
+
+const ParticipantInfo* Graph::participant(const Guid& of) const {
+  const auto found = participants_.find(participant_of(of));
+  return found == participants_.end() ? nullptr : &found->second;
+}
+
+const EndpointInfo* Graph::endpoint(const Guid& guid) const {
+  const auto found = endpoints_.find(guid);
+  return found == endpoints_.end() ? nullptr : &found->second;
+}
+
+std::string Graph::who(const Guid& guid) const {
+  const ParticipantInfo* found = participant(guid);
+  if (found == nullptr) return to_string(participant_of(guid));
+  const std::string name = found->name.empty() ? "a participant without a name" : found->name;
+  if (!found->process.empty()) return name + " (process " + found->process + ")";
+  return found->host.empty() ? name : name + " on " + found->host;
+}
+
+std::vector<Disagreement> Graph::disagreements() const {
+  std::map<std::string, std::pair<std::vector<const EndpointInfo*>, std::vector<const EndpointInfo*>>>
+      by_topic;
+  for (const auto& [guid, endpoint] : endpoints_) {
+    auto& ends = by_topic[endpoint.topic];
+    (endpoint.writer ? ends.first : ends.second).push_back(&endpoint);
+  }
+  std::vector<Disagreement> found;
+  for (const auto& [topic, ends] : by_topic) {
+    for (const EndpointInfo* writer : ends.first) {
+      for (const EndpointInfo* reader : ends.second) {
+        auto reasons = mismatches(*writer, *reader);
+        if (!reasons.empty()) found.push_back({writer, reader, std::move(reasons)});
+      }
+    }
+  }
+  return found;
+}
+
+}  // namespace phantom::diagnostics

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/diagnostics/qos.hpp"
+
+namespace phantom::diagnostics {
+
+/// RTPS GUID: 12 octets of the participant's prefix, 4 of the entity.
+using Guid = std::array<std::uint8_t, 16>;
+
+/// "01.0f.3a.…|00.00.01.03"
+std::string to_string(const Guid& guid);
+/// The participant that an endpoint belongs to: the same prefix, entity 00.00.01.c1.
+Guid participant_of(const Guid& endpoint);
+/// Whether the two prefixes were made on one host. Fast DDS and those who do likewise: its first four octets
+/// are vendor and host.
+bool same_host(const Guid& a, const Guid& b);
+
+/// A member of the DDS domain, as it announces itself.
+struct ParticipantInfo {
+  Guid guid{};
+  std::string name;     ///< the component's, for this project's
+  std::string host;     ///< as announced, or as its addresses tell; empty: unknown
+  std::string user;     ///< empty: not announced
+  std::string process;  ///< process id; empty: not announced
+  std::string vendor;
+  std::vector<std::string> locators;  ///< where it listens: "UDPv4 127.0.0.1:7411"
+  std::int64_t lease_ns = kInfinite_ns;
+};
+
+/// A writer or reader of a participant.
+struct EndpointInfo {
+  Guid guid{};
+  bool writer = false;
+  std::string topic;
+  std::string type;
+  bool keyed = false;
+  EndpointQos qos;
+};
+
+/// Why a writer and a reader of one topic do not communicate: besides QoS, other types of the same topic.
+std::vector<Mismatch> mismatches(const EndpointInfo& writer, const EndpointInfo& reader);
+
+struct Disagreement {
+  const EndpointInfo* writer = nullptr;
+  const EndpointInfo* reader = nullptr;
+  std::vector<Mismatch> reasons;
+};
+
+/// All that was discovered and is still there. Not thread-safe.
+class Graph {
+ public:
+  void put(const ParticipantInfo& participant) { participants_[participant.guid] = participant; }
+  void put(const EndpointInfo& endpoint) { endpoints_[endpoint.guid] = endpoint; }
+  /// Removes a participant with its endpoints, or an endpoint.
+  void remove(const Guid& guid);
+
+  const std::map<Guid, ParticipantInfo>& participants() const { return participants_; }
+  const std::map<Guid, EndpointInfo>& endpoints() const { return endpoints_; }
+  const ParticipantInfo* participant(
+      const Guid& of) const;  ///< of a participant or an endpoint; null: not announced
+  const EndpointInfo* endpoint(const Guid& guid) const;
+  /// "slave_io (process 4711)", "slave_io on 10.0.0.2" where no process is announced, or the GUID.
+  std::string who(const Guid& guid) const;
+  /// Every pair of a writer and a reader of one topic that do not communicate. Valid until the next change.
+  std::vector<Disagreement> disagreements() const;
+
+ private:
+  std::map<Guid, ParticipantInfo> participants_;
+  std::map<Guid, EndpointInfo> endpoints_;
+};
+
+}  // namespace phantom::diagnostics

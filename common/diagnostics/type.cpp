@@ -1,0 +1,118 @@
+#include "common/diagnostics/type.hpp"
+
+#include <set>
+
+namespace phantom::diagnostics {
+namespace {
+
+const char* primitive_name(Kind kind) {
+  switch (kind) {
+    case Kind::kBoolean:
+      return "boolean";
+    case Kind::kOctet:
+      return "octet";
+    case Kind::kChar:
+      return "char";
+    case Kind::kInt16:
+      return "short";
+    case Kind::kUint16:
+      return "unsigned short";
+    case Kind::kInt32:
+      return "long";
+    case Kind::kUint32:
+      return "unsigned long";
+    case Kind::kInt64:
+      return "long long";
+    case Kind::kUint64:
+      return "unsigned long long";
+    case Kind::kFloat32:
+      return "float";
+    case Kind::kFloat64:
+      return "double";
+    default:
+      return "";
+  }
+}
+
+std::string bounded(const std::string& of, std::uint32_t bound) {
+  return bound == 0 ? of : of + ", " + std::to_string(bound);
+}
+
+void append_idl(const Type& type, std::set<std::string>& done, std::string& text) {
+  if (type.element) append_idl(*type.element, done, text);
+  if ((type.kind != Kind::kStruct && type.kind != Kind::kEnum) || !done.insert(type.name).second) return;
+  for (const Member& member : type.members) append_idl(*member.type, done, text);
+  text += (type.kind == Kind::kEnum ? "enum " : "struct ") + type.name + " {\n";
+  for (const Literal& literal : type.literals)
+    text += "  " + literal.name + ",  // " + std::to_string(literal.value) + "\n";
+  for (const Member& member : type.members)
+    text += std::string(member.key ? "  @key " : "  ") + idl_name(*member.type) + " " + member.name + ";\n";
+  text += "};\n";
+}
+
+}  // namespace
+
+std::size_t primitive_size(Kind kind) {
+  switch (kind) {
+    case Kind::kBoolean:
+    case Kind::kOctet:
+    case Kind::kChar:
+      return 1;
+    case Kind::kInt16:
+    case Kind::kUint16:
+      return 2;
+    case Kind::kInt32:
+    case Kind::kUint32:
+    case Kind::kFloat32:
+    case Kind::kEnum:
+      return 4;
+    case Kind::kInt64:
+    case Kind::kUint64:
+    case Kind::kFloat64:
+      return 8;
+    default:
+      return 0;
+  }
+}
+
+std::size_t least_size(const Type& type) {
+  switch (type.kind) {
+    case Kind::kString:
+    case Kind::kSequence:
+      return 4;
+    case Kind::kArray:
+      return type.bound * least_size(*type.element);
+    case Kind::kStruct: {
+      std::size_t sum = 0;
+      for (const Member& member : type.members) sum += least_size(*member.type);
+      return sum;
+    }
+    default:
+      return primitive_size(type.kind);
+  }
+}
+
+std::string idl_name(const Type& type) {
+  switch (type.kind) {
+    case Kind::kStruct:
+    case Kind::kEnum:
+      return type.name;
+    case Kind::kString:
+      return type.bound == 0 ? "string" : "string<" + std::to_string(type.bound) + ">";
+    case Kind::kSequence:
+      return "sequence<" + bounded(idl_name(*type.element), type.bound) + ">";
+    case Kind::kArray:
+      return idl_name(*type.element) + "[" + std::to_string(type.bound) + "]";
+    default:
+      return primitive_name(type.kind);
+  }
+}
+
+std::string idl_text(const Type& type) {
+  std::set<std::string> done;
+  std::string text;
+  append_idl(type, done, text);
+  return text;
+}
+
+}  // namespace phantom::diagnostics

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace phantom::diagnostics {
+
+struct Type;
+using TypePtr = std::shared_ptr<const Type>;
+
+enum class Kind {
+  kBoolean,
+  kOctet,
+  kChar,
+  kInt16,
+  kUint16,
+  kInt32,
+  kUint32,
+  kInt64,
+  kUint64,
+  kFloat32,
+  kFloat64,
+  kString,
+  kEnum,
+  kStruct,
+  kSequence,
+  kArray
+};
+
+struct Member {
+  std::string name;
+  TypePtr type;
+  bool key = false;
+};
+
+struct Literal {
+  std::string name;
+  std::uint32_t value = 0;
+};
+
+/// A type of the IDL as a tree: all that is needed to read its samples without generated code.
+struct Type {
+  Kind kind = Kind::kBoolean;
+  std::string name;               ///< struct, enum: scoped name, "phantom::msg::Stamp"
+  std::vector<Member> members;    ///< struct, in the order of the IDL
+  std::vector<Literal> literals;  ///< enum
+  TypePtr element;                ///< sequence, array
+  std::uint32_t bound = 0;        ///< array: length; sequence, string: greatest length, 0: none
+};
+
+/// Octets of a primitive in CDR, also its alignment; 4 for an enum; 0 for what is not primitive.
+std::size_t primitive_size(Kind kind);
+
+/// Fewest octets that a sample of the type takes in CDR, without alignment: what a claimed length is checked
+/// against.
+std::size_t least_size(const Type& type);
+
+/// The type in the words of IDL: "sequence<phantom::msg::Figure, 32>", "double[16]", "string<64>".
+std::string idl_name(const Type& type);
+
+/// The struct with its members, and every struct and enum that it uses before it, as IDL.
+std::string idl_text(const Type& type);
+
+}  // namespace phantom::diagnostics
