@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/recording/mcap_reader.hpp"
+
+namespace phantom::recording {
+
+/// What a look at every byte of a file found.
+struct CheckReport {
+  std::uint64_t messages = 0, chunks = 0, bytes = 0;
+  std::vector<std::string> problems;  ///< in words, with places; the first 100
+  bool ok() const { return problems.empty(); }
+};
+
+/// Reads the whole file once, from the beginning, and holds against what is there: every checksum, every
+/// index, the times that chunks claim, the summary's statistics, channels and schemas. Fails only if it does
+/// not begin as an MCAP file.
+core::Expected<CheckReport> check(const std::filesystem::path& file, ReaderLimits limits = {});
+core::Expected<CheckReport> check(std::unique_ptr<ByteSource> source, ReaderLimits limits = {});
+
+}  // namespace phantom::recording

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <map>
+#include <optional>
+
+#include "common/core/status.hpp"
+#include "common/recording/byte_sink.hpp"
+#include "common/recording/compression.hpp"
+#include "common/recording/mcap_records.hpp"
+
+namespace phantom::recording {
+
+struct WriterOptions {
+  std::string profile;
+  std::string library = "phantom";
+  std::size_t chunk_bytes = 1 << 20;  ///< a chunk ends when it holds so much, uncompressed
+  int zstd_level = 1;                 ///< 0: chunks are not compressed
+};
+
+/// Writes one MCAP file: messages in chunks, each with its index and checksum; schemas, channels, metadata
+/// and attachments between them, so that a chunk that is lost takes nothing along but its own messages; a
+/// summary at the end.
+///
+/// What is in the sink after any call is a valid beginning of a file, and every chunk in it can be read.
+/// After the first failure of the sink every call gives that failure. Not thread-safe.
+class McapWriter {
+ public:
+  /// Begins the file. The sink outlives this.
+  McapWriter(ByteSink& sink, const WriterOptions& options);
+
+  /// Both give the id by which the record is named in this file; the id in `record` does not count.
+  core::Expected<std::uint16_t> add_schema(Schema record);
+  core::Expected<std::uint16_t> add_channel(Channel record);
+  /// Into the chunk. The channel must have been added.
+  core::Status write(const Message& message);
+  core::Status write(const Metadata& metadata);
+  core::Status write(const Attachment& attachment);
+  /// Ends the chunk, if it holds a message: then what was written so far can be read whatever comes.
+  core::Status end_chunk();
+  /// Ends the file: summary, footer. Nothing can be written after it.
+  core::Status finish();
+
+  const core::Status& status() const { return status_; }
+  /// Bytes in the sink, and those that wait in the chunk (uncompressed).
+  std::uint64_t bytes_written() const { return offset_; }
+  std::size_t bytes_waiting() const { return chunk_.size(); }
+  const Statistics& statistics() const { return statistics_; }
+
+ private:
+  template <class Record>
+  core::Status put_record(const Record& record);
+  core::Status put_bytes(ByteView bytes);
+  void put_summary(Bytes& out);
+
+  ByteSink& sink_;
+  WriterOptions options_;
+  std::optional<ZstdCompressor> compressor_;
+  core::Status status_;
+  bool finished_ = false;
+  std::uint64_t offset_ = 0;
+  std::uint32_t data_crc_ = 0;
+
+  std::vector<Schema> schemas_;
+  std::vector<Channel> channels_;
+  Bytes chunk_, compressed_, buffer_;
+  std::map<std::uint16_t, MessageIndex> chunk_messages_;
+  std::uint64_t chunk_start_ns_ = 0, chunk_end_ns_ = 0;
+  std::vector<ChunkIndex> chunk_indexes_;
+  std::vector<AttachmentIndex> attachment_indexes_;
+  std::vector<MetadataIndex> metadata_indexes_;
+  Statistics statistics_;
+};
+
+}  // namespace phantom::recording
