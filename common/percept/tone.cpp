@@ -22,7 +22,7 @@ double a_weighting(double frequency_Hz) noexcept {
 constexpr std::array<AlarmStep, 2> kUnsafeMotionPattern{{{2489.0, 0.065}, {0.0, 0.060}}};
 constexpr std::array<AlarmStep, 4> kLinkLostPattern{
     {{622.0, 0.160}, {0.0, 0.080}, {415.0, 0.240}, {0.0, 1.520}}};
-constexpr std::array<AlarmStep, 2> kEmergencyStopPattern{{{932.0, 0.300}, {699.0, 0.300}}};
+constexpr std::array<AlarmStep, 2> kStoppedPattern{{{932.0, 0.300}, {699.0, 0.300}}};
 
 }  // namespace
 
@@ -53,8 +53,8 @@ std::span<const AlarmStep> alarm_pattern(Alarm alarm) noexcept {
       return kUnsafeMotionPattern;
     case Alarm::kLinkLost:
       return kLinkLostPattern;
-    case Alarm::kEmergencyStop:
-      return kEmergencyStopPattern;
+    case Alarm::kStopped:
+      return kStoppedPattern;
     case Alarm::kNone:
       break;
   }

@@ -46,7 +46,7 @@ enum class Alarm {
   kNone,
   kUnsafeMotion,  ///< fast high pulses
   kLinkLost,      ///< two falling beeps every other second
-  kEmergencyStop  ///< two-tone siren without a pause
+  kStopped  ///< two-tone siren without a pause
 };
 
 /// One step of an alarm's pattern; the pattern repeats.

@@ -23,6 +23,18 @@ const char* name_of(LinkState state) noexcept {
   return "unknown";
 }
 
+const char* name_of(StopCause cause) noexcept {
+  switch (cause) {
+    case StopCause::kNone:
+      return "";
+    case StopCause::kEmergency:
+      return "emergency stop";
+    case StopCause::kDriveFault:
+      return "drives in fault";
+  }
+  return "unknown";
+}
+
 LinkState next_link_state(LinkState state, const LinkConditions& c) noexcept {
   if (c.stop) return LinkState::kStopped;
   const bool partner_aligned = c.partner == LinkState::kAligned || c.partner == LinkState::kCoupled;
@@ -60,14 +72,14 @@ core::ComponentState component_state(LinkState link) noexcept {
 }
 
 LinkState LinkMonitor::step(const LinkObservation& seen, double dt_s) noexcept {
-  const bool fresh = seen.drives_follow && seen.partner_age_s <= timing_.staleness_s &&
+  const bool fresh = seen.drives_follow && !seen.answers_another && seen.partner_age_s <= timing_.staleness_s &&
                      seen.round_trip_s <= timing_.round_trip_limit_s;  // false for NaN too
   fresh_s_ = fresh ? fresh_s_ + dt_s : 0.0;
   agree_s_ = fresh && seen.poses_agree ? agree_s_ + dt_s : 0.0;
   const LinkState before = state_;
   // A stop that was asked for and released between two ticks still stops for one.
-  const bool stop =
-      seen.drive_fault || seen.requests.pending() || seen.requests.stops != stops_seen_;
+  const bool emergency = seen.requests.pending() || seen.requests.stops != stops_seen_;
+  const bool stop = emergency || seen.drive_fault;
   stops_seen_ = seen.requests.stops;
   state_ = next_link_state(state_, {.partner_fresh = fresh,
                                     .aligned = agree_s_ > timing_.align_hold_s,
@@ -75,6 +87,7 @@ LinkState LinkMonitor::step(const LinkObservation& seen, double dt_s) noexcept {
                                     .stop = stop,
                                     .reset = !stop,
                                     .partner = seen.partner});
+  stop_cause_ = emergency ? StopCause::kEmergency : stop ? StopCause::kDriveFault : StopCause::kNone;
   // Time that the partner was fresh before the loss says nothing about its recovery.
   if (state_ == LinkState::kDegraded && before != LinkState::kDegraded) fresh_s_ = 0.0;
   return state_;

@@ -16,24 +16,33 @@ enum class LinkState {
   kAligned,   ///< poses agree; waiting for the partner to say the same
   kCoupled,   ///< the slave follows the master
   kDegraded,  ///< the partner went stale or let go: torques fade out, the slave holds
-  kStopped,   ///< emergency stop: stays until reset
+  kStopped,   ///< emergency stop or drives in fault (StopCause): stays until reset
+};
+
+/// Why a side is stopped. Numbered as in the topics' StopCause.
+enum class StopCause {
+  kNone,        ///< it is not
+  kEmergency,   ///< somebody asked for it
+  kDriveFault,  ///< its own drives are in fault
 };
 
 const char* name_of(LinkState state) noexcept;
+/// In words: "", "emergency stop", "drives in fault".
+const char* name_of(StopCause cause) noexcept;
 
 /// Everything a transition depends on.
 struct LinkConditions {
   bool partner_fresh = false;  ///< the partner's newest valid sample is younger than the staleness limit
   bool aligned = false;        ///< the poses have agreed within tolerance for the hold time
   bool recovered = false;      ///< the partner has been fresh for the recovery time
-  bool stop = false;           ///< emergency stop asked for
-  bool reset = false;          ///< reset asked for
+  bool stop = false;           ///< there is a StopCause
+  bool reset = false;          ///< there is none any more, and a reset was asked for
   LinkState partner =
       LinkState::kInit;  ///< what the partner says of itself; means something while it is fresh
 };
 
 /// The transition table, the same for master and slave. Coupling needs both sides aligned, so recovery too
-/// leads through an aligned pose. Emergency stop wins over everything; with it asked for, a reset does
+/// leads through an aligned pose. A stop wins over everything; while its cause is there, a reset does
 /// nothing. Real-time safe: yes.
 LinkState next_link_state(LinkState state, const LinkConditions& conditions) noexcept;
 
@@ -68,11 +77,12 @@ struct LinkObservation {
   double partner_age_s =
       std::numeric_limits<double>::infinity();  ///< of its newest valid sample, since it came; ∞: none yet
   double round_trip_s = 0.0;  ///< since our own newest stamp that it echoes was made; 0: it echoes none of ours yet
+  bool answers_another = false;  ///< what it says answers another process in our place: it is not our partner
   LinkState partner = LinkState::kInit;
   bool poses_agree = false;
   StopRequests requests;
   bool drives_follow = true;  ///< false: this side's drives do not do what they are told, so nothing is coupled
-  bool drive_fault = false;   ///< counts as an emergency stop for as long as it is there
+  bool drive_fault = false;   ///< stops for as long as it is there
 };
 
 /// The table with its watchdog and timers. Ages come in from a monotonic clock: it never relies on DDS
@@ -85,11 +95,12 @@ class LinkMonitor {
   /// Real-time safe: yes.
   LinkState step(const LinkObservation& seen, double dt_s) noexcept;
   LinkState state() const noexcept { return state_; }
-  bool partner_fresh() const noexcept { return fresh_s_ > 0.0; }
+  StopCause stop_cause() const noexcept { return stop_cause_; }
 
  private:
   LinkTiming timing_;
   LinkState state_ = LinkState::kInit;
+  StopCause stop_cause_ = StopCause::kNone;
   double agree_s_ = 0.0, fresh_s_ = 0.0;
   std::uint32_t stops_seen_ = 0;
 };

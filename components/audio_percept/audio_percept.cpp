@@ -2,6 +2,14 @@
 
 namespace phantom::audio_percept {
 
+namespace {
+
+bool stands(Link state, const Inputs& inputs) noexcept {
+  return inputs.master.state == state || inputs.slave.state == state;
+}
+
+}  // namespace
+
 AudioPercept::AudioPercept(const AudioPerceptConfig& config)
     : config_(config), synthesizer_(kSampleRate_Hz, config.smoothing_s, config.alarm_gain) {}
 
@@ -20,9 +28,7 @@ bool AudioPercept::link_lost(const LinkSample& link, core::Nanoseconds now_ns) c
 }
 
 percept::Alarm AudioPercept::alarm_for(const Inputs& inputs) const noexcept {
-  if (inputs.master.state == Link::kStopped || inputs.slave.state == Link::kStopped) {
-    return percept::Alarm::kEmergencyStop;
-  }
+  if (stands(Link::kStopped, inputs) || stands(Link::kDriveFault, inputs)) return percept::Alarm::kStopped;
   if (situation_ == Situation::kStale || link_lost(inputs.master, inputs.now_ns) ||
       link_lost(inputs.slave, inputs.now_ns)) {
     return percept::Alarm::kLinkLost;
@@ -37,6 +43,7 @@ void AudioPercept::step(const Inputs& inputs, std::span<float> mono) noexcept {
               ? percept::tone_of(config_.law, inputs.percept.closeness, inputs.percept.speed_m_s)
               : percept::Tone{};
   synthesizer_.set_tone(tone_);
+  drive_fault_ = stands(Link::kDriveFault, inputs) && !stands(Link::kStopped, inputs);
   synthesizer_.set_alarm(alarm_for(inputs));
   synthesizer_.render(mono);
 }

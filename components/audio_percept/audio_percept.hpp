@@ -22,7 +22,7 @@ struct PerceptSample {
   double speed_m_s = 0.0;  ///< of the sensor that is nearest
 };
 
-enum class Link { kIdle, kActive, kDegraded, kStopped };
+enum class Link { kIdle, kActive, kDegraded, kStopped, kDriveFault };  ///< the last: stopped too, by its own drives
 
 struct LinkSample {
   core::Nanoseconds received_ns = 0;
@@ -59,6 +59,8 @@ class AudioPercept {
 
   Situation situation() const noexcept { return situation_; }
   percept::Alarm alarm() const noexcept { return synthesizer_.alarm(); }
+  /// Whether an end is stopped because its drives are in fault, and nobody asked for an emergency stop.
+  bool drive_fault() const noexcept { return drive_fault_; }
   const percept::Tone& tone() const noexcept { return tone_; }
 
  private:
@@ -70,6 +72,7 @@ class AudioPercept {
   percept::ToneSynthesizer synthesizer_;
   percept::Tone tone_;
   Situation situation_ = Situation::kWaiting;
+  bool drive_fault_ = false;
   bool heard_ = false;  // whether a valid percept has ever come
 };
 

@@ -26,7 +26,7 @@ bool PerceptConverter::accept(const msg::Percept& message, core::Nanoseconds rec
   return true;
 }
 
-bool LinkConverter::accept(const msg::Stamp& stamp, msg::LinkState state, std::uint32_t joint_count,
+bool LinkConverter::accept(const msg::Stamp& stamp, msg::LinkState state, msg::StopCause cause, std::uint32_t joint_count,
                            core::Nanoseconds received_ns, LinkSample& out) {
   if (!joint_count_is_possible(joint_count)) return false;
   Link link = Link::kIdle;
@@ -42,7 +42,7 @@ bool LinkConverter::accept(const msg::Stamp& stamp, msg::LinkState state, std::u
       link = Link::kDegraded;
       break;
     case msg::LINK_STOPPED:
-      link = Link::kStopped;
+      link = cause == msg::STOP_DRIVE_FAULT ? Link::kDriveFault : Link::kStopped;
       break;
     default:
       return false;

@@ -26,11 +26,11 @@ class LinkConverter {
   /// MasterState or SlaveState.
   template <class Message>
   bool accept(const Message& message, core::Nanoseconds received_ns, LinkSample& out) {
-    return accept(message.stamp(), message.state(), message.joint_count(), received_ns, out);
+    return accept(message.stamp(), message.state(), message.stop_cause(), message.joint_count(), received_ns, out);
   }
 
  private:
-  bool accept(const msg::Stamp& stamp, msg::LinkState state, std::uint32_t joint_count,
+  bool accept(const msg::Stamp& stamp, msg::LinkState state, msg::StopCause cause, std::uint32_t joint_count,
               core::Nanoseconds received_ns, LinkSample& out);
   dds::SequenceGuard guard_;
 };

@@ -64,7 +64,7 @@ void Engine::note_latency(core::Nanoseconds now_ns) {
 
 void Engine::publish() noexcept {
   const auto ms = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-6; };
-  published_.write({percept_.situation(), percept_.alarm(), percept_.tone().frequency_Hz,
+  published_.write({percept_.situation(), percept_.alarm(), percept_.drive_fault(), percept_.tone().frequency_Hz,
                     percept_.tone().gain, ms(latency_.quantile_ns(0.5)), ms(latency_.quantile_ns(0.99)),
                     ms(latency_.max_ns()), latency_.count(), used_ == &spare_});
 }

@@ -18,6 +18,7 @@ namespace phantom::audio_percept {
 struct EngineFigures {
   Situation situation = Situation::kWaiting;
   percept::Alarm alarm = percept::Alarm::kNone;
+  bool drive_fault = false;   ///< why an end is stopped; false: an emergency stop
   double frequency_Hz = 0.0;  ///< of the tone that is asked for
   double gain = 0.0;
   double latency_p50_ms = 0.0;  ///< from a percept's arrival here until its sound leaves our queue

@@ -91,8 +91,8 @@ core::Health health_of(const EngineFigures& figures, const core::LoopStatistics&
       health.message = "the percept is stale: silence and alarm";
       break;
   }
-  if (figures.alarm == percept::Alarm::kEmergencyStop) {
-    health.message = "emergency stop";
+  if (figures.alarm == percept::Alarm::kStopped) {
+    health.message = figures.drive_fault ? "stopped: drives in fault" : "emergency stop";
   } else if (figures.alarm == percept::Alarm::kLinkLost && health.state != core::ComponentState::kDegraded) {
     health.state = core::ComponentState::kDegraded;
     health.message = "the link between master and slave is lost or degraded";

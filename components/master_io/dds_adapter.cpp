@@ -7,7 +7,7 @@
 
 #include "common/dds/endpoint.hpp"
 #include "common/dds/participant.hpp"
-#include "common/dds/stamp.hpp"
+#include "common/dds/source_guard.hpp"
 #include "common/dds/status_reporter.hpp"
 #include "components/master_io/dds_adapter_convert.hpp"
 
@@ -46,6 +46,7 @@ class Refusals {
   void tell(const char* reason, std::uint32_t joints, std::size_t expected, core::Nanoseconds now_ns) {
     if (now_ns < quiet_until_ns_) return;
     quiet_until_ns_ = now_ns + kWarnEvery_ns;
+    if (joints == expected) return spdlog::warn("{} refused: {}", topic_, reason);
     spdlog::warn("{} refused: {} (it has {} joints, the master {})", topic_, reason, joints, expected);
   }
 
@@ -102,6 +103,7 @@ SlaveSample to_sample(const msg::SlaveState& slave, core::Nanoseconds received_n
   sample.received_ns = received_ns;
   sample.stamp = stamp_of(slave.stamp());
   sample.answers_ns = answered(slave.master_echo(), own_session);
+  sample.answers_another = slave.master_echo().session() != 0 && slave.master_echo().session() != own_session;
   sample.state = static_cast<teleop::LinkState>(slave.state());
   sample.motion = {slave.position_rad(), slave.velocity_rad_s()};
   sample.effort = {slave.loop_torque_Nm(), slave.external_torque_Nm()};
@@ -166,6 +168,7 @@ bool take_wish(const msg::OperatorCommand& command, Wishes& wishes) noexcept {
       return true;
     case msg::COMMAND_VIEW_HOLD:
     case msg::COMMAND_VIEW_NODE:
+    case msg::COMMAND_MARK:
       return true;
   }
   return false;
@@ -175,6 +178,7 @@ msg::MasterState to_message(const MasterReport& report, std::size_t joint_count)
   msg::MasterState master;
   const MasterOutputs& out = report.outputs;
   master.state(static_cast<msg::LinkState>(out.state));
+  master.stop_cause(static_cast<msg::StopCause>(out.stop_cause));
   master.law(static_cast<msg::BilateralLaw>(out.law));
   master.joint_count(static_cast<std::uint32_t>(joint_count));
   master.position_rad(report.position);
@@ -193,6 +197,14 @@ msg::MasterState to_message(const MasterReport& report, std::size_t joint_count)
   master.drag_echo(echo_of(report.drag));
   master.round_trip_s(report.round_trip_s);
   return master;
+}
+
+core::Health with_rival(core::Health health, const char* topic) {
+  const bool worse = health.state == core::ComponentState::kFault || health.state == core::ComponentState::kStopped;
+  if (!worse) health.state = core::ComponentState::kDegraded;
+  health.message = std::string("two processes send ") + topic + ": only the first is used; end one of them" +
+                   (health.message.empty() ? "" : "; " + health.message);
+  return health;
 }
 
 struct DdsAdapter::Impl {
@@ -228,8 +240,7 @@ struct DdsAdapter::Impl {
 
   void on_slave(const msg::SlaveState& sample, core::Nanoseconds now_ns) {
     const char* reason = refusal(sample, expected);
-    if (reason == nullptr && !slave_order.accept(sample.stamp()))
-      reason = "it is older than one that came before";
+    if (reason == nullptr) reason = judge(slave_source, sample.stamp(), now_ns);
     if (reason == nullptr) return inbox.slave.write(to_sample(sample, now_ns, participant.session()));
     slave.count_refused();
     slave_refusals.tell(reason, sample.joint_count(), expected.joint_count, now_ns);
@@ -237,8 +248,7 @@ struct DdsAdapter::Impl {
 
   void on_field(const msg::DragField& sample, core::Nanoseconds now_ns) {
     const char* reason = refusal(sample, expected);
-    if (reason == nullptr && !field_order.accept(sample.stamp()))
-      reason = "it is older than one that came before";
+    if (reason == nullptr) reason = judge(field_source, sample.stamp(), now_ns);
     if (reason != nullptr) {
       field.count_refused();
       return field_refusals.tell(reason, sample.joint_count(), expected.joint_count, now_ns);
@@ -250,6 +260,16 @@ struct DdsAdapter::Impl {
       round_trips.record(core::from_seconds(drag.round_trip_s));
     }
     inbox.drag.write(drag);
+  }
+
+  const char* judge(dds::SourceGuard& source, const msg::Stamp& stamp, core::Nanoseconds now_ns) {
+    const std::lock_guard lock(mutex);
+    return dds::reason(source.judge(stamp, now_ns));
+  }
+  const char* topic_with_rival() {
+    const core::Nanoseconds now_ns = core::monotonic_ns();
+    const std::lock_guard lock(mutex);
+    return slave_source.has_rival(now_ns) ? "slave_state" : field_source.has_rival(now_ns) ? "drag_field" : nullptr;
   }
 
   void on_command(const msg::OperatorCommand& sample) {
@@ -295,9 +315,10 @@ struct DdsAdapter::Impl {
   Inbox& inbox;
   std::mutex wishes_mutex, own_mutex;
   Wishes wishes;
-  dds::SequenceGuard slave_order, field_order, percept_order;
+  dds::SequenceGuard percept_order;
   Refusals slave_refusals{"slave_state"}, field_refusals{"drag_field"};
-  std::mutex mutex;  // of round_trips
+  std::mutex mutex;  // of the next three
+  dds::SourceGuard slave_source, field_source;
   core::DurationHistogram round_trips;
   dds::Participant participant;
   RoundTrip round_trip;
@@ -329,7 +350,10 @@ void DdsAdapter::emergency_stop(const std::string& issuer) {
 
 void DdsAdapter::reset(const std::string& issuer) { impl_->command(msg::COMMAND_RESET, issuer); }
 
-void DdsAdapter::publish_health(const core::Health& health) { impl_->status.publish(health); }
+void DdsAdapter::publish_health(const core::Health& health) {
+  const char* topic = impl_->topic_with_rival();
+  impl_->status.publish(topic != nullptr ? with_rival(health, topic) : health);
+}
 
 core::DurationHistogram DdsAdapter::round_trips() const {
   const std::lock_guard lock(impl_->mutex);

@@ -6,8 +6,8 @@
 
 namespace phantom::master_io {
 
-/// Why a sample cannot be used, in words for the log; null if it can. Order is checked apart
-/// (dds::SequenceGuard).
+/// Why a sample cannot be used, in words for the log; null if it can. Order and source are checked
+/// apart (dds::SourceGuard).
 const char* refusal(const msg::SlaveState& slave, const Expectations& expected) noexcept;
 const char* refusal(const msg::DragField& field, const Expectations& expected) noexcept;
 
@@ -32,6 +32,9 @@ class RoundTrip {
 /// Takes a command into `wishes` if it is one for the master; false if it is not valid (`wishes` stay as they
 /// are).
 bool take_wish(const msg::OperatorCommand& command, Wishes& wishes) noexcept;
+
+/// What is told while a second process sends `topic`.
+core::Health with_rival(core::Health health, const char* topic);
 
 /// Everything of a master_state but its stamp.
 msg::MasterState to_message(const MasterReport& report, std::size_t joint_count);

@@ -24,12 +24,15 @@ MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
       teleop::pose_difference(in.slave.motion.position, in.position, align_tolerance_, count_) <= 1.0;
   out.state = link_.step({.partner_age_s = in.slave_age_s,
                           .round_trip_s = in.slave_round_trip_s,
+                          .answers_another = in.slave.answers_another,
                           .partner = in.slave.state,
                           .poses_agree = agree,
                           .requests = in.wishes.requests,
                           .drives_follow = in.drives_follow,
                           .drive_fault = in.drive_fault},
                          dt_s);
+  out.stop_cause = link_.stop_cause();
+  out.slave_elsewhere = in.slave.answers_another;
   const bool coupled = out.state == LinkState::kCoupled;
   out.percept_enabled = in.percept_wanted && in.wishes.percept_enabled;
   const bool fresh = in.drag_age_s <= percept_staleness_s_ && in.drag_round_trip_s <= round_trip_limit_s_;

@@ -24,6 +24,7 @@ struct SlaveSample {
   core::Nanoseconds received_ns = 0;  ///< this host's monotonic clock; 0: none yet
   EchoStamp stamp;
   core::Nanoseconds answers_ns = 0;  ///< when the master_state was made that it follows; 0: none of ours
+  bool answers_another = false;      ///< it follows another process that is a master
   teleop::LinkState state = teleop::LinkState::kInit;
   teleop::JointMotion motion;
   teleop::SlaveEffort effort;
@@ -77,6 +78,8 @@ struct MasterInputs {
 
 struct MasterOutputs {
   teleop::LinkState state = teleop::LinkState::kInit;
+  teleop::StopCause stop_cause = teleop::StopCause::kNone;
+  bool slave_elsewhere = false;  ///< the slave is heard, but follows another master
   core::JointArray motor_Nm{};     ///< to the device
   core::JointArray percept_Nm{};   ///< its parts: G·τ₁
   core::JointArray feedback_Nm{};  ///< and τ₂/A

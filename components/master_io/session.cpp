@@ -30,13 +30,14 @@ constexpr core::Nanoseconds kAnnounceEvery_ns = 30 * core::kNsPerSecond;
 std::string sentence(const MasterOutputs& now) {
   switch (now.state) {
     case LinkState::kInit:
-      return "waiting for the slave";
+      return now.slave_elsewhere ? "the slave answers another master_io: waiting" : "waiting for the slave";
     case LinkState::kReady:
       return "waiting for the slave to come to the master's pose";
     case LinkState::kDegraded:
-      return "the slave is not heard: torques off";
+      return now.slave_elsewhere ? "the slave answers another master_io: torques off"
+                                 : "the slave is not heard or holds: torques off";
     case LinkState::kStopped:
-      return "emergency stop: torques off until reset";
+      return std::string(name_of(now.stop_cause)) + ": torques off until reset";
     default:
       if (now.force_missing) {
         return fmt::format("law {} needs a force sensor, which the slave does not have: no feedback",
@@ -58,7 +59,11 @@ std::string proposal(teleop::BilateralLaw law) {
 class Announcer {
  public:
   void look(const MasterOutputs& now, core::Nanoseconds now_ns) {
-    if (now.state != state_) spdlog::info("link {} → {}", name_of(state_), name_of(now.state));
+    if (now.state != state_ && now.state == LinkState::kStopped) {
+      spdlog::warn("link {} → stopped: {}", name_of(state_), name_of(now.stop_cause));
+    } else if (now.state != state_) {
+      spdlog::info("link {} → {}", name_of(state_), name_of(now.state));
+    }
     state_ = now.state;
     if (now.law != law_ || !said_law_) spdlog::info(proposal(now.law));
     law_ = now.law;
@@ -143,8 +148,12 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   wishes.percept_gain = config.percept_gain;
   wishes.law = config.feedback.law;
   DdsAdapter adapter(network, expectations(model, config), wishes, inbox);
-  spdlog::info("law {}, {} reaches, operator {}", teleop::name_of(config.feedback.law), config.labels.size(),
-               config.operator_model);
+  if (config.driver == Driver::kSim) {
+    spdlog::info("law {}, {} reaches, operator {}", teleop::name_of(config.feedback.law), config.labels.size(),
+                 config.operator_model);
+  } else {
+    spdlog::info("law {}, moved by a person", teleop::name_of(config.feedback.law));
+  }
 
   const auto device = make_device(model, config, adapter);
   if (!device) return runtime::kExitDone;

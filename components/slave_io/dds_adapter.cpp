@@ -7,7 +7,7 @@
 
 #include "common/dds/endpoint.hpp"
 #include "common/dds/participant.hpp"
-#include "common/dds/stamp.hpp"
+#include "common/dds/source_guard.hpp"
 #include "common/dds/status_reporter.hpp"
 #include "components/slave_io/dds_adapter_convert.hpp"
 
@@ -35,13 +35,14 @@ MasterSample to_sample(const msg::MasterState& master, core::Nanoseconds receive
   return {received_ns,
           {stamp.sequence_number(), stamp.monotonic_ns(), stamp.session()},
           ours ? echo.monotonic_ns() : 0,
+          echo.session() != 0 && echo.session() != own_session,
           static_cast<teleop::LinkState>(master.state()),
           master.position_rad(),
           master.velocity_rad_s()};
 }
 
 bool count_request(const msg::OperatorCommand& command, teleop::StopRequests& requests) noexcept {
-  if (command.stamp().sequence_number() == 0 || command.kind() > msg::COMMAND_SET_LAW) return false;
+  if (command.stamp().sequence_number() == 0 || command.kind() > msg::COMMAND_MARK) return false;
   if (command.kind() == msg::COMMAND_EMERGENCY_STOP) requests.stop();
   if (command.kind() == msg::COMMAND_RESET) requests.reset();
   return true;
@@ -53,6 +54,7 @@ msg::SlaveState to_message(const SlaveReport& report, std::size_t joint_count) {
   slave.master_echo().monotonic_ns(report.followed.monotonic_ns);
   slave.master_echo().session(report.followed.session);
   slave.state(static_cast<msg::LinkState>(report.outputs.state));
+  slave.stop_cause(static_cast<msg::StopCause>(report.outputs.stop_cause));
   slave.joint_count(static_cast<std::uint32_t>(joint_count));
   slave.position_rad(report.position);
   slave.velocity_rad_s(report.velocity);
@@ -68,6 +70,14 @@ msg::SlaveState to_message(const SlaveReport& report, std::size_t joint_count) {
   slave.tool_speed_m_s(report.tool_speed_m_s);
   slave.clearance_m(report.clearance_m);
   return slave;
+}
+
+core::Health with_rival(core::Health health) {
+  const bool worse = health.state == core::ComponentState::kFault || health.state == core::ComponentState::kStopped;
+  if (!worse) health.state = core::ComponentState::kDegraded;
+  health.message = "two processes send master_state: only the first is followed; end one of them" +
+                   (health.message.empty() ? "" : "; " + health.message);
+  return health;
 }
 
 struct DdsAdapter::Impl {
@@ -89,13 +99,23 @@ struct DdsAdapter::Impl {
 
   void on_master(const msg::MasterState& sample, const dds::SampleInfo& info) {
     const char* reason = refusal(sample, joint_count);
-    if (reason == nullptr && !order.accept(sample.stamp())) reason = "it is older than one that came before";
+    if (reason == nullptr) reason = judge(sample.stamp(), info.received_ns);
     if (reason == nullptr) return inbox.master.write(to_sample(sample, info.received_ns, participant.session()));
     master.count_refused();
     if (info.received_ns < quiet_until_ns) return;
     quiet_until_ns = info.received_ns + kWarnEvery_ns;
+    if (sample.joint_count() == joint_count) return spdlog::warn("master_state refused: {}", reason);
     spdlog::warn("master_state refused: {} (it has {} joints, this arm {})", reason, sample.joint_count(),
                  joint_count);
+  }
+
+  const char* judge(const msg::Stamp& stamp, core::Nanoseconds now_ns) {
+    const std::lock_guard lock(source_mutex);
+    return dds::reason(source.judge(stamp, now_ns));
+  }
+  bool has_rival() {
+    const std::lock_guard lock(source_mutex);
+    return source.has_rival(core::monotonic_ns());
   }
 
   void on_command(const msg::OperatorCommand& sample) {
@@ -116,7 +136,8 @@ struct DdsAdapter::Impl {
   Inbox& inbox;
   std::mutex mutex;  // of requests
   teleop::StopRequests requests;
-  dds::SequenceGuard order;
+  std::mutex source_mutex;
+  dds::SourceGuard source;  // under the mutex
   core::Nanoseconds quiet_until_ns = 0;
   dds::Participant participant;
   dds::Stamper stamper, own_stamper;
@@ -147,6 +168,8 @@ void DdsAdapter::emergency_stop(const std::string& issuer) {
   impl_->own_commands.write(sample);
 }
 
-void DdsAdapter::publish_health(const core::Health& health) { impl_->status.publish(health); }
+void DdsAdapter::publish_health(const core::Health& health) {
+  impl_->status.publish(impl_->has_rival() ? with_rival(health) : health);
+}
 
 }  // namespace phantom::slave_io

@@ -7,8 +7,8 @@
 
 namespace phantom::slave_io {
 
-/// Why a sample cannot be used, in words for the log; null if it can. Order is checked apart
-/// (dds::SequenceGuard).
+/// Why a sample cannot be used, in words for the log; null if it can. Order and source are checked apart
+/// (dds::SourceGuard).
 const char* refusal(const msg::MasterState& master, std::size_t joint_count) noexcept;
 /// `own_session`: whose slave_states its echo must name to count as an answer.
 MasterSample to_sample(const msg::MasterState& master, core::Nanoseconds received_ns,
@@ -16,6 +16,9 @@ MasterSample to_sample(const msg::MasterState& master, core::Nanoseconds receive
 
 /// Counts a command into `requests` if it is one for the slave; false if it is not valid.
 bool count_request(const msg::OperatorCommand& command, teleop::StopRequests& requests) noexcept;
+
+/// What is told while a second process sends master_state.
+core::Health with_rival(core::Health health);
 
 /// Everything of a slave_state but its stamp.
 msg::SlaveState to_message(const SlaveReport& report, std::size_t joint_count);

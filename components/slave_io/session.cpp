@@ -2,9 +2,10 @@
 
 #include <spdlog/spdlog.h>
 
-#include <atomic>
 #include <fstream>
+#include <mutex>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <thread>
 
 #include "common/runtime/cell_bodies.hpp"
@@ -22,16 +23,17 @@ using teleop::LinkState;
 
 constexpr double kHealthPeriod_s = 0.5;
 
-std::string sentence(LinkState link) {
-  switch (link) {
+std::string sentence(const SlaveOutputs& now) {
+  switch (now.state) {
     case LinkState::kInit:
-      return "waiting for the master";
+      return now.master_elsewhere ? "the master answers another slave_io: waiting" : "waiting for the master";
     case LinkState::kReady:
       return "coming to the master's pose";
     case LinkState::kDegraded:
-      return "the master is not heard: holding position";
+      return now.master_elsewhere ? "the master answers another slave_io: holding position"
+                                  : "the master is not heard: holding position";
     case LinkState::kStopped:
-      return "emergency stop: holding position until reset";
+      return std::string(name_of(now.stop_cause)) + ": holding position until reset";
     default:
       return "";
   }
@@ -73,37 +75,52 @@ void write_report(const std::filesystem::path& file, const std::vector<core::Loo
 }
 
 // What is told twice a second: trouble with the drives before the state of the link.
-core::Health health_of(LinkState link, const core::ActuatorHealth& driver, std::vector<core::LoopStatistics> loops) {
-  core::ComponentState state = component_state(link);
-  std::string message = sentence(link);
+core::Health health_of(const SlaveOutputs& now, const core::ActuatorHealth& driver, std::vector<core::LoopStatistics> loops) {
+  core::ComponentState state = component_state(now.state);
+  std::string message = sentence(now);
   if (driver.fault) {
     state = core::ComponentState::kFault;
     message = driver.message;
-  } else if (!driver.follows && link != LinkState::kStopped) {
+  } else if (!driver.follows && now.state != LinkState::kStopped) {
     state = core::ComponentState::kStarting;
     message = driver.message;
   }
   return {state, message, std::move(loops), driver.figures};
 }
 
+void tell_change(LinkState before, const SlaveOutputs& now) {
+  if (now.state == LinkState::kStopped) {
+    spdlog::warn("link {} → stopped: {}", name_of(before), name_of(now.stop_cause));
+  } else {
+    spdlog::info("link {} → {}", name_of(before), name_of(now.state));
+  }
+}
+
 // Runs the servo on `arm` until a stop is requested; returns how its loops ran.
 std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config& config, ArmDriver& arm,
                                             Inbox& inbox, DdsAdapter& adapter) {
   Servo servo(model, config, arm, inbox);
-  std::atomic<LinkState> link{LinkState::kInit};
+  std::mutex mutex;
+  SlaveOutputs latest;  // under the mutex
   std::jthread publisher([&](const std::stop_token& stop) {
     SlaveReport report;
+    LinkState before = LinkState::kInit;
     std::uint32_t signals = 0;
     while (!stop.stop_requested()) {
       servo.published.wait(0.1);
       for (; signals != runtime::emergency_stop_signals(); ++signals) adapter.emergency_stop("signal");
       if (!servo.outbox.read(report)) continue;
       adapter.publish(report);
-      const LinkState before = link.exchange(report.outputs.state);
-      if (before != report.outputs.state)
-        spdlog::info("link {} → {}", name_of(before), name_of(report.outputs.state));
+      if (report.outputs.state != before) tell_change(before, report.outputs);
+      before = report.outputs.state;
+      const std::lock_guard lock(mutex);
+      latest = report.outputs;
     }
   });
+  const auto now = [&] {
+    const std::lock_guard lock(mutex);
+    return latest;
+  };
   runtime::ServoRunner loops(config.period_s, config.scheduling, config.measure_bare_loop,
                              [&servo](double dt_s) { servo.tick(dt_s, core::monotonic_ns()); });
   std::string said;
@@ -117,7 +134,7 @@ std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config&
         spdlog::info("drives: {}", said.empty() ? "all follow" : said);
       }
     }
-    adapter.publish_health(health_of(link, driver, loops.statistics()));
+    adapter.publish_health(health_of(now(), driver, loops.statistics()));
   } while (runtime::sleep_unless_stopped(kHealthPeriod_s));
   loops.stop();
   publisher.request_stop();

@@ -46,12 +46,15 @@ SlaveOutputs SlaveIo::step(const SlaveInputs& in, double dt_s) noexcept {
   SlaveOutputs out;
   out.state = link_.step({.partner_age_s = in.master_age_s,
                           .round_trip_s = in.master_round_trip_s,
+                          .answers_another = in.master.answers_another,
                           .partner = in.master.state,
                           .poses_agree = agree,
                           .requests = in.requests,
                           .drives_follow = in.drives_follow,
                           .drive_fault = in.drive_fault},
                          dt_s);
+  out.stop_cause = link_.stop_cause();
+  out.master_elsewhere = in.master.answers_another;
   if ((holds(out.state) && !holds(before)) || !in.drives_follow) limiter_.reset(in.position);
   out.reference_velocity = lead_reference(in, dt_s);
   out.reference = limiter_.reference();

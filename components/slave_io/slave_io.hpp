@@ -25,6 +25,7 @@ struct MasterSample {
   core::Nanoseconds received_ns = 0;  ///< this host's monotonic clock; 0: none yet
   EchoStamp stamp;
   core::Nanoseconds answers_ns = 0;  ///< when the slave_state was made that it answers; 0: none of ours
+  bool answers_another = false;      ///< it answers another process that is a slave
   teleop::LinkState state = teleop::LinkState::kInit;
   core::JointArray position{};  ///< rad or m, in this arm's coordinates
   core::JointArray velocity{};
@@ -44,6 +45,8 @@ struct SlaveInputs {
 
 struct SlaveOutputs {
   teleop::LinkState state = teleop::LinkState::kInit;
+  teleop::StopCause stop_cause = teleop::StopCause::kNone;
+  bool master_elsewhere = false;  ///< the master is heard, but answers another slave
   teleop::ServoTorque torque;
   core::JointArray reference{};           ///< what the position loops follow
   core::JointArray reference_velocity{};  ///< and how fast that moves, as far as the master says so

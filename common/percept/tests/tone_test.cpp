@@ -226,11 +226,11 @@ TEST(Alarms, AreToldApartByTheirPattern) {
   EXPECT_TRUE(pulses_of(Alarm::kNone, 2.0).empty());
   EXPECT_EQ(pulses_of(Alarm::kLinkLost, 2.0).size(), 2U);       // two beeps in two seconds
   EXPECT_EQ(pulses_of(Alarm::kUnsafeMotion, 2.0).size(), 16U);  // eight pulses a second
-  EXPECT_EQ(pulses_of(Alarm::kEmergencyStop, 2.0).size(), 1U);  // never pauses
+  EXPECT_EQ(pulses_of(Alarm::kStopped, 2.0).size(), 1U);  // never pauses
 }
 
 TEST(Alarms, NeverPassFullScaleNorClickOverAPercept) {
-  for (Alarm alarm : {Alarm::kLinkLost, Alarm::kUnsafeMotion, Alarm::kEmergencyStop}) {
+  for (Alarm alarm : {Alarm::kLinkLost, Alarm::kUnsafeMotion, Alarm::kStopped}) {
     ToneSynthesizer synthesizer;
     synthesizer.set_tone({1000.0, 0.6});
     synthesizer.set_alarm(alarm);
@@ -242,7 +242,7 @@ TEST(Alarms, NeverPassFullScaleNorClickOverAPercept) {
 }
 
 TEST(Alarms, PatternsAreFiniteAndRepeat) {
-  for (Alarm alarm : {Alarm::kLinkLost, Alarm::kUnsafeMotion, Alarm::kEmergencyStop}) {
+  for (Alarm alarm : {Alarm::kLinkLost, Alarm::kUnsafeMotion, Alarm::kStopped}) {
     for (const AlarmStep& step : alarm_pattern(alarm)) EXPECT_GT(step.duration_s, 0.05);
   }
   EXPECT_TRUE(alarm_pattern(Alarm::kNone).empty());
@@ -250,7 +250,7 @@ TEST(Alarms, PatternsAreFiniteAndRepeat) {
 
 TEST(Alarms, EndWithoutATrace) {
   ToneSynthesizer synthesizer;
-  synthesizer.set_alarm(Alarm::kEmergencyStop);
+  synthesizer.set_alarm(Alarm::kStopped);
   render(synthesizer, 0.5);
   synthesizer.set_alarm(Alarm::kNone);
   render(synthesizer, 0.15);

@@ -182,6 +182,38 @@ TEST(LinkMonitor, AFaultOfTheDrivesStopsForAsLongAsItIsThereAndPosesAreAlignedAn
   EXPECT_EQ(monitor.state(), LinkState::kReady);
 }
 
+TEST(LinkMonitor, TheCauseOfAStopIsToldForAsLongAsItLasts) {
+  LinkMonitor monitor{LinkTiming{}};
+  LinkObservation seen{.partner_age_s = 0.001, .partner = kCoupled, .poses_agree = true};
+  monitor.step(seen, 0.001);
+  EXPECT_EQ(monitor.stop_cause(), StopCause::kNone);
+  seen.drive_fault = true;
+  monitor.step(seen, 0.001);
+  EXPECT_EQ(monitor.stop_cause(), StopCause::kDriveFault);
+  seen.requests.stop();
+  monitor.step(seen, 0.001);
+  EXPECT_EQ(monitor.stop_cause(), StopCause::kEmergency) << "somebody pressed the button: that is what counts";
+  seen.requests.reset();
+  monitor.step(seen, 0.001);
+  EXPECT_EQ(monitor.state(), kStopped);
+  EXPECT_EQ(monitor.stop_cause(), StopCause::kDriveFault) << "still there";
+  seen.drive_fault = false;
+  monitor.step(seen, 0.001);
+  EXPECT_EQ(monitor.state(), kInit);
+  EXPECT_EQ(monitor.stop_cause(), StopCause::kNone);
+}
+
+TEST(LinkMonitor, WhoAnswersAnotherIsNoPartner) {
+  LinkMonitor monitor{LinkTiming{}};
+  LinkObservation seen{.partner_age_s = 0.001, .answers_another = true, .partner = kCoupled, .poses_agree = true};
+  for (int i = 0; i < 500; ++i) EXPECT_EQ(monitor.step(seen, 0.001), kInit);
+  seen.answers_another = false;
+  for (int i = 0; i < 500; ++i) monitor.step(seen, 0.001);
+  ASSERT_EQ(monitor.state(), kCoupled);
+  seen.answers_another = true;
+  EXPECT_EQ(monitor.step(seen, 0.001), LinkState::kDegraded);
+}
+
 TEST(LinkMonitor, EmergencyStopStaysUntilReset) {
   Pair pair;
   pair.run(0.5, true, true);

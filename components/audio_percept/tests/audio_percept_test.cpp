@@ -107,13 +107,18 @@ TEST(AudioPercept, GoesOnWhenThePerceptComesBack) {
   EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kNone);
 }
 
-TEST(AudioPercept, EmergencyStopOfEitherEndPrevails) {
+TEST(AudioPercept, AStopOfEitherEndPrevailsAndItsCauseIsKnown) {
   for (LinkSample Inputs::*end : {&Inputs::master, &Inputs::slave}) {
     Desk desk;
     desk.run_sensing(100, 0.6, 0.1);
     desk.link(desk.inputs.*end, Link::kStopped);
     desk.run(1000);  // the percept is stale by now, the stop counts more
-    EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kEmergencyStop);
+    EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kStopped);
+    EXPECT_FALSE(desk.percept.drive_fault());
+    desk.link(desk.inputs.*end, Link::kDriveFault);
+    desk.run(100);
+    EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kStopped);
+    EXPECT_TRUE(desk.percept.drive_fault());
   }
 }
 

@@ -76,10 +76,11 @@ TEST(LinkConverter, TellsTheStatesApartAndRefusesUnknownOnes) {
   LinkConverter converter;
   LinkSample sample;
   std::uint64_t number = 0;
-  const auto state = [&](msg::LinkState value) {
+  const auto state = [&](msg::LinkState value, msg::StopCause cause = msg::STOP_EMERGENCY) {
     auto message = stamped<msg::SlaveState>(++number);
     message.joint_count(7);
     message.state(value);
+    message.stop_cause(cause);
     return converter.accept(message, 1, sample);
   };
   EXPECT_TRUE(state(msg::LINK_INIT));
@@ -90,6 +91,8 @@ TEST(LinkConverter, TellsTheStatesApartAndRefusesUnknownOnes) {
   EXPECT_EQ(sample.state, Link::kDegraded);
   EXPECT_TRUE(state(msg::LINK_STOPPED));
   EXPECT_EQ(sample.state, Link::kStopped);
+  EXPECT_TRUE(state(msg::LINK_STOPPED, msg::STOP_DRIVE_FAULT));
+  EXPECT_EQ(sample.state, Link::kDriveFault);
   EXPECT_FALSE(state(static_cast<msg::LinkState>(99)));
 }
 

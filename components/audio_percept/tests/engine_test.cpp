@@ -181,8 +181,10 @@ TEST(Health, SaysWhatTheOperatorMustKnow) {
   EXPECT_EQ(health_of(figures, {}, "x").state, core::ComponentState::kDegraded);
   figures.situation = Situation::kStale;
   EXPECT_THAT(health_of(figures, {}, "x").message, testing::HasSubstr("stale"));
-  figures.alarm = percept::Alarm::kEmergencyStop;
+  figures.alarm = percept::Alarm::kStopped;
   EXPECT_THAT(health_of(figures, {}, "x").message, testing::HasSubstr("emergency stop"));
+  figures.drive_fault = true;
+  EXPECT_THAT(health_of(figures, {}, "x").message, testing::HasSubstr("drives in fault"));
 }
 
 }  // namespace

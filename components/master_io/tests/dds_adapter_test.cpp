@@ -5,7 +5,7 @@
 
 #include <limits>
 
-#include "common/dds/stamp.hpp"
+#include "common/dds/source_guard.hpp"
 #include "components/master_io/dds_adapter_convert.hpp"
 
 namespace phantom::master_io {
@@ -121,12 +121,32 @@ TEST(MasterAdapter, DragFieldsThatCannotBeTrueAreRefused) {
   EXPECT_THAT(refusal(field, expected()), HasSubstr("joint count"));
 }
 
-TEST(MasterAdapter, ReorderedSamplesAreRefused) {
-  dds::SequenceGuard order;
+TEST(MasterAdapter, ReorderedSamplesAndThoseOfASecondPhantomAreRefused) {
+  dds::SourceGuard source;
   auto field = good_field();
-  EXPECT_TRUE(order.accept(field.stamp()));
+  EXPECT_EQ(dds::reason(source.judge(field.stamp(), 1000)), nullptr);
   field.stamp().sequence_number(2);
-  EXPECT_FALSE(order.accept(field.stamp()));
+  EXPECT_THAT(dds::reason(source.judge(field.stamp(), 2000)), HasSubstr("older"));
+  field.stamp().session(77);
+  EXPECT_THAT(dds::reason(source.judge(field.stamp(), 3000)), HasSubstr("another process"));
+}
+
+TEST(MasterAdapter, ASlaveThatFollowsAnotherMasterIsToldFromOneThatFollowsNobodyYet) {
+  auto slave = good_slave();
+  EXPECT_FALSE(to_sample(slave, 77, 8).answers_another);
+  slave.master_echo().session(8);
+  EXPECT_FALSE(to_sample(slave, 77, 8).answers_another);
+  slave.master_echo().session(9);
+  EXPECT_TRUE(to_sample(slave, 77, 8).answers_another);
+}
+
+TEST(MasterAdapter, ASecondWriterIsToldWithoutHidingAFault) {
+  const core::Health running = with_rival({core::ComponentState::kRunning, "", {}, {}}, "slave_state");
+  EXPECT_EQ(running.state, core::ComponentState::kDegraded);
+  EXPECT_EQ(running.message, "two processes send slave_state: only the first is used; end one of them");
+  const core::Health fault = with_rival({core::ComponentState::kFault, "j1 is in fault", {}, {}}, "slave_state");
+  EXPECT_EQ(fault.state, core::ComponentState::kFault);
+  EXPECT_THAT(fault.message, HasSubstr("j1 is in fault"));
 }
 
 TEST(MasterAdapter, RoundTripsCountOwnStampsOnceEach) {
@@ -190,6 +210,7 @@ TEST(MasterAdapter, ThePhantomsContactIsItsWorstSensorAtASurface) {
 TEST(MasterAdapter, TheReportBecomesAMessageFieldByField) {
   MasterReport report;
   report.outputs.state = teleop::LinkState::kCoupled;
+  report.outputs.stop_cause = teleop::StopCause::kEmergency;
   report.outputs.percept_Nm[0] = -1;
   report.outputs.feedback_Nm[1] = 2;
   report.outputs.percept_gain = 11;
@@ -207,6 +228,7 @@ TEST(MasterAdapter, TheReportBecomesAMessageFieldByField) {
   report.round_trip_s = 0.001;
   const auto master = to_message(report, 7);
   EXPECT_EQ(master.state(), msg::LINK_COUPLED);
+  EXPECT_EQ(master.stop_cause(), msg::STOP_EMERGENCY);
   EXPECT_EQ(master.law(), msg::LAW_PFFF);
   EXPECT_TRUE(master.feedback_damped());
   EXPECT_TRUE(master.force_missing());

@@ -6,10 +6,8 @@
 
 #include <cmath>
 
-#include "common/can/local_bus.hpp"
-#include "components/simulated_drive/simulated_drive.hpp"
 #include "components/slave_io/servo.hpp"
-#include "components/slave_io/tests/fixture.hpp"
+#include "components/slave_io/tests/drive_rig.hpp"
 #include "tests/support/heap_guard.hpp"
 
 namespace phantom::slave_io {
@@ -20,49 +18,10 @@ using teleop::LinkState;
 using testing::HasSubstr;
 constexpr std::size_t kJoints = 7;
 
-Config can_config(DriveMode mode = DriveMode::kTorque, can::FaultReaction reaction = can::FaultReaction::kHold) {
-  Config config = load_config(kCanFile, shipped_arm().arm, shipped_arm().home);
-  can::DriveGroupConfig& group = config.can.value().group;
-  for (can::AxisConfig& axis : group.axes) axis.mode = mode;
-  group.reaction = reaction;
-  group.timing.heartbeat_s = 0.02;
-  group.timing.heartbeat_timeout_s = 0.05;
-  group.timing.most_missed = 3;
-  group.timing.boot_timeout_s = 0.2;
-  return config;
-}
-
-// Motors, gears and joints as the configuration has them: joint angle or way at the start is `home`.
-simulated_drive::DriveOptions drive_like(const can::AxisConfig& axis, double home, double inertia) {
-  const double rad_per_unit = 2.0 * 3.14159265358979323846 / axis.units.travel_per_turn;
-  simulated_drive::DriveOptions o;
-  o.node = axis.node;
-  o.motor.counts_per_turn = axis.units.counts_per_turn;
-  o.motor.gear_ratio = axis.units.gear_ratio;
-  o.motor.rated_torque_Nm = axis.units.rated_motor_torque_Nm();
-  o.motor.start_rad = home * rad_per_unit;
-  o.motor.joint.inertia = inertia / (rad_per_unit * rad_per_unit);
-  o.motor.joint.viscous = o.motor.joint.inertia;
-  o.motor.joint.coulomb = 0.0;
-  o.motor.joint.lower = -100.0;
-  o.motor.joint.upper = 100.0;
-  return o;
-}
-
 struct Bench {
   explicit Bench(Config with = can_config(), const core::JointArray& start = shipped_arm().home)
-      : config(std::move(with)) {
-    std::vector<std::unique_ptr<can::CanBus>> ports;
-    for (std::size_t b = 0; b < config.can->addresses.size(); ++b) {
-      buses.push_back(std::make_unique<can::LocalBus>(can::BusModelOptions{.bit_rate = 1e6}));
-      ports.push_back(buses.back()->connect("slave_io"));
-    }
-    const auto& axes = config.can->group.axes;
-    for (std::size_t j = 0; j < axes.size(); ++j) {
-      drives.push_back(std::make_unique<simulated_drive::SimulatedDrive>(
-          drive_like(axes[j], start[j], config.plant.joints[j].inertia), buses[axes[j].bus]->connect(axes[j].name)));
-    }
-    arm = std::make_unique<CanArm>(shipped_arm(), config, std::move(ports));
+      : rig(std::move(with), start), config(rig.config), drives(rig.drives), frozen(rig.frozen) {
+    arm = std::make_unique<CanArm>(shipped_arm(), config, rig.connect());
     servo = std::make_unique<Servo>(shipped_arm(), config, *arm, inbox);
     master.position = shipped_arm().home;
     master.state = LinkState::kCoupled;
@@ -77,12 +36,7 @@ struct Bench {
     }
     servo->tick(config.period_s, now_ns);
     published += servo->outbox.read(last) ? 1 : 0;
-    for (int part = 1; part <= 4; ++part) {
-      for (auto& bus : buses) bus->advance_to(now_ns + period_ns * part / 4);
-      for (std::size_t j = 0; j < drives.size(); ++j) {
-        if (!frozen[j]) drives[j]->step(now_ns + period_ns * part / 4);
-      }
-    }
+    rig.pass(now_ns + period_ns, period_ns);
     for (std::size_t j = 0; j < drives.size(); ++j)
       fastest = std::max(fastest, std::abs(speed(j)) / shipped_arm().arm.joints()[j].max_speed);
   }
@@ -93,21 +47,20 @@ struct Bench {
     for (double t = 0; t < most_s && (published == 0 || state() != wanted); t += config.period_s) tick();
     return published > 0 && state() == wanted;
   }
-  double unit(std::size_t j) const { return config.can->group.axes[j].units.travel_per_turn / (2.0 * 3.14159265358979323846); }
-  double joint(std::size_t j) const { return drives[j]->motor().joint_rad() * unit(j); }
-  double speed(std::size_t j) const { return drives[j]->motor().joint_rad_s() * unit(j); }
+  double joint(std::size_t j) const { return rig.position(j); }
+  double speed(std::size_t j) const { return rig.velocity(j); }
   void ask(void (teleop::StopRequests::*what)() noexcept) {
     (requests.*what)();
     inbox.requests.write(requests);
   }
   LinkState state() const { return last.outputs.state; }
 
-  Config config;
+  DriveRig rig;
+  const Config& config;
+  std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>>& drives;
+  std::vector<bool>& frozen;
   core::Nanoseconds now_ns = 1'000'000'000;
   core::Nanoseconds period_ns = core::from_seconds(config.period_s);
-  std::vector<std::unique_ptr<can::LocalBus>> buses;
-  std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>> drives;
-  std::array<bool, kJoints> frozen{};
   Inbox inbox;
   std::unique_ptr<CanArm> arm;
   std::unique_ptr<Servo> servo;
@@ -189,6 +142,7 @@ TEST(CanArm, AFaultStopsTheArmUntilAResetAndPosesAreAlignedAnew) {
     const core::ActuatorHealth health = bench.arm->health();
     EXPECT_TRUE(health.fault);
     EXPECT_THAT(health.message, HasSubstr("j4_elbow is in fault"));
+    EXPECT_EQ(bench.last.outputs.stop_cause, teleop::StopCause::kDriveFault);
     EXPECT_THAT(health.message, HasSubstr(reaction == can::FaultReaction::kHold ? "hold" : "coast"));
     bench.run(3.0);
     EXPECT_EQ(bench.state(), LinkState::kStopped) << "stays until a reset";
@@ -229,6 +183,7 @@ TEST(CanArm, AnEmergencyStopIsTheDrivesQuickStopAndHoldsUntilAReset) {
   bench.ask(&teleop::StopRequests::stop);
   bench.run(0.1);
   EXPECT_EQ(bench.state(), LinkState::kStopped);
+  EXPECT_EQ(bench.last.outputs.stop_cause, teleop::StopCause::kEmergency);
   EXPECT_FALSE(bench.arm->health().fault);
   for (const auto& drive : bench.drives)
     EXPECT_EQ(drive->power(), simulated_drive::SimulatedDrive::Power::kQuickStop);
@@ -277,8 +232,7 @@ TEST(CanArm, TheTickUsesNoHeap) {
       const test::HeapGuard guard;  // the drives and the bus of the test may use it
       bench.servo->tick(bench.config.period_s, bench.now_ns);
     }
-    for (auto& bus : bench.buses) bus->advance_to(bench.now_ns + bench.period_ns);
-    for (auto& drive : bench.drives) drive->step(bench.now_ns + bench.period_ns);
+    bench.rig.pass(bench.now_ns + bench.period_ns, bench.period_ns);
     if (i == 500) bench.drives[1]->trip(0x2310);
   }
   bench.servo->outbox.read(bench.last);

@@ -3,9 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <limits>
+#include <memory>
+#include <mutex>
+#include <thread>
 
-#include "common/dds/stamp.hpp"
+#include "common/dds/endpoint.hpp"
+#include "common/dds/source_guard.hpp"
+#include "common/dds/tests/test_network.hpp"
 #include "components/slave_io/dds_adapter_convert.hpp"
 
 namespace phantom::slave_io {
@@ -69,14 +75,78 @@ TEST(SlaveAdapter, AnUnnumberedSampleOrAnUnknownStateIsRefused) {
 }
 
 TEST(SlaveAdapter, ReorderedAndRepeatedSamplesAreRefusedARestartedMasterIsNot) {
-  dds::SequenceGuard order;
+  dds::SourceGuard source;
   auto master = good();
-  EXPECT_TRUE(order.accept(master.stamp()));
-  EXPECT_FALSE(order.accept(master.stamp()));
+  core::Nanoseconds now_ns = core::kNsPerSecond;
+  const auto takes = [&] { return source.judge(master.stamp(), now_ns) == dds::SourceGuard::Verdict::kAccepted; };
+  EXPECT_TRUE(takes());
+  EXPECT_FALSE(takes());
   master.stamp().sequence_number(5);
-  EXPECT_FALSE(order.accept(master.stamp()));
+  EXPECT_FALSE(takes());
   master.stamp().session(100);
-  EXPECT_TRUE(order.accept(master.stamp()));
+  now_ns += dds::SourceGuard::kHold_ns;
+  EXPECT_TRUE(takes());
+}
+
+TEST(SlaveAdapter, AMasterThatAnswersAnotherSlaveIsToldFromOneThatAnswersNobodyYet) {
+  auto master = good();
+  EXPECT_FALSE(to_sample(master, 5000, 8).answers_another) << "no echo yet";
+  master.slave_echo().session(8);
+  master.slave_echo().sequence_number(3);
+  EXPECT_FALSE(to_sample(master, 5000, 8).answers_another);
+  master.slave_echo().session(9);
+  EXPECT_TRUE(to_sample(master, 5000, 8).answers_another);
+}
+
+// On the real topics: the first writer is followed, the second one refused and told; when the first ends, the
+// second takes its place.
+TEST(SlaveAdapter, OfTwoMastersOnTheTopicOnlyTheFirstIsFollowed) {
+  const auto network = dds::test_network();
+  Inbox inbox;
+  DdsAdapter adapter(network, 7, inbox);
+  auto first = std::make_unique<dds::Participant>("master_io", network);
+  dds::Participant second("master_io", network);
+  auto first_writer = std::make_unique<dds::Writer<msg::MasterState>>(*first, dds::kMasterState);
+  dds::Writer<msg::MasterState> second_writer(second, dds::kMasterState);
+  dds::Stamper first_stamper(*first), second_stamper(second);
+  std::mutex mutex;
+  std::string told;
+  dds::Reader<msg::ComponentStatus> statuses(second, dds::kComponentStatus,
+                                             [&](const msg::ComponentStatus& s, const dds::SampleInfo&) {
+                                               const std::lock_guard lock(mutex);
+                                               told = s.message().to_string();
+                                             });
+  const auto write = [](auto& writer, auto& stamper, double q) {
+    auto master = good();
+    master.position_rad().fill(q);
+    master.stamp(stamper.next());
+    writer.write(master);
+  };
+  MasterSample sample;
+  const auto until = [&](const auto& step, const auto& done) {
+    for (int i = 0; i < 3000; ++i) {
+      step();
+      inbox.master.read(sample);
+      if (done()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return false;
+  };
+  ASSERT_TRUE(until([&] { write(*first_writer, first_stamper, 1.0); }, [&] { return sample.position[0] == 1.0; }));
+  ASSERT_TRUE(until(
+      [&] {
+        write(*first_writer, first_stamper, 1.0);
+        write(second_writer, second_stamper, 2.0);
+        adapter.publish_health({core::ComponentState::kRunning, "", {}, {}});
+      },
+      [&] {
+        const std::lock_guard lock(mutex);
+        return told.find("two processes send master_state") != std::string::npos;
+      }));
+  EXPECT_EQ(sample.position[0], 1.0) << "whoever came first";
+  first_writer.reset();
+  EXPECT_TRUE(until([&] { write(second_writer, second_stamper, 2.0); }, [&] { return sample.position[0] == 2.0; }))
+      << "it takes the first one's place";
 }
 
 TEST(SlaveAdapter, OnlyStopsAndResetsConcernTheSlave) {
@@ -99,6 +169,7 @@ TEST(SlaveAdapter, OnlyStopsAndResetsConcernTheSlave) {
 TEST(SlaveAdapter, TheReportBecomesAMessageFieldByField) {
   SlaveReport report;
   report.outputs.state = teleop::LinkState::kDegraded;
+  report.outputs.stop_cause = teleop::StopCause::kDriveFault;
   report.outputs.torque.loop_Nm[1] = 3.5;
   report.followed = {41, 42, 43};
   report.position[0] = 0.25;
@@ -116,6 +187,7 @@ TEST(SlaveAdapter, TheReportBecomesAMessageFieldByField) {
   EXPECT_EQ(slave.external_torque_Nm()[2], -4.5);
   EXPECT_EQ(slave.joint_count(), 7U);
   EXPECT_EQ(slave.state(), msg::LINK_DEGRADED);
+  EXPECT_EQ(slave.stop_cause(), msg::STOP_DRIVE_FAULT);
   EXPECT_EQ(slave.loop_torque_Nm()[1], 3.5);
   EXPECT_EQ(slave.master_echo().sequence_number(), 41U);
   EXPECT_EQ(slave.master_echo().monotonic_ns(), 42);
@@ -138,6 +210,9 @@ TEST(SlaveAdapter, LinkStatesAreNumberedAsOnTheTopic) {
   EXPECT_EQ(static_cast<int>(teleop::LinkState::kCoupled), static_cast<int>(msg::LINK_COUPLED));
   EXPECT_EQ(static_cast<int>(teleop::LinkState::kDegraded), static_cast<int>(msg::LINK_DEGRADED));
   EXPECT_EQ(static_cast<int>(teleop::LinkState::kStopped), static_cast<int>(msg::LINK_STOPPED));
+  EXPECT_EQ(static_cast<int>(teleop::StopCause::kNone), static_cast<int>(msg::STOP_NONE));
+  EXPECT_EQ(static_cast<int>(teleop::StopCause::kEmergency), static_cast<int>(msg::STOP_EMERGENCY));
+  EXPECT_EQ(static_cast<int>(teleop::StopCause::kDriveFault), static_cast<int>(msg::STOP_DRIVE_FAULT));
 }
 
 }  // namespace
