@@ -5,12 +5,10 @@
 #include <cmath>
 
 namespace phantom::teleop {
+namespace {
 
-core::JointArray reflected_inertia(const robot::SerialArm& arm, const core::JointArray& q,
-                                   const core::JointArray& rotor) {
-  robot::LinkPoses X_WL;
-  arm.link_poses(q, X_WL);
-  core::JointArray inertia = rotor;
+core::JointArray inertia_at(const robot::SerialArm& arm, const robot::LinkPoses& X_WL,
+                            core::JointArray inertia) noexcept {
   for (std::size_t j = 0; j < arm.joint_count(); ++j) {
     const Eigen::Vector3d axis = arm.axis_W(j, X_WL);
     for (std::size_t link = j + 1; link < arm.links().size(); ++link) {
@@ -21,6 +19,15 @@ core::JointArray reflected_inertia(const robot::SerialArm& arm, const core::Join
     }
   }
   return inertia;
+}
+
+}  // namespace
+
+core::JointArray reflected_inertia(const robot::SerialArm& arm, const core::JointArray& q,
+                                   const core::JointArray& rotor) noexcept {
+  robot::LinkPoses X_WL;
+  arm.link_poses(q, X_WL);
+  return inertia_at(arm, X_WL, rotor);
 }
 
 SlavePlant::SlavePlant(const robot::SerialArm& arm, const SlavePlantParameters& parameters,
@@ -38,7 +45,7 @@ SlavePlant::SlavePlant(const robot::SerialArm& arm, const SlavePlantParameters& 
   seen_.resize(points_.size());
   encoders_.sample(q_, 0.0);
   arm_.link_poses(q_, X_WL_);
-  if (!parameters_.balanced) gravity_Nm_ = arm_.gravity_torque(X_WL_);
+  take_pose();
   find_touching(0.0);
 }
 
@@ -122,8 +129,20 @@ void SlavePlant::step(const core::JointArray& drive_Nm, double dt_s) noexcept {
     }
     arm_.link_poses(q_, X_WL_);
   }
-  if (!parameters_.balanced) gravity_Nm_ = arm_.gravity_torque(X_WL_);
+  take_pose();
   encoders_.sample(q_, dt_s);
+}
+
+// What depends on the pose and changes slowly: weight and inertia. A joint keeps its momentum when the links beyond
+// it come nearer or go farther away.
+void SlavePlant::take_pose() noexcept {
+  if (!parameters_.balanced) gravity_Nm_ = arm_.gravity_torque(X_WL_);
+  if (!parameters_.rotor) return;
+  const core::JointArray inertia = inertia_at(arm_, X_WL_, *parameters_.rotor);
+  for (std::size_t j = 0; j < arm_.joint_count(); ++j) {
+    v_[j] *= parameters_.joints[j].inertia / inertia[j];
+    parameters_.joints[j].inertia = inertia[j];
+  }
 }
 
 double SlavePlant::tool_speed_m_s() const noexcept {

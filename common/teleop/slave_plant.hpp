@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "common/core/joints.hpp"
@@ -15,7 +16,10 @@
 namespace phantom::teleop {
 
 struct SlavePlantParameters {
-  ArmMechanics joints{};
+  ArmMechanics joints{};  ///< their inertia counts if there is no `rotor`
+  /// Inertia of the drives seen at the joints, kg·m² or kg: a joint's inertia is this and that of the links beyond
+  /// it at the present pose. None: constant, as `joints` has it.
+  std::optional<core::JointArray> rotor;
   core::JointArray encoder_resolution{};  ///< rad or m per count
   double velocity_filter_s = 0.002;
   bool balanced = true;  ///< the weight is taken by counterweights; false: gravity acts on the joints
@@ -39,14 +43,15 @@ struct ContactReport {
 };
 
 /// Reflected inertia of each joint, kg·m² or kg: the diagonal of the mass matrix at pose `q`, links as point
-/// masses at their centres of mass, plus `rotor` inertia seen at the joint. Not real-time safe.
+/// masses at their centres of mass, plus `rotor` inertia seen at the joint. Real-time safe: yes.
 core::JointArray reflected_inertia(const robot::SerialArm& arm, const core::JointArray& q,
-                                   const core::JointArray& rotor);
+                                   const core::JointArray& rotor) noexcept;
 
 /// Simulated slave arm: drives, inertia, friction, weight, end stops and contact with the real bodies.
 ///
-/// Joint-wise dynamics with constant reflected inertia (no coupling between joints, no Coriolis terms): good
-/// for servo, feedback and contact at the speeds of telemanipulation, not for fast free motion. Contact is a
+/// Joint-wise dynamics, d(I·v)/dt = torque, with the diagonal I of the mass matrix at the present pose. The
+/// matrix's other entries and the forces that go with speeds of other joints (centrifugal, Coriolis) are left
+/// out: good for servo, feedback and contact at the speeds of telemanipulation, not for fast free motion. Contact is a
 /// spring and damper at the deepest points, frictionless, pushing only. One step costs one distance look-up
 /// per contact point and a few more for those that touch.
 class SlavePlant {
@@ -84,6 +89,7 @@ class SlavePlant {
     std::size_t point = 0;
     double distance_m = 0.0;
   };
+  void take_pose() noexcept;
   void find_touching(double reach_m) noexcept;
   void keep_if_touching(std::size_t point, double distance_m, double reach_m) noexcept;
   double look_up(std::size_t point, const Eigen::Vector3d& p_W_m) noexcept;

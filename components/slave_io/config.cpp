@@ -15,6 +15,7 @@ void read_plant(const ConfigReader& section, const robot::SerialArm& arm, const 
   plant.balanced = section.flag("balanced", true);
   const auto rotor = robot::by_joint_type(arm, section.number("rotor_inertia_kg_m2", {1e-4, 1e4, "kg·m²"}),
                                           section.number("rotor_mass_kg", {1e-3, 1e5, "kg"}));
+  plant.rotor = rotor;
   const auto inertia = teleop::reflected_inertia(arm, home, rotor);
   const double coulomb = section.number("coulomb_share_of_effort", {0, 1, ""});
   const double viscous = section.number("viscous_share_of_effort", {0, 10, ""});

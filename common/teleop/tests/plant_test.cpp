@@ -91,6 +91,50 @@ TEST(ReflectedInertia, OfThePlanarArmIsThatOfItsPointMasses) {
   EXPECT_NEAR(reflected_inertia(arm, q, rotor)[0], 0.1 + 0.04 + 0.4 * 0.4 + 0.15 * 0.15, 1e-12);
 }
 
+// One joint at a time is driven from rest: its acceleration shows the inertia at that pose.
+TEST(SlavePlant, InertiaIsThatOfThePresentPose) {
+  const auto arm = robot::test_arms::planar();
+  HalfSpace far(Eigen::Vector3d::UnitX(), -100);
+  auto parameters = slave_parameters(arm);
+  for (auto& joint : parameters.joints) joint.coulomb = joint.viscous = 0.0;
+  core::JointArray rotor{}, push{}, bent{};
+  rotor.fill(0.1);
+  parameters.rotor = rotor;
+  push[0] = 1.0;
+  bent[1] = std::numbers::pi / 2;
+  for (const core::JointArray& q : {core::JointArray{}, bent}) {
+    SlavePlant plant(arm, parameters, tip_of_planar(), far, q, {0.3, 0, 0});
+    plant.step(push, kDt);
+    EXPECT_NEAR(plant.true_velocity()[0], kDt / reflected_inertia(arm, q, rotor)[0], 1e-9) << q[1];
+  }
+}
+
+// As a skater who draws in the arms: the base's momentum stays while the elbow bends.
+TEST(SlavePlant, AJointKeepsItsMomentumWhenTheLinksBeyondItMove) {
+  const auto arm = robot::test_arms::planar();
+  HalfSpace far(Eigen::Vector3d::UnitX(), -100);
+  auto parameters = slave_parameters(arm);
+  for (auto& joint : parameters.joints) joint.coulomb = joint.viscous = 0.0, joint.lower = -10.0, joint.upper = 10.0;
+  core::JointArray rotor{};
+  rotor.fill(0.1);
+  parameters.rotor = rotor;
+  SlavePlant plant(arm, parameters, tip_of_planar(), far, {}, {0.3, 0, 0});
+  core::JointArray push{};
+  push[0] = 1.0;
+  for (int i = 0; i < 200; ++i) plant.step(push, kDt);
+  const auto momentum = [&] {
+    return reflected_inertia(arm, plant.true_position(), rotor)[0] * plant.true_velocity()[0];
+  };
+  const double before = momentum(), speed_before = plant.true_velocity()[0];
+  EXPECT_NEAR(before, 0.2, 1e-6) << "the impulse that it was given";
+  core::JointArray bend{};
+  bend[1] = 0.5;
+  for (int i = 0; i < 800; ++i) plant.step(bend, kDt);
+  EXPECT_GT(std::abs(plant.true_position()[1]), 0.5);
+  EXPECT_NEAR(momentum(), before, 1e-6);
+  EXPECT_GT(plant.true_velocity()[0], 1.02 * speed_before);
+}
+
 TEST(SlavePlant, BalancedArmStaysUnbalancedArmFalls) {
   const auto arm = robot::test_arms::planar(
       {geometry::rotation_from_rpy(std::numbers::pi / 2, 0, 0), Eigen::Vector3d::Zero()});
