@@ -255,9 +255,13 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
   read_percept(file.section("percept"), arm, config);
   config.percept.damping_limit_Nms_per_rad = damping_limit(device, config, cap);
   read_feedback(file.section("feedback"), arm, config);
-  const ConfigReader hand = file.section("operator");
-  config.hand = read_operator(hand, arm, choices.operator_model);
-  config.operator_model = choices.operator_model.empty() ? hand.text("model", "minimum_jerk") : choices.operator_model;
+  if (config.driver == Driver::kSim || file.has("operator")) {
+    const ConfigReader hand = file.section("operator");
+    config.hand = read_operator(hand, arm, choices.operator_model);
+    config.operator_model = choices.operator_model.empty() ? hand.text("model", "minimum_jerk") : choices.operator_model;
+  } else {
+    config.hand.joint_count = arm.joint_count();  // a person's own
+  }
   const ConfigReader sequence = file.optional_section("sequence");
   config.script = read_sequence(sequence, arm.joint_count());
   sequence.has("only");  // read with the reaches

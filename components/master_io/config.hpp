@@ -51,7 +51,7 @@ struct Config {
   teleop::FeedbackParameters feedback;
   ContactSource contact_source = ContactSource::kEither;
   teleop::OperatorParameters hand;
-  std::string operator_model;  ///< its name
+  std::string operator_model;  ///< its name; empty: a person moves the master
   teleop::ReachScriptParameters script;
   std::vector<ReachLabel> labels;  ///< per reach of the script
 };

@@ -19,6 +19,15 @@ DriveOptions read_drive(const ConfigReader& section) {
   motor.rated_torque_Nm = section.number("rated_torque_Nm", motor.rated_torque_Nm, {1e-3, 1e4, "N·m"});
   motor.peak_share = section.number("peak_share", motor.peak_share, {0.1, 10, ""});
   motor.load_Nm = section.number("load_Nm", motor.load_Nm, {-1e4, 1e4, "N·m"});
+  if (section.has("hand")) {
+    const ConfigReader hand = section.section("hand");
+    motor.hand.swing_rad = hand.number("swing_rad", {0, 10, "rad"});
+    motor.hand.period_s = hand.number("period_s", motor.hand.period_s, {0.1, 1e3, "s"});
+    motor.hand.stiffness_Nm_per_rad =
+        hand.number("stiffness_Nm_per_rad", motor.hand.stiffness_Nm_per_rad, {0, 1e5, "N·m/rad"});
+    motor.hand.damping_Nms_per_rad =
+        hand.number("damping_Nms_per_rad", motor.hand.damping_Nms_per_rad, {0, 1e4, "N·m·s/rad"});
+  }
   motor.joint.inertia = section.number("inertia_kg_m2", motor.joint.inertia, {1e-5, 1e4, "kg·m²"});
   motor.joint.viscous = section.number("viscous_Nms_per_rad", motor.joint.viscous, {0, 1e4, "N·m·s/rad"});
   motor.joint.coulomb = section.number("coulomb_Nm", motor.joint.coulomb, {0, 1e4, "N·m"});

@@ -7,6 +7,7 @@
 #include "common/can/user_bus.hpp"
 #include "common/runtime/process.hpp"
 #include "components/simulated_drive/config.hpp"
+#include "components/simulated_drive/eds.hpp"
 #include "components/simulated_drive/faults.hpp"
 
 namespace {
@@ -19,7 +20,7 @@ struct Options {
   std::vector<std::string> faults;
   can::FaultRule bus_fault;
   double delay_ms = 0.0, jitter_ms = 0.0;
-  bool serve_only = false;
+  bool serve_only = false, eds = false;
 };
 
 void add_options(CLI::App& app, Options& o) {
@@ -35,6 +36,7 @@ void add_options(CLI::App& app, Options& o) {
       ->check(CLI::Range(0.0, 10000.0));
   app.add_option("--jitter-ms", o.jitter_ms, "and up to so much more, each for itself (userspace bus only)")
       ->check(CLI::Range(0.0, 10000.0));
+  app.add_flag("--eds", o.eds, "print the drives' electronic data sheet (CiA 306), for CANopen tools, and end");
   app.add_flag("--serve-only", o.serve_only, "serve the userspace bus, without drives");
 }
 
@@ -63,6 +65,10 @@ std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>> make_drives(
 }
 
 int run(const runtime::ProcessOptions& options, Options o) {
+  if (o.eds) {
+    std::cout << simulated_drive::eds_text({});
+    return runtime::kExitDone;
+  }
   simulated_drive::Config config = simulated_drive::load_config(options.config);
   if (!o.bus.empty()) config.bus = o.bus;
   o.bus_fault.delay_ns = core::from_seconds(o.delay_ms * 1e-3);

@@ -12,9 +12,19 @@ constexpr double kIntegralPerSecond = 40.0;
 
 }  // namespace
 
+double Motor::hand_torque_Nm() const {
+  const HandParameters& hand = parameters_.hand;
+  if (hand.swing_rad == 0.0) return 0.0;
+  const double rate_rad_s = 2.0 * 3.14159265358979323846 / hand.period_s;
+  const double where_rad = parameters_.start_rad + hand.swing_rad * std::sin(rate_rad_s * time_s_);
+  const double speed_rad_s = hand.swing_rad * rate_rad_s * std::cos(rate_rad_s * time_s_);
+  return hand.stiffness_Nm_per_rad * (where_rad - q_rad_) + hand.damping_Nms_per_rad * (speed_rad_s - v_rad_s_);
+}
+
 void Motor::step(double mille, double dt_s) {
-  const double torque_Nm =
-      mille * 1e-3 * parameters_.rated_torque_Nm * parameters_.gear_ratio + parameters_.load_Nm;
+  time_s_ += dt_s;
+  const double torque_Nm = mille * 1e-3 * parameters_.rated_torque_Nm * parameters_.gear_ratio +
+                           parameters_.load_Nm + hand_torque_Nm();
   teleop::integrate(parameters_.joint, torque_Nm, dt_s, q_rad_, v_rad_s_);
 }
 

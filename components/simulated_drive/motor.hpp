@@ -6,6 +6,14 @@
 
 namespace phantom::simulated_drive {
 
+/// A person's hand on the joint of a master arm: compliant, it swings to and fro about where the joint began.
+struct HandParameters {
+  double swing_rad = 0.0;  ///< 0: no hand
+  double period_s = 12.0;
+  double stiffness_Nm_per_rad = 50.0;
+  double damping_Nms_per_rad = 2.5;
+};
+
 /// The motor with its gear, encoder and the joint that it turns.
 struct MotorParameters {
   double counts_per_turn = 65536;  ///< encoder, per turn of the motor
@@ -13,6 +21,7 @@ struct MotorParameters {
   double rated_torque_Nm = 1.0;    ///< of the motor
   double peak_share = 3.0;         ///< greatest torque ÷ rated torque
   double load_Nm = 0.0;            ///< constant torque on the joint, as a weight gives
+  HandParameters hand;
   teleop::JointMechanics joint{.inertia = 0.5, .viscous = 0.2, .coulomb = 0.05, .lower = -10, .upper = 10};
   double start_rad = 0.0;  ///< joint angle at power-up; count 0 is joint angle 0
 };
@@ -33,11 +42,12 @@ class Motor {
   const MotorParameters& parameters() const { return parameters_; }
 
  private:
+  double hand_torque_Nm() const;
   double counts_per_rad() const {
     return parameters_.counts_per_turn * parameters_.gear_ratio / 6.283185307179586;
   }
   MotorParameters parameters_;
-  double q_rad_ = 0.0, v_rad_s_ = 0.0;
+  double q_rad_ = 0.0, v_rad_s_ = 0.0, time_s_ = 0.0;
 };
 
 /// What the inner loops are asked for.

@@ -40,6 +40,8 @@ class ObjectDictionary {
 
   const Object* find(std::uint16_t index, std::uint8_t sub) const;
   AbortCode missing(std::uint16_t index) const;
+  /// All of them, by index · 256 + sub-index.
+  const std::map<std::uint32_t, Object>& objects() const { return objects_; }
   std::int64_t value(std::uint16_t index, std::uint8_t sub = 0) const;
   /// For the device itself: any value, whatever the rights.
   void set(std::uint16_t index, std::uint8_t sub, std::int64_t value);

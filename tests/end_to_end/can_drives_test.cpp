@@ -22,14 +22,23 @@ using testing::HasSubstr;
 
 class CanDrives : public testing::Test {
  protected:
-  void run(double seconds, const std::string& without = "") {
-    system_.emplace(seconds, "can_drives", without);
+  void run(double seconds, const std::string& without = "", const std::string& topology = "can_drives") {
+    system_.emplace(seconds, topology, without);
     participant_.emplace("can_drives_test", system_->network());
     statuses_.emplace(*participant_, dds::kComponentStatus,
                       [this](const msg::ComponentStatus& s, const dds::SampleInfo&) {
                         const std::lock_guard lock(mutex_);
                         if (s.component_name() == "slave_io") status_ = s;
                       });
+    masters_.emplace(*participant_, dds::kMasterState, [this](const msg::MasterState& m, const dds::SampleInfo&) {
+      const std::lock_guard lock(mutex_);
+      master_ = m;
+      if (m.state() != msg::LINK_COUPLED) return;
+      for (std::size_t j = 0; j < 7; ++j) {
+        const double power_W = m.percept_torque_Nm()[j] * m.velocity_rad_s()[j];
+        greatest_drag_power_W_ = std::max(greatest_drag_power_W_, power_W);
+      }
+    });
     slaves_.emplace(*participant_, dds::kSlaveState,
                     [this](const msg::SlaveState& s, const dds::SampleInfo&) { on_slave(s); });
   }
@@ -92,12 +101,15 @@ class CanDrives : public testing::Test {
   std::mutex mutex_;
   std::optional<msg::ComponentStatus> status_;
   std::optional<msg::SlaveState> slave_;
+  std::optional<msg::MasterState> master_;
+  double greatest_drag_power_W_ = -1.0;  // while coupled, of any joint
   double greatest_step_ = 0.0, fastest_ = 0.0;  // between two samples; of any joint
   pid_t drives_ = 0;
   std::optional<RunningSystem> system_;
   std::optional<dds::Participant> participant_;
   std::optional<dds::Reader<msg::ComponentStatus>> statuses_;
   std::optional<dds::Reader<msg::SlaveState>> slaves_;
+  std::optional<dds::Reader<msg::MasterState>> masters_;
   std::optional<dds::Writer<msg::OperatorCommand>> commands_;
   std::optional<dds::Stamper> stamper_;
 };
@@ -131,6 +143,10 @@ TEST_F(CanDrives, DrivesThatDieStopTheArmWithoutAJumpAndAResetBringsThemBack) {
   }
   end_drives();
   ASSERT_TRUE(slave_reaches(msg::LINK_STOPPED));
+  {
+    const std::lock_guard lock(mutex_);
+    EXPECT_EQ(slave_->stop_cause(), msg::STOP_DRIVE_FAULT);
+  }
   EXPECT_TRUE(told(msg::COMPONENT_FAULT, "the drives hold until a reset"));
   {
     const std::lock_guard lock(mutex_);
@@ -158,6 +174,42 @@ TEST_F(CanDrives, TheSessionTellsThatItsDrivesDied) {
   kill(drives, SIGKILL);
   EXPECT_EQ(system_->wait(), 1);
   EXPECT_THAT(system_->output(), HasSubstr("drives_a ended unexpectedly with code 137"));
+}
+
+// The other side: the master arm has the drives, a hand moves it, the simulated arm follows, and drag is felt.
+TEST_F(CanDrives, AMasterArmWithDrivesMovesTheArmAndRendersTheDrag) {
+  run(0.0, "", "can_master");
+  ASSERT_TRUE(slave_reaches(msg::LINK_COUPLED));
+  core::JointArray before{};
+  {
+    const std::lock_guard lock(mutex_);
+    before = slave_->position_rad();
+  }
+  EXPECT_TRUE(eventually([&] {
+    const std::lock_guard lock(mutex_);
+    const double moved = std::abs(slave_->position_rad()[1] - before[1]);
+    return moved > 0.15 && std::abs(slave_->position_rad()[1] - master_->position_rad()[1]) < 0.03;
+  }, 60.0)) << "the arm follows the hand";
+  const pid_t drives = system_->process("hot_cell_master_drives_b");
+  ASSERT_GT(drives, 0);
+  kill(drives, SIGSTOP);
+  EXPECT_TRUE(eventually([&] {
+    const std::lock_guard lock(mutex_);
+    return master_->state() == msg::LINK_STOPPED && master_->stop_cause() == msg::STOP_DRIVE_FAULT;
+  }));
+  EXPECT_TRUE(slave_reaches(msg::LINK_DEGRADED)) << "the arm holds";
+  kill(drives, SIGCONT);
+  EXPECT_TRUE(eventually([&] {
+    reset();
+    const std::lock_guard lock(mutex_);
+    return master_->state() == msg::LINK_COUPLED && slave_->state() == msg::LINK_COUPLED;
+  }, 60.0));
+  {
+    const std::lock_guard lock(mutex_);
+    EXPECT_LE(greatest_drag_power_W_, 0.0) << "drag takes energy, always";
+  }
+  system_->stop();
+  EXPECT_EQ(system_->wait(), 0) << system_->output();
 }
 
 }  // namespace
