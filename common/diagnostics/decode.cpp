@@ -184,15 +184,7 @@ class Cursor {
   }
 
   Json octets(std::size_t count) {
-    const std::size_t shown = options_.most_octets == 0 ? count : std::min(count, options_.most_octets);
-    constexpr const char* kDigits = "0123456789abcdef";
-    std::string text;
-    text.reserve(2 * shown + 32);
-    for (std::size_t i = 0; i < shown; ++i) {
-      text += kDigits[bytes_[at_ + i] >> 4U];
-      text += kDigits[bytes_[at_ + i] & 15U];
-    }
-    if (shown < count) text += fmt::format("… ({} octets)", count);
+    const std::string text = octets_text(bytes_.subspan(at_, count), options_.most_octets);
     at_ += count;
     return text;
   }
@@ -224,6 +216,19 @@ core::Expected<Json> decode(const Type& type, std::span<const std::uint8_t> payl
     const std::string place = member.empty() ? idl_name(type) : idl_name(type) + "." + member;
     return core::Status::invalid_argument(place + ": " + fault.what);
   }
+}
+
+std::string octets_text(std::span<const std::uint8_t> octets, std::size_t most) {
+  const std::size_t shown = most == 0 ? octets.size() : std::min(octets.size(), most);
+  constexpr const char* kDigits = "0123456789abcdef";
+  std::string text;
+  text.reserve(2 * shown + 32);
+  for (const std::uint8_t octet : octets.first(shown)) {
+    text += kDigits[octet >> 4U];
+    text += kDigits[octet & 15U];
+  }
+  if (shown < octets.size()) text += fmt::format("… ({} octets)", octets.size());
+  return text;
 }
 
 std::string instance_name(const Type& type, const Json& sample) {

@@ -26,6 +26,9 @@ struct DecodeOptions {
 core::Expected<nlohmann::ordered_json> decode(const Type& type, std::span<const std::uint8_t> payload,
                                               const DecodeOptions& options = {});
 
+/// Octets as hexadecimal digits, "28b52ffd… (12345 octets)" if there are more than `most`; 0: all.
+std::string octets_text(std::span<const std::uint8_t> octets, std::size_t most);
+
 /// The key members of a sample that was decoded from `type`: "component_name=wva_server, host=desk"; empty if
 /// the type has no key.
 std::string instance_name(const Type& type, const nlohmann::ordered_json& sample);

@@ -67,6 +67,13 @@ diagnostics::ParticipantInfo info_of(const rtps::ParticipantProxyData& data) {
   return info;
 }
 
+std::string announced_host(const edds::DomainParticipant& participant) {
+  for (const auto& property : participant.get_qos().properties().properties()) {
+    if (property.name() == edds::parameter_policy_physical_data_host) return property.value();
+  }
+  return "";
+}
+
 // WriterQos and ReaderQos name these alike.
 template <class Qos>
 diagnostics::EndpointQos common_qos(const Qos& qos) {
@@ -157,7 +164,8 @@ Observer::Observer(const std::string& component, const core::NetworkOptions& net
         ear->listener = &listener;
         return ear;
       }()),
-      participant_(component, network, ear_) {}
+      participant_(component, network, ear_),
+      host_(announced_host(*participant_.impl()->participant)) {}
 
 Observer::~Observer() {
   const std::lock_guard lock(ear_->mutex);
@@ -165,6 +173,7 @@ Observer::~Observer() {
 }
 
 dds::Participant& Observer::participant() { return participant_; }
+const std::string& Observer::host() const { return host_; }
 diagnostics::Guid Observer::guid() const { return guid_of(participant_.impl()->participant->guid()); }
 
 }  // namespace phantom::observation

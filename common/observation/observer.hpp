@@ -38,11 +38,14 @@ class Observer {
 
   dds::Participant& participant();
   diagnostics::Guid guid() const;
+  /// The name of this host as participants of this library announce it.
+  const std::string& host() const;
 
  private:
   struct Ear;
   std::shared_ptr<Ear> ear_;
   dds::Participant participant_;
+  std::string host_;
 };
 
 }  // namespace phantom::observation

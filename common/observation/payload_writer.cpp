@@ -99,7 +99,8 @@ PayloadWriter::PayloadWriter(dds::Participant& participant, const PayloadTopic& 
   }
   impl_->topic = of->create_topic(topic.name, topic.type, edds::TOPIC_QOS_DEFAULT);
   edds::PublisherQos everywhere = edds::PUBLISHER_QOS_DEFAULT;
-  everywhere.partition().names(std::vector<std::string>(qos.partitions));
+  auto partitions = qos.partitions;
+  everywhere.partition().names(partitions);
   impl_->publisher = impl_->topic != nullptr ? of->create_publisher(everywhere) : nullptr;
   if (impl_->publisher != nullptr)
     impl_->writer = impl_->publisher->create_datawriter(impl_->topic, writer_qos(qos, depth), impl_.get());

@@ -1,0 +1,200 @@
+#include "components/dds_spy/dds_adapter.hpp"
+
+#include "common/dds/topic_list.hpp"
+#include "common/observation/observer.hpp"
+#include "common/observation/payload_reader.hpp"
+#include "common/observation/type_catalogue.hpp"
+
+namespace phantom::dds_spy {
+namespace {
+
+using diagnostics::Guid;
+using Json = nlohmann::ordered_json;
+
+std::int64_t from_milliseconds(int value_ms) {
+  return value_ms == 0 ? diagnostics::kInfinite_ns : value_ms * core::kNsPerMillisecond;
+}
+
+SystemView::Change change_of(observation::Presence presence) {
+  switch (presence) {
+    case observation::Presence::kAppeared:
+      return SystemView::Change::kAppeared;
+    case observation::Presence::kChanged:
+      return SystemView::Change::kChanged;
+    case observation::Presence::kLeft:
+      return SystemView::Change::kLeft;
+    default:
+      return SystemView::Change::kLost;
+  }
+}
+
+/// The stamp of a decoded sample, if it has one.
+std::optional<SampleStamp> stamp_of(const Json& sample) {
+  const auto found = sample.find("stamp");
+  if (found == sample.end() || !found->is_object()) return std::nullopt;
+  const auto number = [&](const char* name) { return found->value(name, Json(nullptr)); };
+  const Json sequence = number("sequence_number"), monotonic = number("monotonic_ns"), utc = number("utc_ns"),
+             session = number("session");
+  if (!sequence.is_number_integer() || !monotonic.is_number_integer() || !utc.is_number_integer() ||
+      !session.is_number_integer())
+    return std::nullopt;
+  return SampleStamp{sequence, monotonic, utc, session};
+}
+
+}  // namespace
+
+const std::map<std::string, TopicContract>& contracts() {
+  static const auto all = [] {
+    std::map<std::string, TopicContract> map;
+    for (const dds::TopicDescription* topic : dds::all_topics()) {
+      diagnostics::EndpointQos qos;
+      qos.reliability = static_cast<diagnostics::Reliability>(topic->qos.reliability);
+      qos.durability = static_cast<diagnostics::Durability>(topic->qos.durability);
+      qos.deadline_ns = from_milliseconds(topic->qos.deadline_ms);
+      qos.lifespan_ns = from_milliseconds(topic->qos.lifespan_ms);
+      qos.lease_ns = from_milliseconds(topic->qos.liveliness_ms);
+      if (topic->qos.liveliness_ms > 0) qos.liveliness = diagnostics::Liveliness::kManualByTopic;
+      map[topic->name] = {topic->type_name, qos};
+    }
+    return map;
+  }();
+  return all;
+}
+
+struct DdsAdapter::Impl : observation::DiscoveryListener {
+  /// One topic's reader and what it was made for.
+  struct TopicReader : observation::PayloadListener {
+    TopicReader(Impl& of, std::string name, const ReadingPlan& for_plan)
+        : impl(of), topic(std::move(name)), plan(for_plan), type(observation::type_of(for_plan.type)) {}
+    void on_payload(const observation::Payload& payload) override { impl.take(*this, payload); }
+    void on_liveliness(const Guid& writer, bool alive) override {
+      const std::lock_guard lock(impl.mutex);
+      impl.view.on_liveliness(writer, alive, core::utc_ns());
+    }
+
+    Impl& impl;
+    const std::string topic;
+    const ReadingPlan plan;
+    const diagnostics::TypePtr type;  ///< null: foreign
+    std::unique_ptr<observation::PayloadReader> reader;
+  };
+
+  Impl(const core::NetworkOptions& network, const Reading& what, SystemView& into, OnSample then)
+      : reading(what), view(into), on_sample(std::move(then)), observer("dds_spy", network, *this) {}
+
+  const Reading reading;
+  SystemView& view;
+  const OnSample on_sample;
+  std::mutex mutex;
+  observation::Observer observer;
+  std::map<std::string, std::unique_ptr<TopicReader>>
+      readers;  // by topic; the thread of follow_writers() only
+
+  void on_participant(const diagnostics::ParticipantInfo& participant,
+                      observation::Presence presence) override {
+    const std::lock_guard lock(mutex);
+    view.on_participant(participant, change_of(presence), core::utc_ns());
+  }
+  void on_endpoint(const diagnostics::EndpointInfo& endpoint, observation::Presence presence) override {
+    const std::lock_guard lock(mutex);
+    view.on_endpoint(endpoint, change_of(presence), core::utc_ns());
+  }
+
+  void take(const TopicReader& from, const observation::Payload& payload) {
+    HeardSample sample;
+    sample.topic = from.topic;
+    sample.writer = payload.writer;
+    sample.gone = payload.instance != observation::InstanceState::kAlive;
+    sample.facts.received_ns = payload.received_ns;
+    sample.facts.received_utc_ns = payload.received_utc_ns;
+    sample.facts.source_ns = payload.source_ns;
+    sample.facts.sequence_number = payload.sequence_number;
+    sample.facts.octets = payload.bytes.size();
+    if (from.type && !sample.gone) {
+      auto decoded = diagnostics::decode(*from.type, payload.bytes, reading.decode);
+      if (decoded) {
+        sample.instance = diagnostics::instance_name(*from.type, *decoded);
+        sample.facts.stamp = stamp_of(*decoded);
+        sample.content = std::move(*decoded);
+      } else {
+        sample.problem = decoded.status().message();
+      }
+    }
+    if (!sample.content) sample.octets = diagnostics::octets_text(payload.bytes, reading.decode.most_octets);
+    const std::lock_guard lock(mutex);
+    if (!reading.writers.keeps_all() && !reading.writers.keeps(name_of_writer(payload.writer))) return;
+    if (!sample.instance.empty() && !reading.instances.keeps(sample.instance)) return;
+    sample.facts.same_host = on_this_host(payload.writer);
+    view.on_sample(sample);
+    if (on_sample && !sample.gone) on_sample(sample);
+  }
+
+  std::string name_of_writer(const Guid& writer) const {
+    const auto* participant = view.graph().participant(writer);
+    return participant == nullptr ? std::string() : participant->name;
+  }
+
+  // The prefix's host part is a short hash: where both announce the host's name, that must agree, too.
+  bool on_this_host(const Guid& writer) const {
+    const auto* other = view.graph().participant(writer);
+    const std::string& mine = observer.host();
+    return diagnostics::same_host(writer, observer.guid()) &&
+           (other == nullptr || other->host.empty() || mine.empty() || other->host == mine);
+  }
+
+  std::map<std::string, ReadingPlan> plans() {
+    const std::lock_guard lock(mutex);
+    std::map<std::string, std::vector<const diagnostics::EndpointInfo*>> writers;
+    for (const auto& [guid, endpoint] : view.graph().endpoints()) {
+      if (endpoint.writer && reading.topics.keeps(endpoint.topic))
+        writers[endpoint.topic].push_back(&endpoint);
+    }
+    std::map<std::string, ReadingPlan> made;
+    for (const auto& [topic, list] : writers) {
+      if (const auto plan = plan_reading(list, reading.wish)) made[topic] = *plan;
+    }
+    return made;
+  }
+
+  void make_reader(const std::string& topic, const ReadingPlan& plan) {
+    readers.erase(topic);
+    auto made = std::make_unique<TopicReader>(*this, topic, plan);
+    {
+      const std::lock_guard lock(mutex);
+      view.on_reader_made(topic);
+    }
+    const observation::PayloadQos qos{.reliable = plan.reliable,
+                                      .transient_local = plan.transient_local,
+                                      .liveliness = plan.liveliness,
+                                      .lease_ns = plan.lease_ns,
+                                      .ownership = plan.ownership};
+    auto& kept = *(readers[topic] = std::move(made));
+    kept.reader = std::make_unique<observation::PayloadReader>(
+        observer.participant(), observation::PayloadTopic{topic, plan.type, plan.keyed}, qos, kept);
+  }
+};
+
+DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const Reading& reading, SystemView& view,
+                       OnSample on_sample)
+    : impl_(std::make_unique<Impl>(network, reading, view, std::move(on_sample))) {}
+
+DdsAdapter::~DdsAdapter() { impl_->readers.clear(); }
+
+std::unique_lock<std::mutex> DdsAdapter::lock() { return std::unique_lock(impl_->mutex); }
+
+std::vector<std::string> DdsAdapter::follow_writers() {
+  std::vector<std::string> complaints;
+  if (!impl_->reading.read_topics) return complaints;
+  for (const auto& [topic, plan] : impl_->plans()) {
+    const auto known = impl_->readers.find(topic);
+    if (known != impl_->readers.end() && known->second->plan == plan) continue;
+    try {
+      impl_->make_reader(topic, plan);
+    } catch (const dds::DdsError& problem) {
+      complaints.emplace_back(problem.what());  // its place is kept: tried again when the plan changes
+    }
+  }
+  return complaints;
+}
+
+}  // namespace phantom::dds_spy

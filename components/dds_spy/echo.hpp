@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "common/diagnostics/graph.hpp"
+#include "components/dds_spy/system_view.hpp"
+
+namespace phantom::dds_spy {
+
+/// Chooses which samples are shown and puts them into text or a line of JSON. Not thread-safe.
+class Echo {
+ public:
+  /// `every_s`: at most one sample of a writer and instance in this time; `most`: of samples in all, 0: no
+  /// limit.
+  Echo(bool json, double every_s, std::uint64_t most);
+  /// The sample's text with its line feed; none if it is not to be shown.
+  std::optional<std::string> take(const HeardSample& sample, const diagnostics::Graph& graph);
+  std::uint64_t shown() const { return shown_; }
+  bool complete() const { return most_ != 0 && shown_ >= most_; }
+
+ private:
+  bool json_;
+  core::Nanoseconds every_ns_;
+  std::uint64_t most_, shown_ = 0;
+  std::map<std::pair<diagnostics::Guid, std::string>, core::Nanoseconds> last_ns_;
+};
+
+}  // namespace phantom::dds_spy

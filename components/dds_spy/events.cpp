@@ -1,0 +1,106 @@
+#include "components/dds_spy/events.hpp"
+
+#include <spdlog/fmt/chrono.h>
+#include <spdlog/fmt/fmt.h>
+
+#include <array>
+#include <ctime>
+
+namespace phantom::dds_spy {
+namespace {
+
+constexpr std::array kNames{"participant_joined",
+                            "participant_left",
+                            "participant_lost",
+                            "writer_joined",
+                            "writer_left",
+                            "reader_joined",
+                            "reader_left",
+                            "qos_mismatch",
+                            "gap",
+                            "skip",
+                            "restart",
+                            "deadline_missed",
+                            "deadline_met",
+                            "liveliness_lost",
+                            "liveliness_back",
+                            "undecodable",
+                            "instance_gone",
+                            "component_state",
+                            "component_counter"};
+
+std::string clock_text(core::Nanoseconds utc_ns) {
+  const std::time_t seconds = utc_ns / core::kNsPerSecond;
+  std::tm local{};
+  localtime_r(&seconds, &local);
+  return fmt::format("{:%H:%M:%S}.{:03}", local, utc_ns % core::kNsPerSecond / core::kNsPerMillisecond);
+}
+
+}  // namespace
+
+const char* name_of(EventKind kind) { return kNames[static_cast<std::size_t>(kind)]; }
+
+std::vector<std::string> event_kind_names() { return {kNames.begin(), kNames.end()}; }
+
+std::string event_line(const Event& event) {
+  std::string line = fmt::format("{}  {:<18}  ", clock_text(event.utc_ns), name_of(event.kind));
+  if (!event.topic.empty()) line += event.topic + "  ";
+  line += event.who + ": " + event.text;
+  if (event.count > 1) line += fmt::format("  [{} times since the last line]", event.count);
+  return line;
+}
+
+nlohmann::ordered_json event_json(const Event& event) {
+  return {{"utc_ns", event.utc_ns}, {"event", name_of(event.kind)}, {"topic", event.topic},
+          {"who", event.who},       {"text", event.text},           {"count", event.count}};
+}
+
+EventLog::EventLog(std::size_t most, double quiet_s, Tell tell)
+    : most_(most), quiet_ns_(core::from_seconds(quiet_s)), tell_(std::move(tell)) {}
+
+void EventLog::add(Event event) {
+  totals_[event.kind] += event.count;
+  Held& held = held_[{event.kind, event.topic, event.who}];
+  if (held.told_ns != 0 && event.utc_ns - held.told_ns < quiet_ns_) {
+    held.count += event.count;
+    held.event = std::move(event);
+    return;
+  }
+  release(held);
+  held.told_ns = event.utc_ns;
+  tell(event);
+}
+
+void EventLog::look(core::Nanoseconds utc_ns) {
+  for (auto item = held_.begin(); item != held_.end();) {
+    Held& held = item->second;
+    if (utc_ns - held.told_ns < quiet_ns_) {
+      ++item;
+    } else if (held.count > 0) {
+      release(held);
+      held.told_ns = utc_ns;
+      ++item;
+    } else {
+      item = held_.erase(item);
+    }
+  }
+}
+
+void EventLog::flush() {
+  for (auto& [key, held] : held_) release(held);
+}
+
+void EventLog::release(Held& held) {
+  if (held.count == 0) return;
+  held.event.count = held.count;
+  held.count = 0;
+  tell(held.event);
+}
+
+void EventLog::tell(const Event& event) {
+  newest_.push_back(event);
+  if (newest_.size() > most_) newest_.pop_front();
+  if (tell_) tell_(event);
+}
+
+}  // namespace phantom::dds_spy

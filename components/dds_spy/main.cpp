@@ -1,0 +1,30 @@
+#include <iostream>
+
+#include "common/dds/participant.hpp"
+#include "common/runtime/deployment.hpp"
+#include "common/runtime/process.hpp"
+#include "components/dds_spy/session.hpp"
+
+int main(int argc, char** argv) {
+  using namespace phantom;
+  dds_spy::Request request;
+  runtime::ProcessDescription description;
+  description.name = "dds_spy";
+  description.summary =
+      "Shows what goes on in a DDS domain: who is there, what is sent, how often, how evenly, how old, what "
+      "is lost, and why "
+      "two ends do not communicate. It looks on and disturbs nobody.";
+  description.details = dds_spy::help_text();
+  description.add_options = [&](CLI::App& app) { dds_spy::add_options(app, request); };
+  description.run = [&](const runtime::ProcessOptions& options) {
+    const auto config = dds_spy::load_config(options.config);
+    const auto deployment = runtime::load_deployment(options);
+    dds::check_qos_profiles(deployment.network.qos_profiles);
+    if (options.check) {
+      std::cout << "configuration is valid\n";
+      return static_cast<int>(runtime::kExitDone);
+    }
+    return dds_spy::run(request, config, deployment.network, std::cout);
+  };
+  return runtime::process_main(argc, argv, description);
+}

@@ -1,0 +1,170 @@
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <set>
+
+#include "components/dds_spy/reports.hpp"
+#include "components/dds_spy/table.hpp"
+
+namespace phantom::dds_spy {
+namespace {
+
+using diagnostics::EndpointInfo;
+using diagnostics::ParticipantInfo;
+using Json = nlohmann::ordered_json;
+
+struct TopicEnds {
+  std::set<std::string> types;
+  std::vector<const EndpointInfo*> writers, readers;
+};
+
+std::map<std::string, TopicEnds> topics_of(const ReportInput& input) {
+  std::map<std::string, TopicEnds> topics;
+  for (const auto& [guid, endpoint] : input.view.graph().endpoints()) {
+    if (!input.topics.keeps(endpoint.topic)) continue;
+    TopicEnds& ends = topics[endpoint.topic];
+    ends.types.insert(endpoint.type);
+    (endpoint.writer ? ends.writers : ends.readers).push_back(&endpoint);
+  }
+  return topics;
+}
+
+/// Of the project: its name and type are those of a contract.
+bool is_ours(const ReportInput& input, const std::string& topic, const std::string& type) {
+  const auto contract = input.contracts.find(topic);
+  return contract != input.contracts.end() && contract->second.type == type;
+}
+
+std::string joined(const std::set<std::string>& names, const char* between) {
+  std::string text;
+  for (const auto& name : names) text += (text.empty() ? "" : between) + name;
+  return text;
+}
+
+std::string names(const ReportInput& input, const std::vector<const EndpointInfo*>& endpoints) {
+  std::map<std::string, int> counts;
+  for (const auto* endpoint : endpoints) {
+    const auto* participant = input.view.graph().participant(endpoint->guid);
+    ++counts[participant == nullptr || participant->name.empty() ? input.view.graph().who(endpoint->guid)
+                                                                 : participant->name];
+  }
+  std::set<std::string> texts;
+  for (const auto& [name, count] : counts)
+    texts.insert(count == 1 ? name : fmt::format("{} (×{})", name, count));
+  return texts.empty() ? "–" : joined(texts, ", ");
+}
+
+std::set<std::string> topics_at(const ReportInput& input, const ParticipantInfo& participant, bool writer) {
+  std::set<std::string> found;
+  for (const auto& [guid, endpoint] : input.view.graph().endpoints()) {
+    if (endpoint.writer == writer && diagnostics::participant_of(guid) == participant.guid &&
+        input.topics.keeps(endpoint.topic))
+      found.insert(endpoint.topic);
+  }
+  return found;
+}
+
+Json endpoint_list(const ReportInput& input, const std::vector<const EndpointInfo*>& endpoints) {
+  Json list = Json::array();
+  for (const auto* endpoint : endpoints) {
+    list.push_back({{"guid", diagnostics::to_string(endpoint->guid)},
+                    {"participant", input.view.graph().who(endpoint->guid)},
+                    {"type", endpoint->type},
+                    {"qos", diagnostics::qos_text(endpoint->qos)}});
+  }
+  return list;
+}
+
+std::map<std::string, std::vector<const ParticipantInfo*>> by_host(const ReportInput& input) {
+  std::map<std::string, std::vector<const ParticipantInfo*>> hosts;
+  for (const auto& [guid, participant] : input.view.graph().participants())
+    hosts[participant.host.empty() ? "unknown host" : participant.host].push_back(&participant);
+  for (auto& [host, list] : hosts) {
+    std::sort(list.begin(), list.end(), [](const auto* a, const auto* b) {
+      return std::tie(a->name, a->guid) < std::tie(b->name, b->guid);
+    });
+  }
+  return hosts;
+}
+
+std::string counted(std::size_t count, const char* what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
+}  // namespace
+
+Json topology_json(const ReportInput& input) {
+  const auto& graph = input.view.graph();
+  Json participants = Json::array(), topics = Json::array();
+  for (const auto& [guid, participant] : graph.participants()) {
+    Json entry{{"guid", diagnostics::to_string(guid)},
+               {"name", participant.name},
+               {"host", participant.host},
+               {"process", participant.process},
+               {"user", participant.user},
+               {"vendor", participant.vendor},
+               {"lease", diagnostics::duration_text(participant.lease_ns)},
+               {"locators", participant.locators}};
+    entry["writes"] = topics_at(input, participant, true);
+    entry["reads"] = topics_at(input, participant, false);
+    participants.push_back(std::move(entry));
+  }
+  for (const auto& [name, ends] : topics_of(input)) {
+    const auto& first = ends.writers.empty() ? *ends.readers.front() : *ends.writers.front();
+    topics.push_back({{"name", name},
+                      {"types", ends.types},
+                      {"foreign", !is_ours(input, name, first.type)},
+                      {"keyed", first.keyed},
+                      {"writers", endpoint_list(input, ends.writers)},
+                      {"readers", endpoint_list(input, ends.readers)}});
+  }
+  return {{"domain", input.domain},
+          {"seconds", input.seconds},
+          {"participants", std::move(participants)},
+          {"topics", std::move(topics)},
+          {"mismatches", graph.disagreements().size()}};
+}
+
+std::string topology_text(const ReportInput& input) {
+  const auto& graph = input.view.graph();
+  const auto hosts = by_host(input);
+  const auto topics = topics_of(input);
+  const auto writers = std::count_if(graph.endpoints().begin(), graph.endpoints().end(),
+                                     [](const auto& e) { return e.second.writer; });
+  std::string text =
+      fmt::format("domain {}: {} on {}, {}, {}, {}\n", input.domain,
+                  counted(graph.participants().size(), "participant"), counted(hosts.size(), "host"),
+                  counted(topics.size(), "topic"), counted(static_cast<std::size_t>(writers), "writer"),
+                  counted(graph.endpoints().size() - static_cast<std::size_t>(writers), "reader"));
+  for (const auto& [host, participants] : hosts) {
+    text += "\nhost " + host + "\n";
+    for (const auto* participant : participants) {
+      std::set<std::string> locators(participant->locators.begin(), participant->locators.end());
+      text +=
+          fmt::format("  {:<18} {}{}, {}, {}\n", participant->name.empty() ? "(no name)" : participant->name,
+                      participant->process.empty() ? "process unknown" : "process " + participant->process,
+                      participant->user.empty() ? "" : " of " + participant->user, participant->vendor,
+                      joined(locators, " "));
+      for (const bool writer : {true, false}) {
+        const auto names_there = topics_at(input, *participant, writer);
+        if (!names_there.empty())
+          text += fmt::format("    {} {}\n", writer ? "writes" : "reads ", joined(names_there, ", "));
+      }
+    }
+  }
+  Table table({"TOPIC", "TYPE", "WRITERS", "READERS"});
+  for (const auto& [name, ends] : topics) {
+    const auto& first = ends.writers.empty() ? *ends.readers.front() : *ends.writers.front();
+    table.add({name, joined(ends.types, " | ") + (is_ours(input, name, first.type) ? "" : " (foreign)"),
+               names(input, ends.writers), names(input, ends.readers)});
+  }
+  if (!table.empty()) text.append("\n").append(table.text());
+  const auto mismatched = graph.disagreements().size();
+  if (mismatched > 0) {
+    text += fmt::format("\n{} of writers and readers do not communicate: dds_spy qos says why.\n",
+                        mismatched == 1 ? "1 pair" : fmt::format("{} pairs", mismatched));
+  }
+  return text;
+}
+
+}  // namespace phantom::dds_spy

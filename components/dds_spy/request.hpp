@@ -1,0 +1,35 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "components/dds_spy/dds_adapter.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace phantom::dds_spy {
+
+enum class Command { kLive, kTopology, kEcho, kRates, kLatency, kQos, kEvents, kTypes };
+
+/// Arguments, as they were given.
+struct Request {
+  Command command = Command::kLive;
+  std::vector<std::string> topics, instances, writers, kinds;
+  std::optional<double> seconds;  ///< 0: until it is stopped
+  double interval_s = 0.0;        ///< hz, latency: also print each; 0: at the end only
+  double every_s = 0.0;           ///< echo: at most one sample of a writer in this time
+  std::uint64_t count = 0;        ///< echo: end after so many; 0: no limit
+  bool json = false, reliable = false, history = false, all_octets = false;
+};
+
+/// Declares the subcommands and options on `app`.
+void add_options(CLI::App& app, Request& request);
+/// What --help says after the options.
+std::string help_text();
+/// What to read for it.
+Reading reading_of(const Request& request);
+
+}  // namespace phantom::dds_spy
