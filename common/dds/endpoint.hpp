@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -12,13 +11,9 @@
 
 namespace phantom::dds {
 
-/// Identity of a keyed topic's instance within one reader.
-using InstanceId = std::array<std::uint8_t, 16>;
-
 /// What came with a sample.
 struct SampleInfo {
   core::Nanoseconds received_ns = 0;  ///< CLOCK_MONOTONIC of this host when it was taken
-  InstanceId instance{};
 };
 
 /// Untyped ends; use Writer<T> and Reader<T>.
@@ -28,7 +23,6 @@ class RawWriter {
   ~RawWriter();
   RawWriter(RawWriter&&) noexcept;
   bool write(void* sample);
-  bool dispose(void* sample);
   std::uint32_t matched() const;
   /// Asserts MANUAL_BY_TOPIC liveliness without a sample.
   void assert_liveliness();
@@ -41,9 +35,7 @@ class RawWriter {
 class RawReader {
  public:
   using OnSample = std::function<void(const void*, const SampleInfo&)>;
-  using OnDisposed = std::function<void(const InstanceId&)>;
-  RawReader(Participant& participant, const TopicDescription& topic, OnSample on_sample,
-            OnDisposed on_disposed);
+  RawReader(Participant& participant, const TopicDescription& topic, OnSample on_sample);
   ~RawReader();
   RawReader(RawReader&&) noexcept;
   /// Counts a sample that the component's validation refused (shown as `refused`). Thread-safe.
@@ -64,9 +56,6 @@ class Writer {
   Writer(Participant& participant, const TopicSpec<T>& topic) : raw_(participant, topic) {}
   /// False if the sample could not be queued.
   bool write(const T& sample) { return raw_.write(const_cast<T*>(&sample)); }
-  /// Ends the instance with `sample`'s key (keyed topics). Not for durable topics: a reader of another process that
-  /// joins later waits for ever at the disposal and gets nothing that was written after it (Fast DDS 2.9.1).
-  bool dispose(const T& sample) { return raw_.dispose(const_cast<T*>(&sample)); }
   std::uint32_t matched() const { return raw_.matched(); }
   void assert_liveliness() { raw_.assert_liveliness(); }
 
@@ -80,14 +69,11 @@ template <class T>
 class Reader {
  public:
   using OnSample = std::function<void(const T&, const SampleInfo&)>;
-  Reader(Participant& participant, const TopicSpec<T>& topic, OnSample on_sample,
-         RawReader::OnDisposed on_disposed = {})
-      : raw_(
-            participant, topic,
-            [callback = std::move(on_sample)](const void* sample, const SampleInfo& info) {
-              callback(*static_cast<const T*>(sample), info);
-            },
-            std::move(on_disposed)) {}
+  Reader(Participant& participant, const TopicSpec<T>& topic, OnSample on_sample)
+      : raw_(participant, topic,
+             [callback = std::move(on_sample)](const void* sample, const SampleInfo& info) {
+               callback(*static_cast<const T*>(sample), info);
+             }) {}
   void count_refused() { raw_.count_refused(); }
   std::uint32_t matched() const { return raw_.matched(); }
 

@@ -1,4 +1,3 @@
-#include <cstring>
 #include <fastdds/dds/subscriber/DataReader.hpp>
 #include <fastdds/dds/subscriber/DataReaderListener.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
@@ -19,7 +18,6 @@ struct RawReader::Impl : edds::DataReaderListener {
   edds::TypeSupport type;
   void* sample = nullptr;  // reused for every take: DDS calls a reader's listener from one thread at a time
   OnSample on_sample;
-  OnDisposed on_disposed;
   edds::DataReader* reader = nullptr;
 
   ~Impl() override {
@@ -29,15 +27,11 @@ struct RawReader::Impl : edds::DataReaderListener {
   void on_data_available(edds::DataReader* from) override {
     edds::SampleInfo info;
     while (from->take_next_sample(sample, &info) == ReturnCode_t::RETCODE_OK) {
+      if (!info.valid_data) continue;  // what is gone says so by a sample (idl/workspace.idl), never by a disposal
       SampleInfo given;
       given.received_ns = core::monotonic_ns();
-      std::memcpy(given.instance.data(), info.instance_handle.value, given.instance.size());
-      if (info.valid_data) {
-        counters->samples.fetch_add(1, std::memory_order_relaxed);
-        on_sample(sample, given);
-      } else if (info.instance_state == edds::NOT_ALIVE_DISPOSED_INSTANCE_STATE && on_disposed) {
-        on_disposed(given.instance);
-      }
+      counters->samples.fetch_add(1, std::memory_order_relaxed);
+      on_sample(sample, given);
     }
   }
   void on_subscription_matched(edds::DataReader*, const edds::SubscriptionMatchedStatus& status) override {
@@ -60,15 +54,13 @@ struct RawReader::Impl : edds::DataReaderListener {
   }
 };
 
-RawReader::RawReader(Participant& participant, const TopicDescription& topic, OnSample on_sample,
-                     OnDisposed on_disposed)
+RawReader::RawReader(Participant& participant, const TopicDescription& topic, OnSample on_sample)
     : impl_(std::make_unique<Impl>()) {
   impl_->participant = participant.impl();
   impl_->counters = participant.impl()->add_counters(topic, false);
   impl_->type = topic.make_type();
   impl_->sample = impl_->type.create_data();
   impl_->on_sample = std::move(on_sample);
-  impl_->on_disposed = std::move(on_disposed);
   auto* subscriber = participant.impl()->subscriber;
   impl_->reader = subscriber->create_datareader(participant.impl()->topic(topic),
                                                 reader_qos(*subscriber, topic), impl_.get());

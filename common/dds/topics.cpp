@@ -52,6 +52,8 @@ const TopicSpec<msg::Percept> kPercept{
 const TopicSpec<msg::InterestPoints> kInterestPoints{{"interest_points", "phantom::msg::InterestPoints",
                                                       periodic(100, 500),
                                                       &make_type<msg::InterestPointsPubSubType>}};
+const TopicSpec<msg::SkinPercept> kSkinPercept{
+    {"skin_percept", "phantom::msg::SkinPercept", periodic(500, 2000), &make_type<msg::SkinPerceptPubSubType>}};
 const TopicSpec<msg::HitAlert> kHitAlert{
     {"hit_alert", "phantom::msg::HitAlert", kEvent, &make_type<msg::HitAlertPubSubType>}};
 const TopicSpec<msg::SensingCommand> kSensingCommand{{"sensing_command", "phantom::msg::SensingCommand", kEvent,
@@ -81,7 +83,7 @@ const TopicSpec<msg::ComponentStatus> kComponentStatus{{"component_status", "pha
 
 std::span<const TopicDescription* const> all_topics() {
   static const TopicDescription* const topics[] = {&kMasterState,    &kSlaveState,       &kDragField,
-                                                   &kPercept,        &kInterestPoints,   &kHitAlert,
+                                                   &kPercept,        &kInterestPoints,   &kSkinPercept,      &kHitAlert,
                                                    &kSensingCommand, &kSensingReply,     &kOperatorCommand,
                                                    &kWorkspaceBrick, &kWorkspaceVersion, &kWorkspaceObject,
                                                    &kMeshChunk,      &kWorkspaceCommand, &kWorkspaceReply,

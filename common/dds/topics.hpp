@@ -46,6 +46,7 @@ extern const TopicSpec<msg::SlaveState> kSlaveState;              ///< 1 kHz
 extern const TopicSpec<msg::DragField> kDragField;                ///< 1 kHz
 extern const TopicSpec<msg::Percept> kPercept;                    ///< 100 Hz
 extern const TopicSpec<msg::InterestPoints> kInterestPoints;      ///< 100 Hz
+extern const TopicSpec<msg::SkinPercept> kSkinPercept;            ///< 20 Hz
 extern const TopicSpec<msg::HitAlert> kHitAlert;                  ///< on events
 extern const TopicSpec<msg::SensingCommand> kSensingCommand;      ///< on events
 extern const TopicSpec<msg::SensingReply> kSensingReply;          ///< on events

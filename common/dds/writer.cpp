@@ -56,10 +56,6 @@ bool RawWriter::write(void* sample) {
   return written;
 }
 
-bool RawWriter::dispose(void* sample) {
-  return impl_->writer->dispose(sample, edds::HANDLE_NIL) == ReturnCode_t::RETCODE_OK;
-}
-
 std::uint32_t RawWriter::matched() const { return impl_->counters->matched; }
 void RawWriter::assert_liveliness() { impl_->writer->assert_liveliness(); }
 
