@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <mutex>
 #include <new>
 #include <string>
 #include <string_view>
@@ -202,10 +203,15 @@ Status check_file(const std::filesystem::path& path, const MeshImportOptions& op
   return Status::ok();
 }
 
-}  // namespace
+struct Importer {
+  pid_t child = 0;
+  int from_child = -1;  ///< what it sends; ends when it does
+};
 
-core::Expected<LoadedMesh> load_mesh(const std::filesystem::path& path, const MeshImportOptions& options) {
-  if (Status checked = check_file(path, options); !checked) return checked;
+core::Expected<Importer> start_importer(const std::filesystem::path& path, const MeshImportOptions& options) {
+  // Imports on several threads: no child may inherit the sending end of another's pipe, which would keep that open.
+  static std::mutex starting;
+  const std::lock_guard lock(starting);
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) return about(path, ErrorCode::kUnavailable, std::strerror(errno));
   const pid_t child = fork();
@@ -220,13 +226,22 @@ core::Expected<LoadedMesh> load_mesh(const std::filesystem::path& path, const Me
     import_and_send(path, options, ends[1]);
   }
   close(ends[1]);
+  return Importer{child, ends[0]};
+}
+
+}  // namespace
+
+core::Expected<LoadedMesh> load_mesh(const std::filesystem::path& path, const MeshImportOptions& options) {
+  if (Status checked = check_file(path, options); !checked) return checked;
+  const auto importer = start_importer(path, options);
+  if (!importer) return importer.status();
   std::vector<std::uint8_t> bytes;
   // A child that waits for something uses no processor time: a generous clock time ends it as well.
   const core::Nanoseconds deadline_ns = core::monotonic_ns() + 4 * core::from_seconds(options.max_cpu_s);
-  if (!read_until_closed(ends[0], deadline_ns, bytes)) kill(child, SIGKILL);
-  close(ends[0]);
+  if (!read_until_closed(importer->from_child, deadline_ns, bytes)) kill(importer->child, SIGKILL);
+  close(importer->from_child);
   int wait_status = 0;
-  while (waitpid(child, &wait_status, 0) < 0 && errno == EINTR) {
+  while (waitpid(importer->child, &wait_status, 0) < 0 && errno == EINTR) {
   }
   return outcome(path, options, bytes, wait_status);
 }

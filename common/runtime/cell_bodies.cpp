@@ -2,9 +2,13 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <exception>
 #include <sstream>
+#include <thread>
 
 #include "common/core/errors.hpp"
+#include "common/core/parallel.hpp"
 #include "common/geometry/polygonise.hpp"
 
 namespace phantom::runtime {
@@ -60,6 +64,24 @@ geometry::TriangleMesh load_surface(const ObjectConfig& object, const geometry::
   return std::move(*mesh);
 }
 
+/// Calls work(index) for each object of the cell, on every core: an import is a process of its own. Of several failures
+/// that of the first object is thrown, whichever came first.
+template <class Work>
+void for_each_object(const CellConfig& cell, const Work& work) {
+  std::vector<std::exception_ptr> failures(cell.objects.size());
+  const auto threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  core::parallel_for(threads, cell.objects.size(), [&](std::size_t i, std::size_t) {
+    try {
+      work(i);
+    } catch (...) {
+      failures[i] = std::current_exception();
+    }
+  });
+  for (const std::exception_ptr& failure : failures) {
+    if (failure) std::rethrow_exception(failure);
+  }
+}
+
 }  // namespace
 
 voxel::GridSpec grid_of(const CellConfig& cell) {
@@ -85,12 +107,12 @@ voxel::Body place_body(const ObjectConfig& object, std::uint16_t id, const geome
 }
 
 std::vector<CellBody> load_bodies(const CellConfig& cell, const geometry::MeshImportOptions& limits) {
-  std::vector<CellBody> bodies;
+  std::vector<CellBody> bodies(cell.objects.size());
+  for_each_object(cell, [&](std::size_t i) {
+    bodies[i] = load_body(cell.objects[i], static_cast<std::uint16_t>(i + 1), cell, limits);
+  });
   std::vector<voxel::LayerProfile> profiles;
-  for (std::size_t i = 0; i < cell.objects.size(); ++i) {
-    bodies.push_back(load_body(cell.objects[i], static_cast<std::uint16_t>(i + 1), cell, limits));
-    profiles.push_back(bodies.back().body.profile);
-  }
+  for (const CellBody& body : bodies) profiles.push_back(body.body.profile);
   if (const auto palette = voxel::make_palette(profiles); !palette) {
     throw ConfigError(cell.file.string() + ": objects: " + palette.status().message());
   }
@@ -98,13 +120,13 @@ std::vector<CellBody> load_bodies(const CellConfig& cell, const geometry::MeshIm
 }
 
 std::vector<voxel::FieldBody> load_real_bodies(const CellConfig& cell, const geometry::MeshImportOptions& limits) {
-  std::vector<voxel::FieldBody> bodies;
-  std::vector<std::string> notes;  // wva_server tells them
-  for (std::size_t i = 0; i < cell.objects.size(); ++i) {
+  std::vector<voxel::FieldBody> bodies(cell.objects.size());
+  for_each_object(cell, [&](std::size_t i) {
     const ObjectConfig& object = cell.objects[i];
+    std::vector<std::string> notes;  // wva_server tells them
     const auto mesh = load_surface(object, limits, notes);
-    bodies.push_back({mesh.transformed(object.X_WO * object.X_deviation), static_cast<std::uint16_t>(i + 1)});
-  }
+    bodies[i] = {mesh.transformed(object.X_WO * object.X_deviation), static_cast<std::uint16_t>(i + 1)};
+  });
   return bodies;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "common/core/parallel.hpp"
 #include "common/voxel/workspace_hash.hpp"
 
 namespace phantom::voxel {
@@ -135,7 +136,7 @@ core::Expected<WorkspaceChange> LiveWorkspace::apply(Objects next, std::vector<B
   objects_ = std::move(next);
   workspace_.version = version;
   change.merge_s = now_s() - from_s;
-  take_hashes(touched, change);
+  take_hashes(touched, options.threads, change);
   return change;
 }
 
@@ -162,8 +163,13 @@ void LiveWorkspace::reserve_for(std::span<const BrickKey> keys) {
   reserved_bricks_ = with_room(count);
 }
 
-void LiveWorkspace::take_hashes(std::span<const BrickKey> keys, WorkspaceChange& change) {
-  for (const BrickKey key : keys) {
+void LiveWorkspace::take_hashes(std::span<const BrickKey> keys, int threads, WorkspaceChange& change) {
+  std::vector<std::uint64_t> hashes(keys.size());
+  core::parallel_for(threads, keys.size(), [&](std::size_t i, std::size_t) {
+    if (workspace_.has_brick(keys[i])) hashes[i] = brick_hash(keys[i], workspace_.brick(keys[i]));
+  });
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const BrickKey key = keys[i];
     const auto before = hashes_.find(key);
     if (!workspace_.has_brick(key)) {
       if (before == hashes_.end()) continue;
@@ -171,10 +177,9 @@ void LiveWorkspace::take_hashes(std::span<const BrickKey> keys, WorkspaceChange&
       hashes_.erase(before);
       continue;
     }
-    const std::uint64_t hash = brick_hash(key, workspace_.brick(key));
-    if (before != hashes_.end() && before->second == hash) continue;
+    if (before != hashes_.end() && before->second == hashes[i]) continue;
     change.changed.push_back(key);
-    hashes_.insert_or_assign(key, hash);
+    hashes_.insert_or_assign(key, hashes[i]);
   }
   content_hash_ = header_hash(workspace_.grid(), workspace_.palette());
   for (const auto& [key, hash] : hashes_) content_hash_ += hash;

@@ -78,7 +78,7 @@ class LiveWorkspace {
                                         std::uint64_t version, const ActivationOptions& options);
   void merge(const Objects& objects, std::span<const BrickKey> keys, Workspace& workspace, int threads) const;
   void reserve_for(std::span<const BrickKey> keys);
-  void take_hashes(std::span<const BrickKey> keys, WorkspaceChange& change);
+  void take_hashes(std::span<const BrickKey> keys, int threads, WorkspaceChange& change);
 
   MergeLaw law_;
   Workspace workspace_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <stdexcept>
 #include <string>
 
 #include "common/voxel/palette.hpp"
@@ -11,6 +12,7 @@
 namespace phantom::voxel {
 namespace {
 
+constexpr std::uint16_t kSeveral = 65535;                // no object's id
 constexpr std::int32_t kMostBricks = 8192 / kBrickEdge;  // along an axis (idl: size 1…8192)
 
 bool possible(BrickKey key) {
@@ -22,20 +24,46 @@ bool same_grid(const GridSpec& a, const GridSpec& b) {
   return a.origin_m == b.origin_m && a.voxel_size_m == b.voxel_size_m && a.size_vox == b.size_vox;
 }
 
+std::uint8_t greatest_code(const BrickData& brick) {
+  std::uint8_t greatest = 0;
+  for (const std::uint8_t code : brick.mu_code) greatest = std::max(greatest, code);
+  return greatest;
+}
+
 std::uint8_t greatest_fluid_code(const BrickData& brick) {
   std::uint8_t greatest = 0;
   for (std::size_t i = 0; i < kBrickVoxels; ++i) {
-    const bool fluid = brick.order[i] > kOrderFree && brick.order[i] < kOrderBoundary;
-    greatest = std::max(greatest, fluid ? brick.mu_code[i] : std::uint8_t{0});
+    const bool fluid = (brick.order[i] > kOrderFree) & (brick.order[i] < kOrderBoundary);
+    const auto code = static_cast<std::uint8_t>(fluid ? brick.mu_code[i] : 0);
+    greatest = greatest < code ? code : greatest;
   }
   return greatest;
 }
 
-void copy_brick(BrickKey key, const Workspace::BrickView& from, Workspace& workspace) {
-  const Workspace::MutableBrick to = workspace.make_brick(key);
-  std::memcpy(to.mu_code, from.mu_code, kBrickVoxels);
-  std::memcpy(to.order, from.order, kBrickVoxels);
-  from.copy_objects(to.object);
+/// The object that every voxel with a μ belongs to, and no other voxel; kSeveral: there is no such object.
+std::uint16_t sole_object(const BrickData& brick) {
+  const auto first = std::find_if(brick.mu_code.begin(), brick.mu_code.end(), [](std::uint8_t code) { return code != 0; });
+  const std::uint16_t object =
+      first == brick.mu_code.end() ? std::uint16_t{0} : brick.object[static_cast<std::size_t>(first - brick.mu_code.begin())];
+  unsigned others = 0;
+  for (std::size_t i = 0; i < kBrickVoxels; ++i)
+    others |= brick.object[i] ^ (brick.mu_code[i] != 0 ? object : 0U);
+  return others == 0 ? object : kSeveral;
+}
+
+bool uniform(const BrickData& brick) {
+  return std::memcmp(brick.mu_code.data(), brick.mu_code.data() + 1, kBrickVoxels - 1) == 0 &&
+         std::memcmp(brick.order.data(), brick.order.data() + 1, kBrickVoxels - 1) == 0;
+}
+
+/// Puts a brick into the workspace with as little memory as its content needs.
+void store_brick(BrickKey key, const BrickData& brick, std::uint16_t object, Workspace& workspace) {
+  if (object != kSeveral && uniform(brick)) return workspace.fill_brick(key, brick.mu_code[0], brick.order[0], object);
+  const Workspace::MutableBrick to =
+      object != kSeveral ? workspace.make_brick_of(key, object) : workspace.make_brick_of_several(key);
+  std::memcpy(to.mu_code, brick.mu_code.data(), kBrickVoxels);
+  std::memcpy(to.order, brick.order.data(), kBrickVoxels);
+  if (to.object != nullptr) std::copy(brick.object.begin(), brick.object.end(), to.object);
 }
 
 /// Some bricks to spare: an array that must grow for a change moves all that is in it.
@@ -70,11 +98,11 @@ core::Status WorkspaceAssembler::put_brick(BrickKey key, std::uint64_t version,
     remove_brick(key);
     return core::Status::ok();
   }
-  auto data = std::make_shared<BrickData>();
-  if (core::Status decoded = decode_brick(bytes, *data); !decoded) return decoded;
+  BrickData& brick = *scratch_;
+  if (core::Status decoded = decode_brick(bytes, brick); !decoded) return decoded;
   forget(key);
-  Held held{version, brick_hash(key, data->view()), data,
-            *std::max_element(data->mu_code.begin(), data->mu_code.end()), greatest_fluid_code(*data)};
+  Held held{version, brick_hash(key, brick.view()), {bytes.begin(), bytes.end()}, sole_object(brick),
+            greatest_code(brick), greatest_fluid_code(brick)};
   hash_sum_ += held.hash;
   Tally& tally = tallies_[version];
   ++tally.count;
@@ -166,9 +194,20 @@ bool WorkspaceAssembler::spare_usable(const GridSpec& grid,
 void WorkspaceAssembler::write_brick(Workspace& to, BrickKey key) {
   const auto found = held_.find(key);
   if (found == held_.end()) return to.remove_brick(key);
-  const Held& held = found->second;
-  copy_brick(key, held.data ? held.data->view() : current_->brick(key), to);
   ++bricks_written_;
+  const std::vector<std::uint8_t>& packed = found->second.packed;
+  if (packed.empty()) return copy_brick(key, to);
+  if (!decode_brick(packed, *scratch_)) throw std::logic_error("a brick that was checked does not decode");
+  store_brick(key, *scratch_, found->second.object, to);
+}
+
+/// As it is in current_.
+void WorkspaceAssembler::copy_brick(BrickKey key, Workspace& to) {
+  const Workspace::BrickView from = current_->brick(key);
+  std::memcpy(scratch_->mu_code.data(), from.mu_code, kBrickVoxels);
+  std::memcpy(scratch_->order.data(), from.order, kBrickVoxels);
+  from.copy_objects(scratch_->object.data());
+  store_brick(key, *scratch_, from.object == nullptr ? from.sole_object : sole_object(*scratch_), to);
 }
 
 void WorkspaceAssembler::build(const VersionDescription& description) {
@@ -180,13 +219,14 @@ void WorkspaceAssembler::build(const VersionDescription& description) {
     for (const BrickKey key : spare_behind_) write_brick(*built, key);
   } else {
     built = std::make_shared<Workspace>(description.grid, description.palette_Pa_s_per_m);
-    built->reserve_bricks(with_room(held_.size()));
+    const auto several = std::count_if(held_.begin(), held_.end(), [](const auto& entry) { return entry.second.object == kSeveral; });
+    built->reserve_for(with_room(held_.size()), static_cast<std::size_t>(several));
     for (const auto& [key, held] : held_) write_brick(*built, key);
   }
   built->version = description.version;
   std::uint8_t fluid = 0;
   for (auto& [key, held] : held_) {
-    held.data.reset();  // from now on it stands in current_
+    held.packed = {};  // from now on it stands in current_
     fluid = std::max(fluid, held.greatest_fluid_code);
   }
   greatest_neighbour_mu_ = static_cast<double>(description.palette_Pa_s_per_m[fluid]);
@@ -207,7 +247,7 @@ void WorkspaceAssembler::prepare() {
     // Not from held_: what came since is not known to be whole.
     for (const BrickKey key : spare_behind_) {
       if (current_->has_brick(key)) {
-        copy_brick(key, current_->brick(key), *spare_);
+        copy_brick(key, *spare_);
       } else {
         spare_->remove_brick(key);
       }

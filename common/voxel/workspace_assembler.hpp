@@ -32,7 +32,8 @@ struct VersionDescription {
 ///     after each call:             if (assembler.current() != mine) { mine = assembler.current(); … }
 ///
 /// A version that changes some bricks of the one before costs those bricks only: it is made in the buffer of
-/// the last version but one, as soon as nobody holds that any more (otherwise in a new one).
+/// the last version but one, as soon as nobody holds that any more (otherwise in a new one). Bricks that wait for their
+/// version are kept as they came, compressed.
 ///
 /// Bricks that a server left behind when it died (its successor never names them) are found by their lower
 /// version and dropped. Not thread-safe: samples come on middleware threads, so lock around every call. Not
@@ -65,7 +66,8 @@ class WorkspaceAssembler {
   struct Held {
     std::uint64_t version;
     std::uint64_t hash;
-    std::shared_ptr<const BrickData> data;  // null: as in current_
+    std::vector<std::uint8_t> packed;  // encoded; empty: as in current_
+    std::uint16_t object;               // that all of it belongs to; 65535: to several
     std::uint8_t greatest_code;
     std::uint8_t greatest_fluid_code;  // of layers and guard
   };
@@ -81,6 +83,7 @@ class WorkspaceAssembler {
   void build(const VersionDescription& description);
   bool spare_usable(const GridSpec& grid, const std::vector<float>& palette_Pa_s_per_m) const;
   void write_brick(Workspace& to, BrickKey key);
+  void copy_brick(BrickKey key, Workspace& to);
 
   std::map<BrickKey, Held> held_;
   std::map<std::uint64_t, Tally> tallies_;  // by version
@@ -93,6 +96,7 @@ class WorkspaceAssembler {
   std::shared_ptr<Workspace> spare_;   // the version before, or a copy
   std::set<BrickKey> spare_behind_;    // where spare_ differs from current_
   std::size_t bricks_written_ = 0;
+  std::unique_ptr<BrickData> scratch_ = std::make_unique<BrickData>();
 };
 
 }  // namespace phantom::voxel

@@ -10,7 +10,6 @@ namespace phantom::wva_server {
 WvaServerConfig load_config(const std::filesystem::path& path) {
   const auto file = runtime::ConfigReader::from_file(path);
   WvaServerConfig config;
-  file.choice("method", "distance", {"distance"});
   const auto import = file.optional_section("mesh_import");
   config.mesh_import.max_cpu_s = import.integer("max_cpu_s", 60, {1, 3600, "s"});
   config.mesh_import.max_memory_bytes =

@@ -1,9 +1,12 @@
 #include "components/wva_server/dds_adapter.hpp"
 
+#include <algorithm>
 #include <mutex>
 #include <set>
+#include <span>
 #include <stdexcept>
 
+#include "common/core/parallel.hpp"
 #include "common/dds/endpoint.hpp"
 #include "common/dds/status_reporter.hpp"
 #include "common/voxel/brick_codec.hpp"
@@ -12,6 +15,8 @@
 
 namespace phantom::wva_server {
 namespace {
+
+constexpr std::size_t kBricksAtOnce = 1024;  // encoded before they are written: bounds the memory
 
 template <class T>
 void write(dds::Writer<T>& writer, const T& sample, const char* topic) {
@@ -98,7 +103,7 @@ void DdsAdapter::withdraw_object(std::uint16_t id) {
   write(impl_->objects, message, "workspace_object");
 }
 
-void DdsAdapter::publish_change(const LiveCell& cell, const voxel::WorkspaceChange& change) {
+void DdsAdapter::publish_change(const LiveCell& cell, const voxel::WorkspaceChange& change, int threads) {
   msg::WorkspaceBrick brick;
   const auto put_key = [&brick](voxel::BrickKey key) {
     brick.bx(key.x);
@@ -106,10 +111,17 @@ void DdsAdapter::publish_change(const LiveCell& cell, const voxel::WorkspaceChan
     brick.bz(key.z);
   };
   brick.version(change.version);
-  for (const voxel::BrickKey key : change.changed) {
-    put_key(key);
-    brick.voxels_zstd(voxel::encode_brick(cell.workspace().brick(key)));
-    write(impl_->bricks, brick, "workspace_brick");
+  std::vector<std::vector<std::uint8_t>> encoded(std::min(kBricksAtOnce, change.changed.size()));
+  for (std::size_t first = 0; first < change.changed.size(); first += kBricksAtOnce) {
+    const auto keys = std::span(change.changed).subspan(first, std::min(kBricksAtOnce, change.changed.size() - first));
+    core::parallel_for(threads, keys.size(), [&](std::size_t i, std::size_t) {
+      encoded[i] = voxel::encode_brick(cell.workspace().brick(keys[i]));
+    });
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+      put_key(keys[i]);
+      brick.voxels_zstd(std::move(encoded[i]));
+      write(impl_->bricks, brick, "workspace_brick");
+    }
   }
   brick.voxels_zstd({});
   for (const voxel::BrickKey key : change.removed) {

@@ -22,8 +22,9 @@ class DdsAdapter {
   void publish_object(const ServedObject& object, std::size_t chunk_bytes);
   /// Says that an object is gone. Its mesh stays, for objects that may be added with it.
   void withdraw_object(std::uint16_t id);
-  /// What a change made of the workspace: changed bricks, removed ones, then the version that commits them.
-  void publish_change(const LiveCell& cell, const voxel::WorkspaceChange& change);
+  /// What a change made of the workspace: changed bricks, removed ones, then the version that commits them. Bricks are
+  /// compressed on `threads` threads.
+  void publish_change(const LiveCell& cell, const voxel::WorkspaceChange& change, int threads);
   /// Publishes component_status.
   void report(const core::Health& health);
 

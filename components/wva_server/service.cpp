@@ -99,7 +99,7 @@ bool Service::activate(std::vector<runtime::CellBody> bodies) {
   if (!change && runtime::stop_requested()) return false;
   if (!change) throw core::ConfigError("object " + change.status().message());
   build_s_ = now_s() - from_s;
-  adapter_.publish_change(cell_, *change);
+  adapter_.publish_change(cell_, *change, config_.threads);
   const voxel::Workspace& workspace = cell_.workspace();
   spdlog::info("workspace of cell {}: {} objects, {} bricks, {:.1f} MiB, built in {:.2f} s; version {} published {:.2f} s "
                "after the start",
@@ -118,7 +118,7 @@ void Service::carry_out(const Request& request) {
   reply.object = command.object;
   reply.object_id = command.id;
   if (change) {
-    adapter_.publish_change(cell_, change->workspace);
+    adapter_.publish_change(cell_, change->workspace, config_.threads);
     if (command.operation == Operation::kRemove) {
       adapter_.withdraw_object(change->id);
     } else {

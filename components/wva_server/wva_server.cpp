@@ -170,7 +170,7 @@ std::string describe(const ServedObject& object) {
   }
   if (!report.mesh.closed) {
     text += fmt::format(
-        "; the mesh is not closed: lines along three axes voted on what is inside ({} voxels disputed)",
+        "; the mesh is not closed: lines along three axes voted on what is inside, its winding number decided on {} voxels",
         report.mesh.disputed_voxels);
   }
   return text;

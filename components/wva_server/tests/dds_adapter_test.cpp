@@ -119,7 +119,7 @@ class DdsAdapterTest : public TestCell {
     voxel::WorkspaceChange all;
     all.version = cell.workspace().version;
     all.changed = cell.workspace().bricks();
-    adapter.publish_change(cell, all);
+    adapter.publish_change(cell, all, 2);
   }
   static std::size_t chunk_count(const ServedObject& object) { return mesh_chunks(object.mesh_O, 1024).size(); }
 };
@@ -167,7 +167,7 @@ TEST_F(DdsAdapterTest, AChangeSendsItsBricksOnlyAndEndsRightForEarlyAndLateConsu
 
   const auto moved = live.apply({Operation::kMove, "ball", 0, {Eigen::Matrix3d::Identity(), {0.1, -0.2, 0.3}}, ""}, 42, {});
   ASSERT_TRUE(moved);
-  adapter.publish_change(live, moved->workspace);
+  adapter.publish_change(live, moved->workspace, 2);
   adapter.publish_object(live.objects().at(1), 1024);
   ASSERT_TRUE(early.has_version(42));
   EXPECT_EQ(early.take_bricks_heard(), moved->workspace.changed.size() + moved->workspace.removed.size());
@@ -176,7 +176,7 @@ TEST_F(DdsAdapterTest, AChangeSendsItsBricksOnlyAndEndsRightForEarlyAndLateConsu
   const auto removed = live.apply({Operation::kRemove, "right post", 0, {}, ""}, 43, {});
   ASSERT_TRUE(removed);
   EXPECT_FALSE(removed->workspace.removed.empty());
-  adapter.publish_change(live, removed->workspace);
+  adapter.publish_change(live, removed->workspace, 2);
   adapter.withdraw_object(removed->id);
 
   Consumer late(dds::test_network());  // hears of bricks that are gone, and never saw them
@@ -198,7 +198,7 @@ TEST_F(DdsAdapterTest, ASuccessorsCellReplacesThatOfAServerThatDied) {
     publish(first, live);
     const auto moved = live.apply({Operation::kMove, "ball", 0, {Eigen::Matrix3d::Identity(), {0.1, -0.2, 0.3}}, ""}, 42, {});
     ASSERT_TRUE(moved);
-    first.publish_change(live, moved->workspace);
+    first.publish_change(live, moved->workspace, 2);
     ASSERT_TRUE(consumer.has_version(42));
   }
   const LiveCell fewer = activated(cell_with("xyz_m: [0.2, 0.1, 0.15]", "xyz_m: [0.25, -0.2, 0.15]"), 50);
