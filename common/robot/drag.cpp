@@ -7,8 +7,7 @@
 namespace phantom::robot {
 namespace {
 
-/// h of DirectionalLaw: the share of the coefficient that remains when motion goes up the gradient with
-/// strength x.
+/// h of DirectionalLaw: the share of the drag that remains when motion goes up the gradient with strength x.
 double share(const DirectionalLaw& law, double x) noexcept {
   const double away = std::clamp(-x / law.full_at, 0.0, 1.0);
   return 1.0 - (1.0 - law.leaving_share) * away * away * (3.0 - 2.0 * away);
@@ -41,6 +40,63 @@ double power(const Twist& twist, const Wrench& wrench) noexcept {
   return twist.linear.dot(wrench.force) + twist.angular.dot(wrench.moment);
 }
 
+Twist operator*(double factor, const Twist& twist) noexcept { return {factor * twist.linear, factor * twist.angular}; }
+
+void add(Twist& sum, const Twist& twist) noexcept {
+  sum.linear += twist.linear;
+  sum.angular += twist.angular;
+}
+
+/// E and s of DirectionalLaw for one link.
+struct LinkMotion {
+  double drag_power, rise;
+
+  double sigma(double gradient_square) const noexcept {
+    const double bound_square = gradient_square * drag_power;
+    return bound_square > 0.0 ? std::clamp(rise / std::sqrt(bound_square), -1.0, 1.0) : 0.0;
+  }
+};
+
+/// What link k loses of its drag, by joint and direction, is added to `lost_plus` and `lost_minus`; gives its σ.
+double let_go(std::size_t k, const SerialArm& arm, const LinkPoses& X_WL, const ViscousSums& body, const DirectionalLaw& law,
+              const core::JointArray& v, core::JointArray& lost_plus, core::JointArray& lost_minus) noexcept {
+  std::array<Twist, core::kMaxJoints> by_joint;  // of this link, about its origin, by a unit of the joint
+  Twist whole{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  for (std::size_t j = 0; j < k; ++j) {
+    Twist& twist = by_joint[j] = unit_twist(arm, j, X_WL);
+    twist.linear += twist.angular.cross(X_WL[k].translation_m - X_WL[j + 1].translation_m);
+    add(whole, v[j] * twist);
+  }
+  const auto rise_of = [&body](const Twist& t) { return t.linear.dot(body.gradient) + t.angular.dot(body.gradient_moment); };
+  const Wrench wrench = drag_wrench(body, whole);
+  const LinkMotion motion{power(whole, wrench), rise_of(whole)};
+  for (std::size_t j = 0; j < k; ++j) {
+    const double own = power(by_joint[j], drag_wrench(body, by_joint[j])), with = power(by_joint[j], wrench),
+                 rise = rise_of(by_joint[j]), speed = std::hypot(v[j], law.still);
+    const auto lost_at = [&](double v_j) {  // the joint's velocity exchanged, the others as they are
+      const double step = v_j - v[j];
+      const LinkMotion other{std::max(0.0, motion.drag_power + step * (2.0 * with + step * own)), motion.rise + step * rise};
+      return (1.0 - share(law, other.sigma(body.gradient_square))) * std::max(0.0, own);
+    };
+    lost_plus[j] += lost_at(speed);
+    lost_minus[j] += lost_at(-speed);
+  }
+  return motion.sigma(body.gradient_square);
+}
+
+void apply(const DirectionalLaw& law, const SerialArm& arm, const LinkPoses& X_WL, const LinkSums& sums,
+           const core::JointArray& v, DragCoefficients& result) noexcept {
+  core::JointArray lost_plus{}, lost_minus{};
+  for (std::size_t k = 1; k <= arm.joint_count(); ++k) {
+    if (sums[k].gradient_square > 0.0) result.sigma[k - 1] = let_go(k, arm, X_WL, sums[k], law, v, lost_plus, lost_minus);
+  }
+  for (std::size_t j = 0; j < arm.joint_count(); ++j) {
+    const double own = result.plus[j], least = law.leaving_share * own;  // which rounding must not fall below
+    result.plus[j] = std::max(least, own - lost_plus[j]);
+    result.minus[j] = std::max(least, own - lost_minus[j]);
+  }
+}
+
 }  // namespace
 
 void ViscousSums::shift_by(const Eigen::Vector3d& offset_m) noexcept {
@@ -68,8 +124,8 @@ void ViscousSums::scale(double factor) noexcept {
   gradient_square *= factor;
 }
 
-void drag_coefficients(const SerialArm& arm, const LinkPoses& X_WL, const LinkSums& sums,
-                       const DirectionalLaw& law, DragCoefficients& result) noexcept {
+void drag_coefficients(const SerialArm& arm, const LinkPoses& X_WL, const LinkSums& sums, const DirectionalLaw& law,
+                       const core::JointArray& v, DragCoefficients& result) noexcept {
   result = {};
   ViscousSums outboard;  // everything that the joint at hand moves, about that joint's frame origin
   for (std::size_t j = arm.joint_count(); j-- > 0;) {
@@ -90,13 +146,8 @@ void drag_coefficients(const SerialArm& arm, const LinkPoses& X_WL, const LinkSu
     }
 
     result.plus[j] = result.minus[j] = own;
-    const double bound_square = outboard.gradient_square * own;
-    if (!law.enabled || !(bound_square > 0.0)) continue;
-    const double rise = twist.linear.dot(outboard.gradient) + twist.angular.dot(outboard.gradient_moment);
-    result.sigma[j] = std::clamp(rise / std::sqrt(bound_square), -1.0, 1.0);
-    result.plus[j] = own * share(law, result.sigma[j]);
-    result.minus[j] = own * share(law, -result.sigma[j]);
   }
+  if (law.enabled) apply(law, arm, X_WL, sums, v, result);
 }
 
 core::JointArray drag_torque(const DragCoefficients& drag, DragMode mode, const core::JointArray& v,

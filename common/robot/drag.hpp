@@ -30,18 +30,24 @@ struct ViscousSums {
 /// Sums by link index (0 = base, unused).
 using LinkSums = std::array<ViscousSums, core::kMaxJoints + 1>;
 
-/// Directional drag: full when a joint's motion nears, less when it leaves.
+/// Directional drag: a link that nears is felt in full, one that leaves is let go.
 ///
-/// For joint l let B be its symmetric coefficient, s = ∂(Σwμ)/∂q_l = Σ w∇μ·J_l and Q = Σ w|∇μ|²/μ over the
-/// sensors that it moves. By Cauchy and Schwarz |s| ≤ √(Q·B), so σ = s/√(Q·B) lies in [−1, 1]: how squarely
-/// the joint's motion points up the gradient. B⁺ = B·h(σ) and B⁻ = B·h(−σ) with h(x) = 1 for x ≥ 0, falling
-/// to `leaving_share` at x ≤ −full_at by the smoothstep x²(3−2x): continuous with its derivative, never
-/// above 1. Where the sums cancel (σ = 0: amid two objects, or sliding along one) both directions keep the
-/// full coefficient.
+/// A link is judged by the motion of all joints together. Over its sensors, moving with velocities u_i, let E = Σ wμ|u_i|²
+/// (its share of vᵀDv), s = d(Σwμ)/dt = Σ w∇μ·u_i and Q = Σ w|∇μ|²/μ. By Cauchy and Schwarz |s| ≤ √(Q·E), so σ = s/√(Q·E)
+/// lies in [−1, 1]: how squarely the link moves up the gradient. It keeps the share h(σ) of its drag, with h(x) = 1 for
+/// x ≥ 0, falling to `leaving_share` at x ≤ −full_at by the smoothstep x²(3−2x): continuous with its derivative, never
+/// above 1. Where the sum cancels (σ = 0: amid two objects, or sliding along one) both directions keep the full drag.
+///
+/// With B_lk for link k's share of joint l's symmetric coefficient, B⁺_l = Σ_k h(σ_k)·B_lk, where joint l moves forwards at
+/// its speed and the others as they do, and B⁻_l likewise backwards. So the coefficient that holds for the sign of v_l is
+/// that of the motion at hand, and of a joint that moves alone both are right whichever way it turns next. A joint that
+/// stands counts as if it crept at `still`. Going back the way it came, a link that was felt in full is let go; one that
+/// the way back brings nearer to something is felt.
 struct DirectionalLaw {
   bool enabled = false;        ///< false: symmetric (thesis), B⁺ = B⁻ = B
-  double leaving_share = 0.0;  ///< share of B that remains when leaving squarely, 0…1
-  double full_at = 0.3;        ///< |σ| from which the share is fully applied, above 0…1
+  double leaving_share = 0.0;  ///< share of the drag that remains when leaving squarely, 0…1
+  double full_at = 0.15;       ///< |σ| from which the share is fully applied, above 0…1
+  double still = 0.005;        ///< rad/s or m/s, above 0: a motion this slow has no direction to speak of
 };
 
 /// Number of places of a packed lower triangle for kMaxJoints joints.
@@ -51,7 +57,7 @@ inline constexpr std::size_t kPackedMatrix = core::kMaxJoints * (core::kMaxJoint
 struct DragCoefficients {
   core::JointArray plus{};   ///< B⁺, for v > 0
   core::JointArray minus{};  ///< B⁻, for v < 0
-  core::JointArray sigma{};  ///< σ of the directional law; 0 if it is off
+  core::JointArray sigma{};  ///< σ of the link that the joint carries; 0 if the law is off, or at rest
   /// Lower triangle of the coupled, symmetric, positive semi-definite matrix D, row by row: D(i,j) at
   /// i(i+1)/2 + j. Its diagonal is the symmetric coefficient B.
   std::array<double, kPackedMatrix> coupled{};
@@ -63,9 +69,10 @@ struct DragCoefficients {
 
 /// Coefficients of every joint from the links' sums. Separable: B_l = aᵀJ_o a over all links ≥ l, the
 /// thesis's Σ μ d_l² (eqs. 5.29–5.35, C.9–C.13); prismatic: Σμ. Coupled: D(q) = Σ JᵀJ wμ by the
-/// composite-body algorithm. `X_WL` must be the pose at which the sums were taken. Real-time safe: yes.
-void drag_coefficients(const SerialArm& arm, const LinkPoses& X_WL, const LinkSums& sums,
-                       const DirectionalLaw& law, DragCoefficients& result) noexcept;
+/// composite-body algorithm. `X_WL` must be the pose at which the sums were taken; `v`, rad/s or m/s, is looked at by the
+/// directional law alone. Real-time safe: yes.
+void drag_coefficients(const SerialArm& arm, const LinkPoses& X_WL, const LinkSums& sums, const DirectionalLaw& law,
+                       const core::JointArray& v, DragCoefficients& result) noexcept;
 
 /// Which torque the coefficients are to give.
 enum class DragMode {

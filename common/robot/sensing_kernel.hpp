@@ -12,6 +12,7 @@ namespace phantom::robot::kernel {
 /// Sensors are packed in whole groups of this many; the rest is filled with sensors that weigh nothing, whose codes
 /// mean nothing.
 inline constexpr std::size_t kGroup = 16;
+constexpr std::size_t whole_groups(std::size_t sensors) noexcept { return (sensors + kGroup - 1) / kGroup * kGroup; }
 /// Sensors whose greatest code is kept together: a whole number of groups.
 inline constexpr std::size_t kBlock = 256;
 /// A place this little below a voxel's border counts as beyond it, so that rounding does not decide for sensors

@@ -13,6 +13,7 @@
 #include "common/robot/mu_memory.hpp"
 #include "common/robot/sensing_kernel.hpp"
 #include "common/robot/skin.hpp"
+#include "common/robot/worker_team.hpp"
 #include "common/voxel/workspace.hpp"
 
 namespace phantom::robot {
@@ -38,6 +39,9 @@ struct SensingOptions {
   int gradient_reach_vox = 4;
   MemoryWeights memory;    ///< smooths μ of point sensors along their way (table 4.2); empty: not
   ResponseCurve response;  ///< of cluster sensors
+  /// That share the sensors; 1: the caller's alone. The results are the same, bit for bit, with any number. More than the
+  /// host has cores is of no use.
+  std::size_t threads = 1;
 };
 
 /// Takes the sums of a whole skin against a workspace. Holds the scratch memory of a tick and packed copies of
@@ -78,19 +82,24 @@ class SkinSensing {
     std::size_t count = 0;
     bool has(std::uint16_t id) const noexcept;
   };
-  struct Totals;  // of one link at work
+  struct Totals;  // sums at work
+  struct Part;    // sensors for one thread to take
   struct Ties;    // candidates for the worst sensor
   struct Star;    // voxels around one
 
-  kernel::Points points_of(std::size_t link) const noexcept;
+  static std::vector<Part> parts_of(const SkinLayout& layout);
+  static std::shared_ptr<const Star> make_star(int reach_vox);
+  kernel::Points points_of(std::size_t first, std::size_t end) const noexcept;
+  std::size_t sensors_of(const Part& part) const noexcept;
   voxel::Index3 voxel_of(std::size_t link, const Eigen::Vector3d& p_L_m) const noexcept;
-  std::size_t clusters_of(std::size_t link) const noexcept;
-  void sense_points(std::size_t link, const voxel::Workspace& workspace, Totals& totals) noexcept;
-  void sense_slowly(std::size_t link, const voxel::Workspace& workspace, Totals& totals) noexcept;
-  void sense_clusters(std::size_t link, const voxel::Workspace& workspace, Totals& totals) noexcept;
-  ClusterReading read_cluster(std::size_t link, const ClusterStencil& stencil, voxel::Index3 centre,
+  void place_link(std::size_t link, const geometry::Pose& X_WL, const voxel::GridSpec& grid) noexcept;
+  void sense_points(Part& part, const voxel::Workspace& workspace) noexcept;
+  void sense_slowly(Part& part, const kernel::Points& points, const kernel::Field& field,
+                    const voxel::Workspace& workspace) noexcept;
+  void sense_clusters(Part& part, const voxel::Workspace& workspace) noexcept;
+  ClusterReading read_cluster(Part& part, const ClusterStencil& stencil, voxel::Index3 centre,
                               const voxel::Workspace& workspace) noexcept;
-  void sense_link(std::size_t link, const geometry::Pose& X_WL, const voxel::Workspace& workspace) noexcept;
+  void take(std::size_t link, const Totals& totals, const geometry::Pose& X_WL, double voxel_size_m) noexcept;
   void find_ties(std::uint8_t code, Ties& ties) const noexcept;
   void find_worst(const LinkPoses& X_WL, const voxel::Workspace& workspace) noexcept;
   double surroundings(voxel::Index3 at, const voxel::Workspace& workspace) const noexcept;
@@ -114,7 +123,9 @@ class SkinSensing {
   AlignedVector<double> mu_;             // with memory or muted objects
   std::vector<std::uint8_t> block_worst_;  // greatest code of each kernel::kBlock packed sensors
   std::vector<std::uint8_t> cluster_codes_;  // greatest code of each cluster sensor, by sensor
-  std::unique_ptr<const Star> star_;
+  std::shared_ptr<const Star> star_;
+  std::vector<Part> parts_;  // link by link
+  WorkerTeam team_;
 
   std::array<MutedObjects, core::kMaxJoints + 1> muted_objects_{};
   std::array<kernel::ToVoxels, core::kMaxJoints + 1> to_voxels_{};

@@ -27,6 +27,7 @@ void read_directional(const ConfigReader& section, PerceptSettings& percept) {
   percept.directional.leaving_share =
       section.number("leaving_share", percept.directional.leaving_share, {0, 1, ""});
   percept.directional.full_at = section.number("full_at", percept.directional.full_at, {0.01, 1, ""});
+  percept.directional.still = section.number("still", percept.directional.still, {1e-6, 1, "rad/s or m/s"});
   percept.gradient_reach_vox =
       section.integer("gradient_reach_vox", percept.gradient_reach_vox, {1, 32, "voxels"});
 }
@@ -138,6 +139,7 @@ Config load_config(const std::filesystem::path& path) {
   config.skin.pitch_vox = skin.number("pitch_vox", config.skin.pitch_vox, {0.05, 10, "voxels"});
   config.skin.max_sensors =
       static_cast<std::size_t>(skin.integer("max_sensors", 100'000, {1, 2'000'000, "sensors"}));
+  percept.threads = static_cast<std::size_t>(file.integer("threads", 0, {0, 64, "threads"}));
   config.percept_rate_hz = file.number("percept_rate_hz", config.percept_rate_hz, {1, 1000, "Hz"});
   config.staleness_s = file.number("staleness_s", config.staleness_s, {0.002, 10, "s"});
   read_workspace(file.optional_section("workspace"), config);

@@ -1,13 +1,25 @@
 #include "components/phantom_sensing/phantom_sensing.hpp"
 
+#include <algorithm>
+#include <thread>
+
 #include "common/percept/closeness.hpp"
 
 namespace phantom::phantom_sensing {
+namespace {
+
+std::size_t threads_for(std::size_t sensors) {
+  const std::size_t wanted = (sensors + PerceptSettings::kSensorsOfThread - 1) / PerceptSettings::kSensorsOfThread;
+  return std::clamp<std::size_t>(wanted, 1, std::max(1U, std::thread::hardware_concurrency()));
+}
+
+}  // namespace
 
 PhantomSensing::PhantomSensing(const PhantomModel& model, const PerceptSettings& settings)
     : model_(model),
       settings_(settings),
-      sensing_(model.skin, {settings.directional.enabled, settings.gradient_reach_vox, settings.memory, settings.response}),
+      sensing_(model.skin, {settings.directional.enabled, settings.gradient_reach_vox, settings.memory, settings.response,
+                            settings.threads != 0 ? settings.threads : threads_for(model.skin.size())}),
       zone_(settings.cluster_reach_vox, settings.cluster_shape),
       skin_watch_{percept::HitMonitor(settings.hit, settings.alert)},
       interest_watches_(model.interest_points.size(), skin_watch_),
@@ -120,7 +132,7 @@ void PhantomSensing::step(const StepInputs& inputs, StepOutputs& outputs) noexce
   model_.arm.link_poses(inputs.position, X_WL_);
   mute(inputs.allowed);
   sensing_.sense(X_WL_, model_.arm.joint_count(), *inputs.workspace.voxels);
-  robot::drag_coefficients(model_.arm, X_WL_, sensing_.sums(), settings_.directional, outputs.drag);
+  robot::drag_coefficients(model_.arm, X_WL_, sensing_.sums(), settings_.directional, inputs.velocity, outputs.drag);
   outputs.valid = true;
   outputs.active_sensors = sensing_.active();
   outputs.muted_sensors = sensing_.muted();

@@ -31,6 +31,10 @@ struct PerceptSettings {
   percept::MotionThresholds motion;
   percept::HitThresholds hit;
   percept::AlertTiming alert;
+  /// That share the sensors, the step's own included; 0: one for each kSensorsOfThread, at most as many as the host has
+  /// cores. They do not change the result.
+  std::size_t threads = 0;
+  static constexpr std::size_t kSensorsOfThread = 200'000;
 };
 
 /// A place of the arm that is watched by itself, beside the whole skin: an elbow, a motor body.

@@ -25,28 +25,30 @@ void count_sensors(State& state, std::size_t sensors) {
 /// Kinematics, all sensors, coefficients of all joints, in a slowly changing pose.
 struct Tick {
   Tick(const robot::SerialArm& arm_in, const robot::SkinLayout& skin, const robot::SensingOptions& options)
-      : arm(arm_in), sensing(skin, options), law{.enabled = options.gradient} {}
+      : arm(arm_in), sensing(skin, options), law{.enabled = options.gradient} {
+    std::fill_n(v.begin(), arm.joint_count(), 0.1);
+  }
 
   void run(const voxel::Workspace& world) {
     arm.link_poses(pose(arm.joint_count(), ++step), X_WL);
     sensing.sense(X_WL, arm.joint_count(), world);
-    robot::drag_coefficients(arm, X_WL, sensing.sums(), law, drag);
+    robot::drag_coefficients(arm, X_WL, sensing.sums(), law, v, drag);
     benchmark::DoNotOptimize(drag.coupled[0]);
   }
 
   const robot::SerialArm& arm;
   robot::SkinSensing sensing;
   robot::DirectionalLaw law;
+  core::JointArray v{};
   robot::LinkPoses X_WL;
   robot::DragCoefficients drag;
   int step = 0;
 };
 
-void tick(State& state, std::size_t sensors, int edge_vox, std::size_t joints,
-          const robot::SensingOptions& options = {}) {
+void tick_in(State& state, const voxel::Workspace& world, std::size_t sensors, std::size_t joints,
+             const robot::SensingOptions& options) {
   const robot::SerialArm arm = tube_arm(joints);
   const robot::SkinLayout skin = tube_skin(arm, sensors);
-  const voxel::Workspace& world = balls(edge_vox);
   Tick work(arm, skin, options);
   for (auto _ : state) work.run(world);
   count_sensors(state, skin.size());
@@ -55,6 +57,17 @@ void tick(State& state, std::size_t sensors, int edge_vox, std::size_t joints,
                          benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
   state.counters["in_fluid"] = static_cast<double>(work.sensing.active()) / static_cast<double>(skin.size());
   state.SetLabel(robot::kernel::target_name());
+}
+
+void tick(State& state, std::size_t sensors, int edge_vox, std::size_t joints, const robot::SensingOptions& options = {}) {
+  tick_in(state, balls(edge_vox), sensors, joints, options);
+}
+
+/// What a tick costs least and most, by what is in the voxels.
+enum class Content { kFree, kMixed };
+
+void tick_of(State& state, std::size_t sensors, Content content, const robot::SensingOptions& options) {
+  tick_in(state, content == Content::kFree ? free_space(400) : mixed_fluid(400), sensors, 7, options);
 }
 
 /// Where the same sensors are in the same pose, found beforehand.
@@ -182,6 +195,14 @@ const bool registered = [] {
   }
   RegisterBenchmark("tick_1_joint/100k/400", tick, 100'000, 400, 1, robot::SensingOptions{});
   RegisterBenchmark("spread/24k", spread, 24'000);
+  RegisterBenchmark("tick_free/24k", tick_of, 24'000, Content::kFree, robot::SensingOptions{});
+  RegisterBenchmark("tick_mixed/24k", tick_of, 24'000, Content::kMixed, robot::SensingOptions{});
+  RegisterBenchmark("tick_mixed_gradient/24k", tick_of, 24'000, Content::kMixed, robot::SensingOptions{.gradient = true});
+  for (const std::size_t threads : {std::size_t{1}, std::size_t{2}}) {
+    RegisterBenchmark(("tick_threads/1000k/" + std::to_string(threads)).c_str(), tick, 1'000'000, 400, 7,
+                      robot::SensingOptions{.threads = threads})
+        ->UseRealTime();
+  }
   RegisterBenchmark("tick_gradient/24k/400", tick, 24'000, 400, 7, robot::SensingOptions{.gradient = true});
   RegisterBenchmark("tick_memory/24k/400", tick, 24'000, 400, 7,
                     robot::SensingOptions{.memory = {1, 0.9, 0.75, 0.55, 0.3, 0.2, 0.1, 0.05, 0.02}});

@@ -54,7 +54,7 @@ void tick(benchmark::State& state, std::size_t sensors) {
       second << m[4], m[5], m[6], m[5], m[7], m[8], m[6], m[8], m[9];
       sums[link].mu_dd = X_WL[link].rotation * second * X_WL[link].rotation.transpose();
     }
-    robot::drag_coefficients(arm, X_WL, sums, {}, drag);
+    robot::drag_coefficients(arm, X_WL, sums, {}, {}, drag);
     benchmark::DoNotOptimize(drag.coupled[0]);
   }
 }

@@ -260,7 +260,7 @@ TEST(ClusterSkin, TwentySpheresMatchSixtyPoints) {
       DragCoefficients result;
       arm.link_poses({q}, X_WL);
       sensing.sense(X_WL, 1, bar);
-      drag_coefficients(arm, X_WL, sensing.sums(), {}, result);
+      drag_coefficients(arm, X_WL, sensing.sums(), {}, {}, result);
       drag.push_back(result.plus[0]);
     }
     return drag;

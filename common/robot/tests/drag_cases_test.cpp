@@ -29,10 +29,10 @@ struct Rig {
         layout(*lay_out_skin(arm, skin, {.voxel_size_m = 0.01, .normalisation = normalisation})),
         sensing(layout, {.gradient = true}) {}
 
-  const DragCoefficients& at(const JointArray& q, const DirectionalLaw& law = {}) {
+  const DragCoefficients& at(const JointArray& q, const DirectionalLaw& law = {}, const JointArray& v = {}) {
     arm.link_poses(q, X_WL);
     sensing.sense(X_WL, arm.joint_count(), world());
-    drag_coefficients(arm, X_WL, sensing.sums(), law, drag);
+    drag_coefficients(arm, X_WL, sensing.sums(), law, v, drag);
     return drag;
   }
   /// Calls visit(sensor, place in W, w·μ_e) for the sensors of a link: Ω of eq. c.8.
@@ -96,7 +96,7 @@ TEST(AppendixC, SpinAboutTheLinksAxis) {
     // Only this link's share: the links after it hang on the same joint.
     LinkSums alone{};
     alone[link] = rig.sensing.sums()[link];
-    drag_coefficients(rig.arm, rig.X_WL, alone, {}, rig.drag);
+    drag_coefficients(rig.arm, rig.X_WL, alone, {}, {}, rig.drag);
     double literal = 0.0;
     const std::size_t n = rig.layout.first[link + 1] - rig.layout.first[link];
     const auto sides = static_cast<std::size_t>(std::floor(std::numbers::pi / std::asin(0.0099 / 0.1))) + 1;

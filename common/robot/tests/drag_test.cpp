@@ -6,50 +6,15 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <cmath>
-#include <random>
 
-#include "common/robot/skin_sensing.hpp"
-#include "common/robot/tests/test_arms.hpp"
-#include "common/robot/tests/test_worlds.hpp"
+#include "common/robot/tests/drag_rig.hpp"
 
 namespace phantom::robot {
 namespace {
 
 using core::JointArray;
-
-struct Rig {
-  explicit Rig(Normalisation normalisation = Normalisation::kArea,
-               const Eigen::Vector3d& shift = Eigen::Vector3d::Zero(), bool gradient = true)
-      : arm(test_arms::suspended(
-            {geometry::rotation_from_rpy(0.1, -0.2, 0.3), Eigen::Vector3d(0.05, -0.1, 1.5) + shift})),
-        layout(
-            *lay_out_skin(arm, test_worlds::tubes(), {.voxel_size_m = 0.01, .normalisation = normalisation})),
-        world(test_worlds::balls(shift)),
-        sensing(layout, {.gradient = gradient, .gradient_reach_vox = 4}) {}
-
-  /// Sets the pose and senses.
-  const DragCoefficients& at(const JointArray& q, const DirectionalLaw& law = {}) {
-    arm.link_poses(q, X_WL);
-    sensing.sense(X_WL, arm.joint_count(), world);
-    drag_coefficients(arm, X_WL, sensing.sums(), law, drag);
-    return drag;
-  }
-
-  SerialArm arm;
-  SkinLayout layout;
-  voxel::Workspace world;
-  SkinSensing sensing;
-  LinkPoses X_WL;
-  DragCoefficients drag;
-};
-
-JointArray random_joints(const SerialArm& arm, std::mt19937& random) {
-  JointArray q{};
-  for (std::size_t i = 0; i < arm.joint_count(); ++i) {
-    q[i] = std::uniform_real_distribution(arm.joints()[i].lower, arm.joints()[i].upper)(random);
-  }
-  return q;
-}
+using drag_rig::random_joints;
+using drag_rig::Rig;
 
 /// Thesis 5.29–5.35, C.9–C.13, word by word: for each joint l, over links u ≥ l, over the link's sensors,
 /// μ·θ'·D·D with D the distance of the sensor from the joint's axis; a translation adds V·μ. Per unit of
@@ -164,103 +129,15 @@ TEST(Drag, ShiftingSumsIsTakingThemElsewhere) {
   EXPECT_TRUE(here.gradient_moment.isApprox(there.gradient_moment, 1e-12));
 }
 
-// ---- directional drag
-// ----------------------------------------------------------------------------------------------
-
-TEST(DirectionalDrag, SigmaHasTheSignOfTheChangeOfTotalViscosity) {
-  Rig rig;
-  std::mt19937 random(11);
-  const auto moved_viscosity = [&](std::size_t joint) {
-    double sum = 0.0;
-    for (std::size_t link = joint + 1; link <= rig.arm.joint_count(); ++link)
-      sum += rig.sensing.sums()[link].mu;
-    return sum;
-  };
-  const auto total = [&](const JointArray& q, std::size_t joint) {
-    rig.at(q);
-    return moved_viscosity(joint);
-  };
-  int compared = 0;
-  for (int trial = 0; trial < 30; ++trial) {
-    const JointArray q = random_joints(rig.arm, random);
-    const JointArray sigma = rig.at(q, {.enabled = true}).sigma;
-    const DragCoefficients symmetric = rig.at(q);
-    for (std::size_t j = 0; j < rig.arm.joint_count(); ++j) {
-      EXPECT_LE(std::abs(sigma[j]), 1.0);
-      if (std::abs(sigma[j]) < 0.25) continue;  // a voxel field is too coarse to compare faint slopes
-      rig.at(q);
-      JointArray before = q, after = q;
-      // Far enough to cross voxels: 30 mm at the mean lever of the sensors that feel something.
-      const double lever = std::sqrt(symmetric.plus[j] / moved_viscosity(j));
-      const double step = 0.03 / lever;
-      before[j] -= step, after[j] += step;
-      EXPECT_GT(sigma[j] * (total(after, j) - total(before, j)), 0.0) << "trial " << trial << " joint " << j;
-      ++compared;
-    }
-  }
-  EXPECT_GT(compared, 20);
-}
-
-TEST(DirectionalDrag, GradientSumsAreTheLiteralOnes) {
-  Rig rig;
-  std::mt19937 random(12);
-  rig.at(random_joints(rig.arm, random));
-  const double h = 0.04;
-  for (std::size_t link = 1; link <= 7; ++link) {
-    ViscousSums expected;
-    for (std::size_t s = rig.layout.first[link]; s < rig.layout.first[link + 1]; ++s) {
-      const Eigen::Vector3d d = rig.X_WL[link].rotation * rig.layout.position(s),
-                            p = rig.X_WL[link] * rig.layout.position(s);
-      const auto mu = [&](const Eigen::Vector3d& at) {
-        return static_cast<double>(rig.world.mu(rig.world.grid().index_of(at)));
-      };
-      if (mu(p) <= 0.0) continue;
-      Eigen::Vector3d g;
-      for (int axis = 0; axis < 3; ++axis) {
-        const Eigen::Vector3d step = h * Eigen::Vector3d::Unit(axis);
-        g[axis] = (mu(p + step) - mu(p - step)) / (2 * h);
-      }
-      expected.add({0, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero(), rig.layout.weight[s] * g,
-                    rig.layout.weight[s] * d.cross(g), rig.layout.weight[s] * g.squaredNorm() / mu(p)});
-    }
-    const ViscousSums& actual = rig.sensing.sums()[link];
-    EXPECT_LT((actual.gradient - expected.gradient).norm(), 1e-9 * expected.gradient.norm() + 1e-12);
-    EXPECT_LT((actual.gradient_moment - expected.gradient_moment).norm(),
-              1e-9 * expected.gradient_moment.norm() + 1e-12);
-    EXPECT_NEAR(actual.gradient_square, expected.gradient_square, 1e-9 * expected.gradient_square + 1e-12);
-  }
-}
-
-TEST(DirectionalDrag, NeverExceedsTheSymmetricCoefficientAndKeepsItWhenNearing) {
-  Rig rig;
-  std::mt19937 random(13);
-  for (const double leaving : {0.0, 0.4, 1.0}) {
-    for (int trial = 0; trial < 20; ++trial) {
-      const JointArray q = random_joints(rig.arm, random);
-      const JointArray symmetric = rig.at(q).plus;
-      const DragCoefficients& drag = rig.at(q, {.enabled = true, .leaving_share = leaving});
-      for (std::size_t j = 0; j < 7; ++j) {
-        EXPECT_LE(drag.plus[j], symmetric[j]);
-        EXPECT_LE(drag.minus[j], symmetric[j]);
-        EXPECT_GE(drag.plus[j], leaving * symmetric[j] * (1 - 1e-12));
-        EXPECT_GE(drag.minus[j], leaving * symmetric[j] * (1 - 1e-12));
-        EXPECT_EQ(std::max(drag.plus[j], drag.minus[j]), symmetric[j]);  // one direction is always full
-        if (drag.sigma[j] > 0.3) {
-          EXPECT_NEAR(drag.minus[j], leaving * symmetric[j], 1e-12 * symmetric[j]);
-        }
-      }
-    }
-  }
-}
-
 TEST(DragTorque, NeverDoesPositiveWorkInEitherMode) {
   Rig rig;
   std::mt19937 random(14);
   std::normal_distribution<double> normal;
   for (int trial = 0; trial < 40; ++trial) {
-    const DragCoefficients& drag = rig.at(random_joints(rig.arm, random), {.enabled = trial % 2 == 0});
-    JointArray v{};
-    for (std::size_t i = 0; i < 7; ++i) v[i] = normal(random);
+    JointArray v{}, other{};  // also at another velocity than the one that the coefficients were taken at
+    for (std::size_t i = 0; i < 7; ++i) v[i] = normal(random), other[i] = normal(random);
+    const DragCoefficients& drag =
+        rig.at(random_joints(rig.arm, random), {.enabled = trial % 2 == 0}, trial % 4 < 2 ? v : other);
     for (const DragMode mode : {DragMode::kSeparable, DragMode::kCoupled}) {
       const JointArray torque = drag_torque(drag, mode, v, 7);
       double power = 0.0, scale = 0.0;

@@ -200,7 +200,7 @@ TEST(AxisSensors, BothNormalisationsAreTheThesiss) {
         DragCoefficients drag;
         arm.link_poses({q}, X_WL);
         sensing.sense(X_WL, 2, world);
-        drag_coefficients(arm, X_WL, sensing.sums(), {}, drag);
+        drag_coefficients(arm, X_WL, sensing.sums(), {}, {}, drag);
         const Eigen::Vector3d lj = X_WL[1].translation_m, next = X_WL[2].translation_m;
         const double speed = 0.7;
         double torque = 0.0;
@@ -349,7 +349,7 @@ TEST(MeshSkin, FeelsWhatTheStructuredSkinOfTheSameShapeFeels) {
       DragCoefficients result;
       arm.link_poses({q}, X_WL);
       sensing.sense(X_WL, 2, world);
-      drag_coefficients(arm, X_WL, sensing.sums(), {}, result);
+      drag_coefficients(arm, X_WL, sensing.sums(), {}, {}, result);
       drag.push_back(result.plus[0]);
     }
     return drag;

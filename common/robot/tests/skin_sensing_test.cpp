@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <random>
 
 #include "common/robot/tests/test_arms.hpp"
 #include "common/robot/tests/test_worlds.hpp"
+#include "tests/support/heap_guard.hpp"
 
 namespace phantom::robot {
 namespace {
@@ -168,6 +170,69 @@ TEST(SkinSensing, MutedObjectsAreNotFeltByThatLinkUntilTheyAreAgain) {
   EXPECT_FALSE(sensing.mute(3, SkinSensing::kMostMuted + 1, true));
   EXPECT_TRUE(sensing.mute(3, 1, true)) << "muted already";
   EXPECT_FALSE(sensing.mute(100, 1, true));
+}
+
+/// Points in several parts a link, and clusters.
+SkinLayout large_layout(const SerialArm& arm) {
+  std::vector<LinkSkin> skin = test_worlds::tubes();
+  AxisSensors axis;
+  axis.to_m = {0.0, 0.0, -0.2};
+  axis.radius_m = 0.03;
+  axis.count = 150;
+  axis.cluster = ClusterSpec{2, ClusterShape::kFraction};
+  for (const std::size_t link : {1U, 3U, 6U}) skin[link].axes.push_back(axis);
+  return *lay_out_skin(arm, skin, {.voxel_size_m = 0.01, .pitch_vox = 0.17});
+}
+
+void expect_same(const SkinSensing& a, const SkinSensing& b) {
+  EXPECT_EQ(a.active(), b.active());
+  EXPECT_EQ(a.muted(), b.muted());
+  EXPECT_EQ(a.worst().found, b.worst().found);
+  EXPECT_EQ(a.worst().sensor, b.worst().sensor);
+  EXPECT_EQ(a.worst().mu, b.worst().mu);
+  for (std::size_t link = 0; link <= core::kMaxJoints; ++link) {
+    const ViscousSums &x = a.sums()[link], &y = b.sums()[link];
+    EXPECT_EQ(x.mu, y.mu) << "link " << link;
+    EXPECT_EQ(x.mu_d, y.mu_d) << "link " << link;
+    EXPECT_EQ(x.mu_dd, y.mu_dd) << "link " << link;
+    EXPECT_EQ(x.gradient, y.gradient) << "link " << link;
+    EXPECT_EQ(x.gradient_moment, y.gradient_moment) << "link " << link;
+    EXPECT_EQ(x.gradient_square, y.gradient_square) << "link " << link;
+  }
+}
+
+TEST(SkinSensing, GivesTheSameBitForBitWithAnyNumberOfThreads) {
+  const SerialArm arm = test_arms::suspended();
+  const SkinLayout layout = large_layout(arm);
+  ASSERT_GT(layout.size(), 50'000U);
+  const voxel::Workspace world = test_worlds::balls();
+  for (const bool slow : {false, true}) {
+    SensingOptions options{.gradient = true};
+    if (slow) options.memory = {1, 0.9, 0.75};
+    SkinSensing alone(layout, options);
+    if (slow) alone.mute(4, 1, true);
+    std::vector<std::unique_ptr<SkinSensing>> shared;
+    for (const std::size_t threads : {2U, 3U, 7U}) {
+      options.threads = threads;
+      shared.push_back(std::make_unique<SkinSensing>(layout, options));
+      if (slow) shared.back()->mute(4, 1, true);
+    }
+    std::size_t met = 0;
+    for (int step = 0; step < 20; ++step) {
+      JointArray q{};
+      for (std::size_t i = 0; i < 7; ++i) q[i] = 0.4 * std::sin(0.1 * step + static_cast<double>(i));
+      LinkPoses X_WL;
+      arm.link_poses(q, X_WL);
+      alone.sense(X_WL, 7, world);
+      met += alone.active();
+      for (const auto& team : shared) {
+        const test::HeapGuard guard;
+        team->sense(X_WL, 7, world);
+      }
+      for (const auto& team : shared) expect_same(*team, alone);
+    }
+    EXPECT_GT(met, 1000U);
+  }
 }
 
 TEST(SkinSensing, AnEmptyWorkspaceIsFreeSpace) {

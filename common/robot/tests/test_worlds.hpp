@@ -1,6 +1,7 @@
 #pragma once
 // Workspaces and skins for tests.
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <vector>
@@ -44,16 +45,23 @@ inline std::uint8_t layer_code(double distance_m, double thickness_m = 0.04) {
   return layer >= 5.0 ? 0 : static_cast<std::uint8_t>(5 - static_cast<int>(layer));
 }
 
+/// The balls of balls(): centre and radius in m.
+inline const std::vector<Eigen::Vector4d> kBalls{
+    {0.3, 0.2, 0.9, 0.12}, {-0.3, 0.1, 0.6, 0.1}, {0.0, -0.4, 1.1, 0.15}, {0.1, 0.1, 0.3, 0.2}};
+
+/// The one whose surface is nearest.
+inline const Eigen::Vector4d& nearest_ball(const Eigen::Vector3d& p) {
+  return *std::min_element(kBalls.begin(), kBalls.end(), [&p](const Eigen::Vector4d& a, const Eigen::Vector4d& b) {
+    return (p - a.head<3>()).norm() - a[3] < (p - b.head<3>()).norm() - b[3];
+  });
+}
+
 /// Balls scattered through the suspended arm's reach.
 inline voxel::Workspace balls(const Eigen::Vector3d& shift = Eigen::Vector3d::Zero()) {
-  const std::vector<Eigen::Vector4d> spheres{
-      {0.3, 0.2, 0.9, 0.12}, {-0.3, 0.1, 0.6, 0.1}, {0.0, -0.4, 1.1, 0.15}, {0.1, 0.1, 0.3, 0.2}};
   return make(
       [&](const Eigen::Vector3d& p) {
-        double nearest = 1e9;
-        for (const auto& ball : spheres)
-          nearest = std::min(nearest, (p - shift - ball.head<3>()).norm() - ball[3]);
-        return layer_code(nearest);
+        const Eigen::Vector4d& ball = nearest_ball(p - shift);
+        return layer_code((p - shift - ball.head<3>()).norm() - ball[3]);
       },
       Eigen::Vector3d(0, 0, 1) + shift);
 }

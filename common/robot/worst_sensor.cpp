@@ -1,0 +1,131 @@
+// Which sensor the percept speaks of: the worst, and where several are, the nearest to the object.
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "common/robot/skin_sensing.hpp"
+
+namespace phantom::robot {
+namespace {
+
+/// Sensors of the greatest μ that are compared by their surroundings, at most; and blocks they are taken from.
+constexpr std::size_t kCandidates = 8;
+
+}  // namespace
+
+/// Steps of 1…reach voxels along the axes and the space diagonals, as points to look up.
+struct SkinSensing::Star {
+  static constexpr int kMostReach_vox = 16;
+  static constexpr std::size_t kMost = kernel::whole_groups(14 * kMostReach_vox);
+  alignas(64) std::array<double, kMost> x{}, y{}, z{}, weight{};
+  std::size_t count = 0;
+
+  explicit Star(int reach) {
+    for (int direction = 0; direction < 27; ++direction) {
+      const int dx = direction % 3 - 1, dy = direction / 3 % 3 - 1, dz = direction / 9 - 1;
+      const int axes = std::abs(dx) + std::abs(dy) + std::abs(dz);
+      if (axes != 1 && axes != 3) continue;
+      for (int step = 1; step <= std::min(reach, kMostReach_vox); ++step, ++count)
+        x[count] = step * dx, y[count] = step * dy, z[count] = step * dz;
+    }
+  }
+};
+
+std::shared_ptr<const SkinSensing::Star> SkinSensing::make_star(int reach_vox) { return std::make_shared<const Star>(reach_vox); }
+
+/// Sensors that meet a code, as they are found.
+struct SkinSensing::Ties {
+  struct Tie {
+    std::uint32_t link, sensor;
+  };
+  static constexpr std::size_t kMost = kCandidates * (kernel::kBlock + 1);
+  std::array<Tie, kMost> tie;
+  std::size_t count = 0;
+};
+
+/// Sensors that meet `code`: of at most kCandidates blocks of points, evenly chosen among those that hold it, and as
+/// many clusters.
+void SkinSensing::find_ties(std::uint8_t code, Ties& ties) const noexcept {
+  const auto holders = static_cast<std::size_t>(std::count(block_worst_.begin(), block_worst_.end(), code));
+  const std::size_t stride = (holders + kCandidates - 1) / kCandidates;
+  std::size_t block = 0, holder = 0, clusters = 0;
+  for (std::uint32_t link = 0; link <= core::kMaxJoints; ++link) {
+    const std::size_t packed = packed_first_[link], points = layout_->first_cluster[link] - layout_->first[link];
+    for (std::size_t first = 0; packed + first < packed_first_[link + 1]; first += kernel::kBlock, ++block) {
+      if (block_worst_[block] != code || holder++ % stride != 0) continue;
+      const std::size_t end = std::min(first + kernel::kBlock, points);
+      for (std::size_t i = first; i < end; ++i) {  // no branch on what is there: written, and kept if it holds
+        ties.tie[ties.count] = {link, static_cast<std::uint32_t>(layout_->first[link] + i)};
+        ties.count += codes_[packed + i] == code ? 1U : 0U;
+      }
+    }
+    for (std::size_t i = layout_->first_cluster[link]; i < layout_->first[link + 1] && clusters < kCandidates; ++i) {
+      if (cluster_codes_[i] != code) continue;
+      ties.tie[ties.count++] = {link, static_cast<std::uint32_t>(i)};
+      ++clusters;
+    }
+  }
+}
+
+/// Sum of μ on the star around a voxel: rises voxel by voxel towards the object, also within a layer.
+double SkinSensing::surroundings(voxel::Index3 at, const voxel::Workspace& workspace) const noexcept {
+  const Star& star = *star_;
+  const kernel::ToVoxels shift{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {at.x + 0.5, at.y + 0.5, at.z + 0.5}};
+  std::array<std::uint8_t, Star::kMost> codes;
+  kernel::look_up(kernel::field_of(workspace), shift,
+                  {star.x.data(), star.y.data(), star.z.data(), star.weight.data(), kernel::whole_groups(star.count)},
+                  codes.data(), nullptr);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < star.count; ++i) sum += static_cast<double>(palette_[codes[i]]);
+  return sum;
+}
+
+/// The voxel in which a sensor meets a code: its own, or the nearest of its zone.
+std::optional<voxel::Index3> SkinSensing::place_of(std::size_t link, std::size_t sensor, std::uint8_t code,
+                                                   const voxel::Workspace& workspace) const noexcept {
+  const voxel::Index3 centre = voxel_of(link, layout_->position(sensor));
+  const std::uint8_t kind = layout_->cluster_kind[sensor];
+  if (kind == 0) return centre;
+  std::optional<voxel::Index3> nearest;
+  int nearest_square = 0;
+  const MutedObjects& list = muted_objects_[link];
+  stencils_[kind - std::size_t{1}].for_each(centre, [&](voxel::Index3 voxel, double) {
+    const int x = voxel.x - centre.x, y = voxel.y - centre.y, z = voxel.z - centre.z;
+    const int square = x * x + y * y + z * z;
+    if (nearest && square >= nearest_square) return;
+    if (workspace.mu_code(voxel) != code || (list.count > 0 && list.has(workspace.object(voxel)))) return;
+    nearest = voxel, nearest_square = square;
+  });
+  return nearest;
+}
+
+/// Picks evenly among the sensors of the greatest code if there are many.
+void SkinSensing::find_worst(const LinkPoses& X_WL, const voxel::Workspace& workspace) noexcept {
+  std::uint8_t greatest = 0;
+  for (const std::uint8_t worst : block_worst_) greatest = std::max(greatest, worst);
+  if (!layout_->clusters.empty()) {
+    for (const std::uint8_t worst : cluster_codes_) greatest = std::max(greatest, worst);
+  }
+  if (greatest == 0) return;
+  Ties ties;
+  find_ties(greatest, ties);
+  const std::size_t stride = (ties.count + kCandidates - 1) / kCandidates;
+  double best = -1.0;
+  for (std::size_t i = 0; i < ties.count; i += stride) {
+    const auto [link, sensor] = ties.tie[i];
+    const auto voxel = place_of(link, sensor, greatest, workspace);
+    if (!voxel) continue;
+    const double around = surroundings(*voxel, workspace);
+    if (around <= best) continue;
+    best = around;
+    worst_ = {true,
+              sensor,
+              link,
+              *voxel,
+              X_WL[link] * layout_->position(sensor),
+              workspace.palette()[greatest],
+              workspace.order(*voxel),
+              workspace.object(*voxel)};
+  }
+}
+
+}  // namespace phantom::robot
