@@ -1,5 +1,6 @@
 #include "components/phantom_sensing/contact_desk.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -63,6 +64,19 @@ Answer ContactDesk::handle(const ContactWish& wish, core::Nanoseconds now_ns) {
   if (wish.allow) return allow(wish, id, link, now_ns);
   if (!permits_.forbid(id, link)) return refused("not allowed before: " + describe({id, link}));
   return {true, "contact felt again: " + describe({id, link})};
+}
+
+Answer ContactDesk::list(core::Nanoseconds now_ns) const {
+  std::ostringstream message;
+  message << (permits_.size() == 0 ? "no contact is allowed" : "allowed:");
+  const char* before = " ";
+  permits_.for_each([&](const ContactPermit& permit) {
+    message << before << describe(permit);
+    if (permit.until_ns != ContactPermit::kForever)
+      message << " for " << std::round(10.0 * std::max(0.0, core::seconds(permit.until_ns - now_ns))) / 10.0 << " s more";
+    before = ", ";
+  });
+  return {true, message.str()};
 }
 
 std::vector<std::string> ContactDesk::end_old(core::Nanoseconds now_ns) {

@@ -32,6 +32,8 @@ class ContactDesk {
   void know_objects(std::map<std::uint16_t, std::string> names) { names_ = std::move(names); }
 
   Answer handle(const ContactWish& wish, core::Nanoseconds now_ns);
+  /// Tells what is allowed, and for how long still.
+  Answer list(core::Nanoseconds now_ns) const;
   /// Ends the permits whose time is over; a sentence for each.
   std::vector<std::string> end_old(core::Nanoseconds now_ns);
   const ContactPermits& permits() const noexcept { return permits_; }

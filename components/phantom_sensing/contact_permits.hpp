@@ -59,6 +59,10 @@ class ContactPermits {
     return allowed;
   }
   std::size_t size() const noexcept { return count_; }
+  template <class Visit>
+  void for_each(Visit&& visit) const {
+    for (std::size_t i = 0; i < count_; ++i) visit(permits_[i]);
+  }
 
  private:
   template <class Condition>

@@ -36,6 +36,22 @@ class RefusalLog {
   core::Nanoseconds said_ns_ = 0;
 };
 
+Answer carry_out(const msg::SensingCommand& command, const DdsAdapter::Handlers& handlers) {
+  if (command.stamp().sequence_number() == 0) return {false, "stamp.sequence_number is 0; allowed: 1 or more"};
+  switch (command.request()) {
+    case msg::SENSING_ALLOW_CONTACT:
+    case msg::SENSING_FORBID_CONTACT:
+      return handlers.contact(wish_of(command));
+    case msg::SENSING_SELF_TEST:
+      return handlers.self_test();
+    case msg::SENSING_LIST_CONTACTS:
+      return handlers.list_contacts();
+    default:
+      return {false, "request is " + std::to_string(static_cast<int>(command.request())) +
+                         "; allowed: to allow, forbid or list contacts, or a self-test"};
+  }
+}
+
 }  // namespace
 
 struct DdsAdapter::Impl {
@@ -58,11 +74,13 @@ struct DdsAdapter::Impl {
         percept_stamper(participant),
         alert_stamper(participant),
         interest_stamper(participant),
+        skin_stamper(participant),
         reply_stamper(participant),
         drag_writer(participant, dds::kDragField),
         percept_writer(participant, dds::kPercept),
         alert_writer(participant, dds::kHitAlert),
         interest_writer(participant, dds::kInterestPoints),
+        skin_writer(participant, dds::kSkinPercept),
         reply_writer(participant, dds::kSensingReply) {}
 
   /// A wish that comes again gets the reply it got.
@@ -78,16 +96,18 @@ struct DdsAdapter::Impl {
   const PhantomModel& model;
   dds::Participant participant;
   dds::StatusReporter status;
-  dds::Stamper drag_stamper, percept_stamper, alert_stamper, interest_stamper, reply_stamper;
+  dds::Stamper drag_stamper, percept_stamper, alert_stamper, interest_stamper, skin_stamper, reply_stamper;
   dds::Writer<msg::DragField> drag_writer;
   dds::Writer<msg::Percept> percept_writer;
   dds::Writer<msg::HitAlert> alert_writer;
   dds::Writer<msg::InterestPoints> interest_writer;
+  dds::Writer<msg::SkinPercept> skin_writer;
   dds::Writer<msg::SensingReply> reply_writer;
   msg::DragField drag;
   msg::Percept percept;
   msg::HitAlert alert;
   msg::InterestPoints interest;
+  core::Snapshot<SlaveSample> newest_slave;
   std::deque<msg::SensingReply> given;  // handle_commands() only
   mutable std::mutex inbox_mutex;       // commands, objects
   std::deque<msg::SensingCommand> commands;
@@ -107,7 +127,9 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
                       " is not above the one before; allowed: rising numbers";
               }
               if (why.empty()) {
-                loop.offer(sample_of(state, info.received_ns));
+                const SlaveSample sample = sample_of(state, info.received_ns);
+                loop.offer(sample);
+                owner.newest_slave.write(sample);
               } else {
                 slave.count_refused();
                 owner.slave_refusals.refused(why);
@@ -184,10 +206,7 @@ void DdsAdapter::handle_commands(const Handlers& handlers) {
     if (const msg::SensingReply* before = impl_->given_before(command.stamp())) {
       reply = *before;
     } else {
-      const Answer answer =
-          command.stamp().sequence_number() == 0 ? Answer{false, "stamp.sequence_number is 0; allowed: 1 or more"}
-          : command.request() == msg::SENSING_SELF_TEST ? handlers.self_test()
-                                                        : handlers.contact(wish_of(command));
+      const Answer answer = carry_out(command, handlers);
       spdlog::info("{} asked: {}", command.requester().to_string(), answer.message);
       reply = reply_to(command, answer);
       impl_->given.push_back(reply);
@@ -196,6 +215,15 @@ void DdsAdapter::handle_commands(const Handlers& handlers) {
     reply.stamp(impl_->reply_stamper.next());
     impl_->reply_writer.write(reply);
   }
+}
+
+bool DdsAdapter::newest_slave(SlaveSample& sample) { return impl_->newest_slave.read(sample); }
+
+void DdsAdapter::publish_skin(const SkinView& view) {
+  msg::SkinPercept message;
+  fill(message, view);
+  message.stamp(impl_->skin_stamper.next());
+  impl_->skin_writer.write(message);
 }
 
 void DdsAdapter::publish_status(const core::Health& health) { impl_->status.publish(health); }

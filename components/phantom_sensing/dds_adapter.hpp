@@ -7,15 +7,27 @@
 
 #include "common/core/health.hpp"
 #include "common/core/network.hpp"
+#include "common/robot/skin_patches.hpp"
 #include "components/phantom_sensing/contact_desk.hpp"
 #include "components/phantom_sensing/sensing_loop.hpp"
 #include "components/phantom_sensing/workspace_keeper.hpp"
 
 namespace phantom::phantom_sensing {
 
+/// What skin_percept tells.
+struct SkinView {
+  SlaveSample slave;  ///< that it rests on
+  std::uint64_t workspace_version = 0;
+  bool valid = false;
+  double edge_m = 0.0;         ///< of the patches
+  double greatest_mu = 0.0;    ///< Pa·s/m, of any neighbour layer
+  std::size_t patch_count = 0;
+  std::vector<robot::SkinPatches::Patch> felt;
+};
+
 /// Everything that this component says and hears over DDS: slave_state, workspace_brick, workspace_version,
-/// workspace_object and sensing_command in; drag_field, percept, interest_points, hit_alert, sensing_reply and
-/// component_status out. What is invalid is refused, counted, and told
+/// workspace_object and sensing_command in; drag_field, percept, interest_points, skin_percept, hit_alert, sensing_reply
+/// and component_status out. What is invalid is refused, counted, and told
 /// in the log, at most once in five seconds per topic.
 class DdsAdapter : public PerceptSink {
  public:
@@ -33,6 +45,7 @@ class DdsAdapter : public PerceptSink {
   /// Who carries out what sensing_command asks for.
   struct Handlers {
     std::function<Answer(const ContactWish&)> contact;
+    std::function<Answer()> list_contacts;
     std::function<Answer()> self_test;
   };
   /// Carries out and answers, on the calling thread, the commands that have come; those that come again are answered
@@ -40,6 +53,10 @@ class DdsAdapter : public PerceptSink {
   void handle_commands(const Handlers& handlers);
   /// A brick or version that the keeper could not use. Thread-safe.
   void count_refused_workspace(const std::string& why);
+  /// The newest slave_state that was sound; false if none came since the last call. One thread.
+  bool newest_slave(SlaveSample& sample);
+  /// Sends skin_percept. One thread.
+  void publish_skin(const SkinView& view);
   /// Sends component_status. One thread.
   void publish_status(const core::Health& health);
 

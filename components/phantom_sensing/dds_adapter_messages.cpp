@@ -192,6 +192,25 @@ void fill(msg::InterestPoints& message, const StepOutputs& outputs, const TickIn
   }
 }
 
+void fill(msg::SkinPercept& message, const SkinView& view) {
+  message.slave_echo(echo_of(view.slave.id));
+  message.workspace_version(view.workspace_version);
+  message.valid(view.valid);
+  message.patch_m(view.edge_m);
+  message.greatest_mu(view.greatest_mu);
+  message.patch_count(static_cast<std::uint32_t>(view.patch_count));
+  message.felt().clear();
+  for (const robot::SkinPatches::Patch& patch : view.felt) {
+    msg::SkinPatch felt;
+    felt.link(static_cast<std::uint32_t>(patch.link));
+    felt.x_m(static_cast<float>(patch.middle_m.x()));
+    felt.y_m(static_cast<float>(patch.middle_m.y()));
+    felt.z_m(static_cast<float>(patch.middle_m.z()));
+    felt.mu(patch.mu);
+    message.felt().push_back(felt);
+  }
+}
+
 void fill(msg::HitAlert& message, const percept::Alert& alert, bool cleared, const PhantomModel& model) {
   message.alert(alert.number);
   message.rule(rule_of(alert.rule));
@@ -212,6 +231,24 @@ void fill(msg::HitAlert& message, const percept::Alert& alert, bool cleared, con
 ContactWish wish_of(const msg::SensingCommand& command) {
   return {command.request() == msg::SENSING_ALLOW_CONTACT, command.object().to_string(), command.id(),
           command.link().to_string(), command.duration_s()};
+}
+
+msg::SensingCommand to_message(const SensingWish& wish, const std::string& requester) {
+  constexpr std::size_t kNameBound = 64;  // idl
+  for (const std::string& name : {wish.contact.object, wish.contact.link}) {
+    if (name.size() > kNameBound) throw core::ConfigError("'" + name + "': allowed: a name of at most 64 bytes");
+  }
+  msg::SensingCommand command;
+  command.requester(requester.substr(0, kNameBound));
+  command.request(wish.what == SensingWish::What::kSelfTest       ? msg::SENSING_SELF_TEST
+                  : wish.what == SensingWish::What::kListContacts ? msg::SENSING_LIST_CONTACTS
+                  : wish.contact.allow                            ? msg::SENSING_ALLOW_CONTACT
+                                                                  : msg::SENSING_FORBID_CONTACT);
+  command.object(wish.contact.object);
+  command.id(wish.contact.id);
+  command.link(wish.contact.link);
+  command.duration_s(wish.contact.duration_s);
+  return command;
 }
 
 msg::SensingReply reply_to(const msg::SensingCommand& command, const Answer& answer) {

@@ -10,6 +10,8 @@
 #include "common/robot/serial_arm.hpp"
 #include "common/voxel/workspace_assembler.hpp"
 #include "components/phantom_sensing/contact_desk.hpp"
+#include "components/phantom_sensing/dds_adapter.hpp"
+#include "components/phantom_sensing/dds_adapter_client.hpp"
 #include "components/phantom_sensing/sensing_loop.hpp"
 
 namespace phantom::phantom_sensing {
@@ -28,9 +30,12 @@ voxel::VersionDescription description_of(const msg::WorkspaceVersion& version);
 void fill(msg::DragField& message, const StepOutputs& outputs, const TickInfo& info, std::size_t joint_count);
 void fill(msg::Percept& message, const StepOutputs& outputs, const TickInfo& info, std::size_t joint_count);
 void fill(msg::InterestPoints& message, const StepOutputs& outputs, const TickInfo& info, const PhantomModel& model);
+void fill(msg::SkinPercept& message, const SkinView& view);
 void fill(msg::HitAlert& message, const percept::Alert& alert, bool cleared, const PhantomModel& model);
 
 ContactWish wish_of(const msg::SensingCommand& command);
+/// The command for a wish, but for the stamp. Throws core::ConfigError for a name that does not fit.
+msg::SensingCommand to_message(const SensingWish& wish, const std::string& requester);
 /// The reply to a command, but for the stamp.
 msg::SensingReply reply_to(const msg::SensingCommand& command, const Answer& answer);
 

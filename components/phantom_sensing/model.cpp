@@ -2,10 +2,13 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+
 #include "common/core/errors.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell_bodies.hpp"
 #include "common/voxel/live_workspace.hpp"
+#include "common/voxel/palette.hpp"
 #include "components/phantom_sensing/contact_desk.hpp"
 
 namespace phantom::phantom_sensing {
@@ -60,6 +63,18 @@ percept::AllowedContact allowed_contact(const runtime::CellConfig& cell, const C
     if (!answer.done) throw ConfigError(cell.file.string() + ": allowed_contact: " + answer.message);
   }
   return desk.permits().at(0);
+}
+
+TickTime predict_tick(const runtime::CellConfig& cell, const Config& config, const PhantomModel& model) {
+  std::vector<voxel::LayerProfile> profiles{cell.profile};
+  for (const auto& object : cell.objects) profiles.push_back(object.profile);
+  TickCase at;
+  const auto& home = cell.arm(config.arm).home;
+  std::copy(home.begin(), home.end(), at.home.begin());
+  at.grid = runtime::grid_of(cell);
+  at.palette = value_or_throw(voxel::make_palette(profiles), cell.file.string() + ": ");
+  at.allowed = allowed_contact(cell, config, model);
+  return time_tick(model, config.percept, at, 0.5);
 }
 
 voxel::Workspace build_workspace(const runtime::CellConfig& cell) {

@@ -3,6 +3,7 @@
 #include "common/core/network.hpp"
 #include "common/runtime/cell.hpp"
 #include "components/phantom_sensing/config.hpp"
+#include "components/phantom_sensing/tick_time.hpp"
 
 namespace phantom::phantom_sensing {
 
@@ -14,6 +15,10 @@ PhantomModel load_model(const runtime::CellConfig& cell, const Config& config);
 /// there.
 percept::AllowedContact allowed_contact(const runtime::CellConfig& cell, const Config& config,
                                         const PhantomModel& model);
+
+/// What a tick of the configuration costs on this host, measured in a few tenths of a second. Throws ConfigError as
+/// allowed_contact().
+TickTime predict_tick(const runtime::CellConfig& cell, const Config& config, const PhantomModel& model);
 
 /// The cell's objects, voxelised, layered and merged in this process, as wva_server would publish them
 /// (version 1). Throws ConfigError naming the object. Takes seconds.

@@ -7,6 +7,10 @@
 
 #include "components/phantom_sensing/config.hpp"
 
+namespace CLI {
+class App;
+}
+
 namespace phantom::phantom_sensing {
 
 /// `phantom_sensing probe`: the same step as in the running component, fed from a file instead of from DDS.
@@ -19,6 +23,9 @@ struct ProbeRequest {
   std::filesystem::path out;
   std::filesystem::path skin;  ///< also write the sensors there; empty: not
 };
+
+/// Declares the command's options on `probe`.
+void add_options(CLI::App& probe, ProbeRequest& request);
 
 /// A row of the joints file.
 struct ProbeRow {

@@ -114,6 +114,7 @@ void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspac
   const double age_s = counted_.state_seen ? core::seconds(now_ns - newest_.received_ns) : 0.0;
   counted_.model_age_s = age_s;
   counted_.workspace_version = outputs_.workspace_version;
+  counted_.greatest_neighbour_mu = workspace.greatest_neighbour_mu;
   counted_.active_sensors = outputs_.active_sensors;
   counted_.muted_sensors = outputs_.muted_sensors;
   counted_.condition = condition;

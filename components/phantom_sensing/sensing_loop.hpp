@@ -56,6 +56,7 @@ struct LoopFigures {
   double tick_p50_us = 0.0, tick_p99_us = 0.0, tick_max_us = 0.0;
   double model_age_s = 0.0;
   std::uint64_t workspace_version = 0;
+  double greatest_neighbour_mu = 0.0;  ///< Pa·s/m, of that workspace
   std::size_t active_sensors = 0;
   std::size_t muted_sensors = 0;   ///< of the newest tick
   bool state_seen = false;  ///< a slave_state has come since the start

@@ -123,7 +123,8 @@ class Service {
  public:
   Service(const runtime::CellConfig& cell, const Config& config, const PhantomModel& model, DdsAdapter& adapter,
           WorkspaceKeeper& workspace, SensingLoop& loop)
-      : cell_(cell), config_(config), model_(model), adapter_(adapter), workspace_(workspace), loop_(loop), desk_(model.arm) {
+      : cell_(cell), config_(config), model_(model), adapter_(adapter), workspace_(workspace), loop_(loop), desk_(model.arm),
+        patches_(model.arm, model.skin) {
     know_objects();
     for (const auto& contact : cell.arm(config.arm).allowed_contact) {
       ContactWish wish;
@@ -144,9 +145,31 @@ class Service {
     know_objects();
     loop_.workspace_watch().attended(adapter_.workspace_attended());
     if (!tested_ && workspace_.version() != 0) self_test();
-    adapter_.handle_commands({[this](const ContactWish& wish) { return handle(wish); }, [this] { return self_test(); }});
+    adapter_.handle_commands({[this](const ContactWish& wish) { return handle(wish); },
+                              [this] { return desk_.list(core::monotonic_ns()); }, [this] { return self_test(); }});
     for (const std::string& said : desk_.end_old(core::monotonic_ns())) spdlog::info("{}", said);
     loop_.permit(desk_.permits());
+  }
+
+  /// What the whole skin feels, for eyes. Once in kPoll_s.
+  void show_skin(core::Nanoseconds now_ns) {
+    adapter_.newest_slave(skin_.slave);
+    const LoopFigures figures = loop_.figures();
+    const auto workspace = workspace_.share();
+    skin_.valid = workspace && is_valid(figures.condition) && skin_.slave.id.sequence_number != 0 &&
+                  now_ns - skin_.slave.received_ns <= core::from_seconds(config_.staleness_s);
+    skin_.workspace_version = workspace ? workspace->version : 0;
+    skin_.edge_m = patches_.edge_m();
+    skin_.patch_count = patches_.count();
+    skin_.greatest_mu = figures.greatest_neighbour_mu;
+    skin_.felt.clear();
+    if (skin_.valid) {
+      const percept::AllowedContact allowed = desk_.permits().at(now_ns);
+      skin_.felt = patches_.sense(skin_.slave.position, *workspace, [&allowed](std::size_t link, std::uint16_t object) {
+        return allowed.mutes(link, object);
+      });
+    }
+    adapter_.publish_skin(skin_);
   }
 
   Situation situation(core::Nanoseconds now_ns) {
@@ -193,6 +216,8 @@ class Service {
   WorkspaceKeeper& workspace_;
   SensingLoop& loop_;
   ContactDesk desk_;
+  robot::SkinPatches patches_;
+  SkinView skin_;
   bool tested_ = false;
   std::uint64_t self_tests_ = 0;
   SelfTestResult tested_as_;
@@ -223,6 +248,7 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
     service.poll();
     hits.log_new(object_name);
     const core::Nanoseconds now_ns = core::monotonic_ns();
+    service.show_skin(now_ns);
     if (now_ns < next_status_ns) continue;
     next_status_ns = now_ns + core::from_seconds(kStatusPeriod_s);
     const Situation now = service.situation(now_ns);

@@ -158,6 +158,7 @@ TEST(OverDds, CommandsAreCarriedOutOnceAndAnsweredEachTime) {
                                  EXPECT_EQ(wish.duration_s, 2.5);
                                  return Answer{true, "so be it"};
                                },
+                               [] { return Answer{true, "allowed: vice by hand"}; },
                                [&] {
                                  ++tests;
                                  return Answer{false, "broken"};
@@ -184,12 +185,25 @@ TEST(OverDds, CommandsAreCarriedOutOnceAndAnsweredEachTime) {
   commands.write(command);
   ASSERT_TRUE(replies_after(3));
   EXPECT_EQ(tests, 1);
+  const std::uint64_t self_test_number = command.stamp().sequence_number();
+  command.stamp(stamper.next());
+  command.request(msg::SENSING_LIST_CONTACTS);
+  commands.write(command);
+  ASSERT_TRUE(replies_after(4));
+  command.stamp(stamper.next());
+  command.request(static_cast<msg::SensingRequest>(17));  // of a newer version than ours
+  commands.write(command);
+  ASSERT_TRUE(replies_after(5));
+  EXPECT_EQ(carried_out, 1);
   const std::lock_guard lock(mutex);
+  EXPECT_EQ(replies[3].message().to_string(), "allowed: vice by hand");
+  EXPECT_FALSE(replies[4].done());
+  EXPECT_THAT(replies[4].message().to_string(), HasSubstr("request is 17; allowed: "));
   EXPECT_TRUE(replies[1].done());
   EXPECT_EQ(replies[1].message().to_string(), "so be it");
   EXPECT_EQ(replies[1].command().sequence_number(), replies[0].command().sequence_number());
   EXPECT_FALSE(replies[2].done());
-  EXPECT_EQ(replies[2].command().sequence_number(), command.stamp().sequence_number());
+  EXPECT_EQ(replies[2].command().sequence_number(), self_test_number);
   EXPECT_EQ(replies[2].requester().to_string(), "test");
   adapter.stop_reading();
 }

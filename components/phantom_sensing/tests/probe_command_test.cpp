@@ -266,6 +266,33 @@ TEST(ProbeCommand, GivesTheLiteralSumsOnForeignArms) {
   }
 }
 
+TEST(ProbeCommand, GivesTheLiteralSumsOnASkinSampledFromTheLinksMeshes) {
+  const std::filesystem::path urdf = PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/arm/suspended_arm.urdf";
+  const auto cell = temporary("meshes.yaml");
+  const auto arm = robot::SerialArm::from_urdf(urdf, "tool", {});
+  ASSERT_TRUE(arm) << arm.status().message();
+  std::ofstream file(cell);
+  file << "name: meshes\n"
+          "workspace: {min_m: [-1.1, -1.1, 0.0], max_m: [1.1, 1.1, 1.6], voxel_size_m: 0.02}\n"
+          "profile: {thickness_vox: [6, 6, 6, 6], mu_Pa_s_per_m: [32, 20, 13, 9]}\n"
+          "objects:\n"
+          "  - {name: ball, primitive: {sphere: {radius_m: 0.3}}, pose: {xyz_m: [0.4, 0.2, 0.7]}}\n"
+          "  - {name: block, primitive: {box: {size_m: [0.3, 0.4, 0.5]}}, pose: {xyz_m: [-0.4, -0.3, 0.9]}}\n"
+          "  - {name: ceiling, primitive: {box: {size_m: [2.0, 2.0, 0.04]}}, pose: {xyz_m: [0, 0, 1.58]}}\n"
+          "arms:\n  - name: meshes\n    urdf: "
+       << urdf.string() << "\n    tip_link: tool\n    mount: {xyz_m: [0.0, 0.0, 1.55]}\n"
+       << "    home: [-0.1, -1.5708, 1.4, -2.2, 0.0, 0.9, 0.0]\n    skin:\n";
+  std::size_t links = 0;
+  for (std::size_t l = 1; l < arm->links().size(); ++l) {
+    if (arm->links()[l].meshes.empty()) continue;
+    ++links;
+    file << "      - {link: " << arm->links()[l].name << ", meshes: [{" << (l % 2 == 0 ? "gain: 1.5" : "cluster: {reach_vox: 2}") << "}]}\n";
+  }
+  file.close();
+  ASSERT_GT(links, 4U);
+  expect_literal(cell, "meshes", build_workspace(runtime::load_cell(cell)));
+}
+
 /// Sum of the joint's drag over rows that go up to the object and over those that come back the same way.
 std::pair<double, double> approach_and_retreat(bool directional) {
   Rows rows;

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include "common/dds/endpoint.hpp"
+#include "common/dds/stamp.hpp"
+
+namespace phantom::dds {
+
+/// Who asks, for the log of who is asked: "NAME, process 4711 on host".
+inline std::string requester_name(const std::string& name) {
+  char host[65] = {};
+  gethostname(host, sizeof host - 1);
+  return name + ", process " + std::to_string(getpid()) + " on " + host;
+}
+
+/// The asking end of a pair of topics in which every Command is answered by Replies that echo its stamp
+/// (workspace_command, sensing_command). One thread.
+template <class Command, class Reply>
+class Requester {
+ public:
+  /// Throws DdsError.
+  Requester(Participant& participant, const TopicSpec<Command>& commands, const TopicSpec<Reply>& replies)
+      : stamper_(participant), writer_(participant, commands), reader_(participant, replies, [this](const Reply& reply, const SampleInfo&) {
+          {
+            const std::lock_guard lock(mutex_);
+            replies_.push_back(reply);
+          }
+          changed_.notify_one();
+        }) {}
+
+  /// Stamps and sends the command, again and again until it is answered (who carries it out does so once), and hands each
+  /// reply to `is_last`, which says whether it is the last word. False if no word came for `timeout_s`.
+  bool ask(Command command, double timeout_s, const std::function<bool(const Reply&)>& is_last) {
+    command.stamp(stamper_.next());
+    const auto timeout = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s));
+    auto give_up = Clock::now() + timeout, say_again = Clock::now();
+    while (Clock::now() < give_up) {
+      if (Clock::now() >= say_again) {
+        const bool heard = writer_.matched() > 0 && reader_.matched() > 0;
+        if (heard) writer_.write(command);
+        say_again = Clock::now() + (heard ? kAgain : kNotMatched);
+      }
+      for (const Reply& reply : wait_until(std::min(give_up, say_again))) {
+        const auto& echo = reply.command();
+        if (echo.session() != command.stamp().session() || echo.sequence_number() != command.stamp().sequence_number())
+          continue;  // somebody else's
+        if (is_last(reply)) return true;
+        give_up = Clock::now() + timeout;
+      }
+    }
+    return false;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::milliseconds kAgain{500};  // a reply may have been sent before we could hear it
+  static constexpr std::chrono::milliseconds kNotMatched{20};
+
+  std::deque<Reply> wait_until(Clock::time_point until) {
+    std::unique_lock lock(mutex_);
+    changed_.wait_until(lock, until, [this] { return !replies_.empty(); });
+    return std::exchange(replies_, {});
+  }
+
+  Stamper stamper_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Reply> replies_;
+  Writer<Command> writer_;
+  Reader<Reply> reader_;
+};
+
+}  // namespace phantom::dds

@@ -1,0 +1,113 @@
+// `phantom_sensing command`: what it says, and what a running component makes of it.
+#include "components/phantom_sensing/command.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <sstream>
+#include <thread>
+
+#include "common/core/errors.hpp"
+#include "common/dds/tests/test_network.hpp"
+#include "common/runtime/process.hpp"
+#include "components/phantom_sensing/dds_adapter.hpp"
+#include "components/phantom_sensing/tests/rig.hpp"
+
+namespace phantom::phantom_sensing {
+namespace {
+
+using testing::HasSubstr;
+
+/// The part of a running component that answers, on a thread of its own.
+class Answering {
+ public:
+  explicit Answering(const core::NetworkOptions& network)
+      : adapter_(network, model_), loop_(model_, config_, keeper_, adapter_), desk_(model_.arm) {
+    desk_.know_objects({{1, "wall"}, {2, "vice"}});
+    adapter_.start_reading(loop_, keeper_);
+    thread_ = std::jthread([this](const std::stop_token& stop) {
+      while (!stop.stop_requested()) {
+        adapter_.handle_commands({[this](const ContactWish& wish) { return desk_.handle(wish, core::monotonic_ns()); },
+                                  [this] { return desk_.list(core::monotonic_ns()); },
+                                  [this] { return Answer{sound.load(), sound ? "self-test passed" : "self-test failed: a layer"}; }});
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      }
+    });
+  }
+  ~Answering() {
+    thread_.request_stop();
+    thread_.join();
+    adapter_.stop_reading();
+  }
+  std::string tip() const { return model_.arm.links().back().name; }
+  std::atomic<bool> sound{true};
+
+ private:
+  PhantomModel model_ = test::suspended_model();
+  Config config_;
+  DdsAdapter adapter_;
+  WorkspaceKeeper keeper_{[](const std::string&) {}};
+  SensingLoop loop_;
+  ContactDesk desk_;
+  std::jthread thread_;
+};
+
+struct Said {
+  int code;
+  std::string words;
+};
+
+Said say(const CommandRequest& request, const core::NetworkOptions& network) {
+  std::ostringstream print;
+  const int code = run_command(request, network, print);
+  return {code, print.str()};
+}
+
+TEST(Command, AllowsListsForbidsAndTests) {
+  const core::NetworkOptions network = dds::test_network();
+  Answering component(network);
+  const std::string tip = component.tip();
+  Said said = say({.what = "list"}, network);
+  EXPECT_EQ(said.code, runtime::kExitDone);
+  EXPECT_EQ(said.words, "done: no contact is allowed\n");
+  said = say({.what = "allow", .object = "vice", .link = tip}, network);
+  EXPECT_EQ(said.code, runtime::kExitDone);
+  EXPECT_EQ(said.words, "done: contact allowed: vice by " + tip + "\n");
+  EXPECT_EQ(say({.what = "allow", .id = 1, .duration_s = 3600.0}, network).words,
+            "done: contact allowed: wall by the whole arm for 3600 s\n");
+  said = say({.what = "list"}, network);
+  EXPECT_THAT(said.words, HasSubstr("done: allowed: vice by " + tip + ", wall by the whole arm for 3"));
+  EXPECT_EQ(say({.what = "forbid", .object = "vice", .link = tip}, network).code, runtime::kExitDone);
+  EXPECT_EQ(say({.what = "forbid", .all = true}, network).words, "done: all contact is felt again (1 had been allowed)\n");
+
+  said = say({.what = "allow", .object = "vise"}, network);
+  EXPECT_EQ(said.code, runtime::kExitFailed);
+  EXPECT_EQ(said.words, "refused: no object is called 'vise'; allowed: wall, vice\n");
+
+  EXPECT_EQ(say({.what = "self-test"}, network).words, "done: self-test passed\n");
+  component.sound = false;
+  said = say({.what = "self-test"}, network);
+  EXPECT_EQ(said.code, runtime::kExitFailed);
+  EXPECT_EQ(said.words, "failed: self-test failed: a layer\n");
+}
+
+TEST(Command, SaysWhenNobodyAnswers) {
+  const Said said = say({.what = "self-test", .timeout_s = 0.3}, dds::test_network());
+  EXPECT_EQ(said.code, runtime::kExitMissing);
+  EXPECT_THAT(said.words, HasSubstr("no word from a phantom_sensing in domain"));
+}
+
+TEST(Command, RefusesArgumentsThatContradictEachOtherBeforeItJoins) {
+  const core::NetworkOptions network = dds::test_network();
+  for (const CommandRequest& request :
+       {CommandRequest{.what = "allow"}, CommandRequest{.what = "allow", .object = "vice", .id = 2},
+        CommandRequest{.what = "forbid"}, CommandRequest{.what = "forbid", .object = "vice", .all = true},
+        CommandRequest{.what = "forbid", .link = "hand", .all = true},
+        CommandRequest{.what = "allow", .object = std::string(65, 'x')}}) {
+    EXPECT_THROW(say(request, network), core::ConfigError) << request.what << ' ' << request.object;
+  }
+}
+
+}  // namespace
+}  // namespace phantom::phantom_sensing
