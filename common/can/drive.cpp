@@ -14,6 +14,7 @@ constexpr double kAskAgain_s = 0.1;  // an NMT command is not acknowledged
 // once.
 constexpr int kSurplusSyncs = 12;  // of the last 32
 constexpr double kCrowded = 0.65;  // share of the time that a window of heartbeats should take
+constexpr int kMostOwed = 8;  // answers that may still come late: more is not a delay but a loss
 constexpr int kSurplusSdoReplies = 3;
 
 // So many heartbeats that they cannot come crowded because the oldest was held up, by less than the timeout.
@@ -60,7 +61,7 @@ void Drive::enter(DrivePhase phase, core::Nanoseconds now_ns) noexcept {
     surplus_syncs_ = 0;
     heartbeat_count_ = 0;
     crowded_heartbeats_ = false;
-    missed_ = answers_ = 0;
+    missed_ = answers_ = owed_ = 0;
     sync_open_ = report_.has_position = false;
     booted_ = false;
   }
@@ -108,7 +109,12 @@ void Drive::on_state_pdo(const CanFrame& frame) noexcept {
   }
   if (!sync_open_) return;  // nobody asked: of an earlier life, or made up
   if (++answers_ > 1) {     // the first answer counts
-    ++report_.surplus;
+    if (owed_ > 0) {        // one that comes late, after the next SYNC: a busy drive, not a second one
+      --owed_;
+      --answers_;
+    } else {
+      ++report_.surplus;
+    }
     return;
   }
   const std::span<const std::uint8_t> bytes(frame.data);
@@ -156,6 +162,7 @@ void Drive::on_sync() noexcept {
   if (sync_open_) {
     surplus_syncs_ = surplus_syncs_ << 1 | (answers_ > 1 ? 1U : 0U);
     missed_ = answers_ == 0 ? missed_ + 1 : 0;
+    owed_ = answers_ == 0 ? std::min(owed_ + 1, kMostOwed) : owed_;
     report_.missed += answers_ == 0 ? 1 : 0;
   }
   sync_open_ = report_.phase >= DrivePhase::kStarting;

@@ -158,6 +158,7 @@ class Drive {
   bool crowded_heartbeats_ = false;
   int answers_ = 0;  // to the newest SYNC
   int missed_ = 0;   // SYNCs in a row
+  int owed_ = 0;     // answers that did not come in time and may still come
   bool sync_open_ = false;
   std::uint32_t surplus_syncs_ = 0;  // SYNCs with more than one answer, newest in bit 0
   int surplus_sdo_ = 0;

@@ -52,7 +52,7 @@ Status check_timing(const DriveTiming& t) {
                {"boot_timeout_s", t.boot_timeout_s, 0.05, 60},
                {"state_timeout_s", t.state_timeout_s, 0.01, 60},
                {"measure_every", static_cast<double>(t.measure_every), 1, 240},
-               {"most_missed", static_cast<double>(t.most_missed), 1, 100}};
+               {"most_missed", static_cast<double>(t.most_missed), 1, 1000}};
   for (const auto& time : times) {
     if (!(time.value >= time.least && time.value <= time.most))
       return out_of_range(time.name, time.value, number(time.least) + " to " + number(time.most));

@@ -55,7 +55,7 @@ can::DriveTiming read_timing(const ConfigReader& section, double period_s) {
     throw section.error("heartbeat_timeout_s", "is less than two heartbeats; allowed: at least " +
                                                    std::to_string(2 * t.heartbeat_s) + " s");
   }
-  t.most_missed = section.integer("most_missed", t.most_missed, {1, 100, "cycles"});
+  t.most_missed = section.integer("most_missed", t.most_missed, {1, 1000, "cycles"});
   t.sdo_timeout_s = section.number("sdo_timeout_s", t.sdo_timeout_s, {0.005, 10, "s"});
   t.boot_timeout_s = section.number("boot_timeout_s", t.boot_timeout_s, {0.05, 60, "s"});
   t.state_timeout_s = section.number("state_timeout_s", t.state_timeout_s, {0.01, 60, "s"});

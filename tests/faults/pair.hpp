@@ -1,7 +1,7 @@
 #pragma once
 
 // Master and slave as they run, servo, controllers, plants and the topics' conversions, on a simulated clock and a
-// network that does what a test wants.
+// network that does what a test wants. The slave's arm is simulated, or has simulated drives on CAN buses.
 
 #include <algorithm>
 #include <deque>
@@ -9,15 +9,16 @@
 #include <memory>
 #include <random>
 
-#include "common/dds/stamp.hpp"
+#include "common/dds/source_guard.hpp"
 #include "common/teleop/tests/half_space.hpp"
 #include "components/master_io/dds_adapter_convert.hpp"
 #include "components/master_io/servo.hpp"
 #include "components/master_io/tests/fixture.hpp"
+#include "components/slave_io/can_arm.hpp"
 #include "components/slave_io/dds_adapter_convert.hpp"
 #include "components/slave_io/servo.hpp"
 #include "components/slave_io/simulated_arm.hpp"
-#include "components/slave_io/tests/fixture.hpp"
+#include "components/slave_io/tests/drive_rig.hpp"
 
 namespace phantom::faults {
 
@@ -72,9 +73,16 @@ class Pair {
   Life master_life = Life::kRuns, slave_life = Life::kRuns, phantom_life = Life::kRuns;
   bool spoil_master = false, spoil_slave = false, spoil_drag = false;  ///< numbers that are none
   bool wrong_joints = false;                                          ///< both report another arm
+  bool second_master = false, second_slave = false;  ///< another process sends the same topic, of another pose
   teleop::StopRequests requests;
 
-  Pair() {
+  Pair() : slave_config_(slave_io::shipped_config()) {
+    start_master();
+    start_slave();
+  }
+  /// With drives on CAN in torque mode.
+  explicit Pair(can::FaultReaction reaction) : slave_config_(slave_io::can_config(can::DriveMode::kTorque, reaction)) {
+    rig = std::make_unique<slave_io::DriveRig>(slave_config_, slave_io::shipped_arm().home);
     start_master();
     start_slave();
   }
@@ -94,10 +102,16 @@ class Pair {
   void start_slave() {
     auto model = slave_io::shipped_arm();
     if (slave_) model.home = slave_now.position;
+    slave_.reset();
+    slave_arm_.reset();  // its places on the buses are free again
     slave_model_ = std::make_unique<slave_io::ArmModel>(model);
     slave_inbox_ = std::make_unique<slave_io::Inbox>();
-    slave_arm_ = std::make_unique<slave_io::SimulatedArm>(*slave_model_, slave_config(), nothing_);
-    slave_ = std::make_unique<slave_io::Servo>(*slave_model_, slave_config(), *slave_arm_, *slave_inbox_);
+    if (rig) {
+      slave_arm_ = std::make_unique<slave_io::CanArm>(*slave_model_, slave_config_, rig->connect());
+    } else {
+      slave_arm_ = std::make_unique<slave_io::SimulatedArm>(*slave_model_, slave_config_, nothing_);
+    }
+    slave_ = std::make_unique<slave_io::Servo>(*slave_model_, slave_config_, *slave_arm_, *slave_inbox_);
     slave_numbers_ = {++session_, 0};
     master_heard_ = {};
     slave_life = Life::kRuns;
@@ -105,7 +119,8 @@ class Pair {
   void step() {
     now_ns += kTick_ns;
     if (master_life == Life::kRuns) tick_master();
-    if (slave_life == Life::kRuns) tick_slave();
+    if (slave_life == Life::kRuns && now_ns % slave_period_ns() == 0) tick_slave();
+    if (rig) rig->pass(now_ns, kTick_ns);
     if (phantom_life == Life::kRuns) tick_phantom();
   }
   teleop::LinkState master_state() const { return master_now.outputs.state; }
@@ -119,14 +134,13 @@ class Pair {
     }();
     return config;
   }
-  static const slave_io::Config& slave_config() {
-    static const auto config = slave_io::shipped_config();
-    return config;
-  }
+  const slave_io::Config& slave_config() const { return slave_config_; }
+  core::ActuatorHealth slave_drives() { return slave_arm_->health(); }
 
   core::Nanoseconds now_ns = core::kNsPerSecond;
   master_io::MasterReport master_now;
   slave_io::SlaveReport slave_now;
+  std::unique_ptr<slave_io::DriveRig> rig;  ///< none: the arm is simulated
 
  private:
   struct Numbers {
@@ -140,6 +154,10 @@ class Pair {
     }
   };
 
+  bool takes(dds::SourceGuard& guard, const msg::Stamp& stamp) const {
+    return guard.judge(stamp, now_ns) == dds::SourceGuard::Verdict::kAccepted;
+  }
+
   void tick_master() {
     const master_io::Expectations expected = [] {
       master_io::Expectations e;
@@ -151,11 +169,11 @@ class Pair {
       return e;
     }();
     down.receive(now_ns, [&](const msg::SlaveState& state) {
-      if (master_io::refusal(state, expected) == nullptr && slave_heard_.accept(state.stamp()))
+      if (master_io::refusal(state, expected) == nullptr && takes(slave_heard_, state.stamp()))
         master_inbox_->slave.write(master_io::to_sample(state, now_ns, master_numbers_.session));
     });
     drag.receive(now_ns, [&](const msg::DragField& field) {
-      if (master_io::refusal(field, expected) == nullptr && drag_heard_.accept(field.stamp()))
+      if (master_io::refusal(field, expected) == nullptr && takes(drag_heard_, field.stamp()))
         master_inbox_->drag.write(master_io::to_sample(field, now_ns, master_numbers_.session));
     });
     wishes_.requests = requests;
@@ -166,18 +184,26 @@ class Pair {
     message.stamp(master_numbers_.next(now_ns));
     if (spoil_master) message.position_rad()[3] = std::numeric_limits<double>::quiet_NaN();
     up.send(message, now_ns);
+    if (!second_master) return;
+    message.stamp(second_master_numbers_.next(now_ns));
+    message.position_rad()[3] += 0.3;
+    up.send(message, now_ns);
   }
   void tick_slave() {
     up.receive(now_ns, [&](const msg::MasterState& state) {
-      if (slave_io::refusal(state, kJoints) == nullptr && master_heard_.accept(state.stamp()))
+      if (slave_io::refusal(state, kJoints) == nullptr && takes(master_heard_, state.stamp()))
         slave_inbox_->master.write(slave_io::to_sample(state, now_ns, slave_numbers_.session));
     });
     slave_inbox_->requests.write(requests);
-    slave_->tick(kTick_s, now_ns);
-    slave_->outbox.read(slave_now);
+    slave_->tick(slave_config_.period_s, now_ns);
+    if (!slave_->outbox.read(slave_now)) return;  // where the arm is is not known yet
     auto message = slave_io::to_message(slave_now, wrong_joints ? 6 : kJoints);
     message.stamp(slave_numbers_.next(now_ns));
     if (spoil_slave) message.position_rad()[3] = std::numeric_limits<double>::infinity();
+    down.send(message, now_ns);
+    if (!second_slave) return;
+    message.stamp(second_slave_numbers_.next(now_ns));
+    message.position_rad()[3] += 0.3;
     down.send(message, now_ns);
   }
   // Some drag everywhere, so that its loss is felt.
@@ -193,17 +219,21 @@ class Pair {
     drag.send(field, now_ns);
   }
 
+  core::Nanoseconds slave_period_ns() const { return core::from_seconds(slave_config_.period_s); }
+
+  slave_io::Config slave_config_;
   teleop::HalfSpace nothing_{Eigen::Vector3d::UnitZ(), -50.0};
   std::uint64_t session_ = 0;
   Numbers master_numbers_, slave_numbers_, phantom_numbers_{1000, 0};
-  dds::SequenceGuard slave_heard_, drag_heard_, master_heard_;
+  Numbers second_master_numbers_{2000, 0}, second_slave_numbers_{3000, 0};
+  dds::SourceGuard slave_heard_, drag_heard_, master_heard_;
   master_io::Wishes wishes_;
   std::unique_ptr<master_io::Inbox> master_inbox_;
   std::unique_ptr<master_io::SimulatedDevice> master_device_;
   std::unique_ptr<master_io::Servo> master_;
   std::unique_ptr<slave_io::ArmModel> slave_model_;
   std::unique_ptr<slave_io::Inbox> slave_inbox_;
-  std::unique_ptr<slave_io::SimulatedArm> slave_arm_;
+  std::unique_ptr<slave_io::ArmDriver> slave_arm_;
   std::unique_ptr<slave_io::Servo> slave_;
 };
 

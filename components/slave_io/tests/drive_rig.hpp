@@ -35,8 +35,8 @@ inline simulated_drive::DriveOptions drive_like(const can::AxisConfig& axis, dou
   o.motor.rated_torque_Nm = axis.units.rated_motor_torque_Nm();
   o.motor.start_rad = home * rad_per_unit;
   o.motor.joint.inertia = inertia / (rad_per_unit * rad_per_unit);
-  o.motor.joint.viscous = o.motor.joint.inertia;
-  o.motor.joint.coulomb = 0.0;
+  o.motor.joint.viscous = 2.0 * o.motor.joint.inertia;  // about what the shipped drives have
+  o.motor.joint.coulomb = 0.75 * o.motor.joint.inertia;
   o.motor.joint.lower = -100.0;
   o.motor.joint.upper = 100.0;
   return o;

@@ -1,0 +1,246 @@
+// Every fault of the drives in every state of the link: the state that slave and master come to, how long that takes,
+// what the operator is told, what the drives do, and that nothing jumps, neither then nor after the reset. Leaves the
+// table as Markdown.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <sstream>
+
+#include "common/core/errors.hpp"
+#include "tests/faults/table.hpp"
+
+namespace phantom::faults {
+namespace {
+
+using can::FaultReaction;
+using teleop::LinkState;
+using teleop::StopCause;
+using Power = simulated_drive::SimulatedDrive::Power;
+constexpr std::size_t kAxis = 3;  // j4_elbow, on bus 0
+constexpr std::size_t kSound = 1;  // j2_yaw: a drive without a fault of its own
+
+struct Fault {
+  const char* name;
+  std::function<void(Pair&)> begin, end;
+  std::vector<std::string> told;  ///< the operator reads one of these
+  int limit_ms = 100;             ///< to be known after at most so long
+  bool only_powered = false;      ///< means nothing to a drive in quick stop
+};
+
+simulated_drive::Misbehaviour& misbehaviour(Pair& p) { return p.rig->drives[kAxis]->misbehaviour; }
+can::LocalBus& bus(Pair& p) { return *p.rig->buses[0]; }
+
+const std::vector<Fault>& faults() {
+  static const auto nothing = [](Pair&) {};
+  static const std::vector<Fault> all{
+      {"over-current in a drive", [](Pair& p) { p.rig->drives[kAxis]->trip(0x2310); }, nothing, {"over-current (0x2310)"}},
+      {"emergency message", [](Pair& p) { p.rig->drives[kAxis]->warn(0x4310); }, nothing, {"(0x4310)"}},
+      {"a drive's heartbeat stops", [](Pair& p) { misbehaviour(p).mute_heartbeat = true; },
+       [](Pair& p) { misbehaviour(p).mute_heartbeat = false; }, {"its heartbeat stopped"}},
+      {"a drive falls silent", [](Pair& p) { p.rig->frozen[kAxis] = true; },
+       [](Pair& p) { p.rig->frozen[kAxis] = false; }, {"leaves SYNCs without an answer"}},
+      {"a drive reports another mode", [](Pair& p) { misbehaviour(p).shown_mode = 1; },
+       [](Pair& p) { misbehaviour(p).shown_mode = 0; }, {"reports mode of operation 1"}},
+      {"a PDO of the wrong length", [](Pair& p) { misbehaviour(p).cut_pdo_bytes = 1; },
+       [](Pair& p) { misbehaviour(p).cut_pdo_bytes = 0; }, {"PDO of another length"}},
+      {"a node id twice on the bus", [](Pair& p) { p.rig->add_twin(kAxis); }, [](Pair& p) { p.rig->remove_twin(); },
+       {"shares its node id", "started anew by itself"}, 300},
+      {"a drive starts anew", [](Pair& p) { p.rig->drives[kAxis]->power_cycle(); }, nothing, {"started anew by itself"}},
+      {"a power stage goes off", [](Pair& p) { p.rig->drives[kAxis]->cut_power(); }, nothing,
+       {"switched its power off by itself"}, 100, true},
+      {"bus-off of our controller", [](Pair& p) { bus(p).set_bus_off(*p.rig->ports[0]); }, nothing, {"(bus-off)"}},
+      {"the bus is cut", [](Pair& p) { bus(p).set_plugged(*p.rig->ports[0], false); },
+       [](Pair& p) { bus(p).set_plugged(*p.rig->ports[0], true); }, {"leaves SYNCs without an answer"}},
+  };
+  return all;
+}
+
+/// Watches the arm itself, not what is told of it.
+class MotionWatch {
+ public:
+  explicit MotionWatch(const Pair& pair) : pair_(pair) { look(); }
+  void look() {
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      const double fastest = slave_io::shipped_arm().arm.joints()[j].max_speed;
+      EXPECT_LE(std::abs(pair_.rig->velocity(j)), 1.2 * fastest) << "joint " << j;
+      const double dv = std::abs(pair_.rig->velocity(j) - v_[j]);
+      greatest_dv_ = std::max(greatest_dv_, started_ ? dv / fastest : 0.0);
+      v_[j] = pair_.rig->velocity(j);
+    }
+    started_ = true;
+  }
+  double greatest_dv() const { return greatest_dv_; }  ///< change of speed within a millisecond ÷ greatest speed
+
+ private:
+  const Pair& pair_;
+  core::JointArray v_{};
+  bool started_ = false;
+  double greatest_dv_ = 0.0;
+};
+
+struct Outcome {
+  Reaction master, slave;
+  StopCause cause{};
+  std::string message;
+  double moved_mrad = 0.0;       // of the sound drive, from the fault on
+  double speed_at_end = 0.0;     // of the sound drive, before the reset, rad/s
+  bool holds = false;            // its power stage
+  double greatest_dv = 0.0;
+};
+
+Outcome run(const Fault& fault, LinkState state, FaultReaction reaction) {
+  Pair pair(reaction);
+  bring_to(pair, state);
+  if (testing::Test::HasFatalFailure()) return {};
+  MotionWatch watch(pair);
+  Outcome out;
+  out.master.reached = pair.master_state();
+  out.slave.reached = pair.slave_state();
+  const double before = pair.rig->position(kSound);
+  fault.begin(pair);
+  for (int ms = 1; ms <= 600; ++ms) {
+    pair.step();
+    watch.look();
+    if (!out.master.after_ms) out.master.see(pair.master_state(), ms);  // what it does first; it may get ready again
+    out.slave.see(pair.slave_state(), ms);
+  }
+  EXPECT_NE(pair.master_state(), LinkState::kCoupled);
+  out.cause = pair.slave_now.outputs.stop_cause;
+  out.message = pair.slave_drives().message;
+  out.moved_mrad = 1e3 * std::abs(pair.rig->position(kSound) - before);
+  out.speed_at_end = std::abs(pair.rig->velocity(kSound));
+  out.holds = pair.rig->drives[kSound]->power() == Power::kQuickStop;
+  fault.end(pair);
+  for (int ms = 0; ms < 300; ++ms) {  // what had piled up goes over the bus, and nothing follows without a reset
+    pair.step();
+    watch.look();
+  }
+  pair.requests.reset();
+  const auto coupled = [&] {
+    return pair.master_state() == LinkState::kCoupled && pair.slave_state() == LinkState::kCoupled;
+  };
+  pair.step();
+  for (int ms = 0; ms < 12000 && !coupled(); ++ms) {
+    pair.step();
+    watch.look();
+  }
+  EXPECT_TRUE(coupled()) << "it comes back after the reset: " << pair.slave_drives().message;
+  out.greatest_dv = watch.greatest_dv();
+  return out;
+}
+
+// Gravest first: what may never be, and what must be.
+void judge(const Fault& fault, LinkState state, FaultReaction reaction, const Outcome& out) {
+  // 20 rad/s² is the drives' quick stop, 150 that of the gantry's; a jump would be the greatest speed at once.
+  EXPECT_LT(out.greatest_dv, 0.15);
+  const bool found = !(fault.only_powered && state == LinkState::kStopped);
+  if (found) {
+    EXPECT_THAT(fault.told, testing::Contains(testing::ResultOf(
+                                [&](const std::string& words) { return out.message.find(words) != std::string::npos; },
+                                testing::IsTrue())))
+        << out.message;
+    EXPECT_EQ(out.slave.reached, LinkState::kStopped);
+    EXPECT_EQ(out.cause, state == LinkState::kStopped ? StopCause::kEmergency : StopCause::kDriveFault);
+    if (state != LinkState::kStopped) {
+      ASSERT_TRUE(out.slave.after_ms.has_value());
+      EXPECT_LE(*out.slave.after_ms, fault.limit_ms);
+    }
+  }
+  if (state == LinkState::kCoupled) {
+    EXPECT_EQ(out.master.reached, LinkState::kDegraded);
+  }
+  if (reaction == FaultReaction::kHold) {
+    EXPECT_TRUE(out.holds);
+    EXPECT_LT(out.speed_at_end, 1e-3);
+    EXPECT_LT(out.moved_mrad, 60.0);
+  } else if (found) {
+    EXPECT_FALSE(out.holds);
+  }
+}
+
+std::string row(const Fault& fault, LinkState state, const Outcome& out) {
+  std::ostringstream line;
+  line << "| " << fault.name << " | " << name_of(state) << " | " << text(out.slave) << " | " << text(out.master) << " | "
+       << name_of(out.cause) << " | " << out.message << " | " << std::round(10.0 * out.moved_mrad) / 10.0 << " |\n";
+  return line.str();
+}
+
+class DriveFaultTable : public testing::TestWithParam<FaultReaction> {};
+
+TEST_P(DriveFaultTable, EveryFaultInEveryStateIsNamedAndHeldOrCoastedWithoutAJump) {
+  const bool hold = GetParam() == FaultReaction::kHold;
+  std::ostringstream table;
+  table << "Drives on CAN at 500 Hz, reaction " << (hold ? "hold" : "coast")
+        << ": the fault is one drive's (or its bus's); how far a sound drive went on within 0.6 s is in the last column.\n\n"
+        << "| fault | master was | slave | master | cause | told | mrad |\n|---|---|---|---|---|---|---|\n";
+  for (const Fault& fault : faults()) {
+    for (const LinkState state : kStates) {
+      SCOPED_TRACE(std::string(fault.name) + ", master " + name_of(state));
+      const Outcome out = run(fault, state, GetParam());
+      judge(fault, state, GetParam(), out);
+      table << row(fault, state, out);
+      ASSERT_FALSE(testing::Test::HasFailure());
+    }
+  }
+  std::ofstream(std::string(PHANTOM_REPORT_DIR) + (hold ? "/fault_table_drives_hold.md" : "/fault_table_drives_coast.md"))
+      << table.str();
+}
+
+INSTANTIATE_TEST_SUITE_P(Reactions, DriveFaultTable, testing::Values(FaultReaction::kHold, FaultReaction::kCoast),
+                         [](const auto& made) { return made.param == FaultReaction::kHold ? "Hold" : "Coast"; });
+
+// A process that dies leaves the drives to themselves; a new one finds the arm where it is.
+TEST(DriveFaults, DrivesWhoseSlaveIoDiesHoldByThemselvesAndItsSuccessorCouplesAfresh) {
+  Pair pair(FaultReaction::kHold);
+  bring_to(pair, LinkState::kCoupled);
+  pair.slave_life = Life::kGone;
+  for (int ms = 0; ms < 300; ++ms) pair.step();
+  for (const auto& drive : pair.rig->drives) EXPECT_EQ(drive->power(), Power::kQuickStop);
+  EXPECT_EQ(pair.master_state(), LinkState::kDegraded);
+  for (int ms = 0; ms < 400; ++ms) pair.step();
+  pair.start_slave();
+  MotionWatch watch(pair);
+  for (int ms = 0; ms < 12000 && pair.slave_state() != LinkState::kCoupled; ++ms) {
+    pair.step();
+    watch.look();
+  }
+  EXPECT_EQ(pair.slave_state(), LinkState::kCoupled) << pair.slave_drives().message;
+  EXPECT_LT(watch.greatest_dv(), 0.15);
+}
+
+// What would make a drive jump at the first command is refused before there is one.
+TEST(DriveFaults, ConfigurationsThatCannotServeAreRefusedByFileLineAndKey) {
+  struct Case {
+    const char *name, *from, *to, *words;
+  };
+  const Case cases[] = {
+      {"torque constant 0", "torque_constant_Nm_per_A: 0.25, rated_current_A: 8", "torque_constant_Nm_per_A: 0, rated_current_A: 8",
+       "torque_constant_Nm_per_A: '0' is out of range"},
+      {"torque constant NaN", "torque_constant_Nm_per_A: 0.25,", "torque_constant_Nm_per_A: .nan,", "'.nan' is out of range"},
+      {"gains that are NaN", "gravity_feed_forward: false", "gravity_feed_forward: false\n  joints: {j2_yaw: {k_p: .nan, k_v: 1}}\n#",
+       "servo.joints.j2_yaw.k_p: '.nan' is out of range"},
+      {"bandwidth that is NaN", "bandwidth_Hz: 8", "bandwidth_Hz: .nan", "bandwidth_Hz: '.nan' is out of range"},
+      {"a node id twice", "bus: 0, node: 2", "bus: 0, node: 1", "that of j1_gantry on the same bus"},
+      {"a bus over its budget", "rate_Hz: 500 ", "rate_Hz: 1000 ", "at most 85 %"},
+  };
+  std::ofstream table(std::string(PHANTOM_REPORT_DIR) + "/fault_table_refused.md");
+  table << "Refused at the start (exit code 2), before any drive is spoken to.\n\n| fault | told |\n|---|---|\n";
+  for (const Case& c : cases) {
+    const auto file = slave_io::changed(c.from, c.to, slave_io::kCanFile);
+    try {
+      slave_io::load_config(file, slave_io::shipped_arm().arm, slave_io::shipped_arm().home);
+      FAIL() << c.name << " was accepted";
+    } catch (const core::ConfigError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr(c.words)) << c.name;
+      std::string told = error.what();
+      told.replace(0, file.parent_path().string().size() + 1, "");
+      table << "| " << c.name << " | " << told << " |\n";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace phantom::faults

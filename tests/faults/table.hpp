@@ -1,0 +1,62 @@
+#pragma once
+
+// What the tables of faults have in common: the states to begin in, and how a reaction is told.
+
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <string>
+
+#include "tests/faults/pair.hpp"
+
+namespace phantom::faults {
+
+inline constexpr teleop::LinkState kStates[] = {teleop::LinkState::kInit,    teleop::LinkState::kReady,
+                                                teleop::LinkState::kAligned, teleop::LinkState::kCoupled,
+                                                teleop::LinkState::kDegraded, teleop::LinkState::kStopped};
+
+/// Brings the pair to where the master is in `state`, with drives that follow if there are any; coupled: with the hand
+/// under way.
+inline void bring_to(Pair& pair, teleop::LinkState state) {
+  if (pair.rig || state == teleop::LinkState::kInit) {  // nobody has been heard for longer than staleness
+    pair.up.cut = pair.down.cut = true;
+    for (int i = 0; i < 200; ++i) pair.step();
+    for (int i = 0; i < 5000 && !pair.slave_drives().follows; ++i) pair.step();
+    ASSERT_TRUE(pair.slave_drives().follows) << pair.slave_drives().message;
+    pair.up.cut = pair.down.cut = false;
+  }
+  if (state == teleop::LinkState::kInit) return;
+  const auto run_to = [&](teleop::LinkState wanted) {
+    for (int i = 0; i < 5000 && pair.master_state() != wanted; ++i) pair.step();
+    ASSERT_EQ(pair.master_state(), wanted);
+  };
+  if (state == teleop::LinkState::kReady || state == teleop::LinkState::kAligned) return run_to(state);
+  run_to(teleop::LinkState::kCoupled);
+  for (int i = 0; i < 1500; ++i) pair.step();
+  if (state == teleop::LinkState::kDegraded) {
+    pair.down.cut = true;
+    run_to(teleop::LinkState::kDegraded);
+    pair.down.cut = false;
+  }
+  if (state == teleop::LinkState::kStopped) {
+    pair.requests.stop();
+    run_to(teleop::LinkState::kStopped);
+  }
+}
+
+/// The state in which one side is while the fault lasts, and when it came there.
+struct Reaction {
+  teleop::LinkState reached{};
+  std::optional<int> after_ms;  ///< none: it stayed as it was
+
+  void see(teleop::LinkState now, int ms) {
+    if (now != reached) *this = {now, ms};
+  }
+};
+
+inline std::string text(const Reaction& reaction) {
+  if (!reaction.after_ms) return "stays " + std::string(name_of(reaction.reached));
+  return std::string(name_of(reaction.reached)) + ", " + std::to_string(*reaction.after_ms) + " ms";
+}
+
+}  // namespace phantom::faults
