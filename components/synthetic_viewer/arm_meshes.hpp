@@ -4,6 +4,7 @@
 
 #include "common/geometry/mesh.hpp"
 #include "common/robot/serial_arm.hpp"
+#include "common/robot/skin.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -15,8 +16,14 @@ struct LinkMeshData {
   geometry::TriangleMesh mesh;
 };
 
-/// All visual meshes of the arm. Throws core::MissingError for a file that is not there, core::ConfigError
-/// for one that is no usable mesh. Forks: call it before threads start.
-std::vector<LinkMeshData> load_arm_meshes(const robot::SerialArm& arm);
+/// All visual meshes of the arm; a moving link that has none (a DH table's, a URDF's without visuals) is
+/// shown as the body that its skin encloses. Throws core::MissingError for a file that is not there,
+/// core::ConfigError for one that is no usable mesh. Forks: call it before threads start.
+std::vector<LinkMeshData> load_arm_meshes(const robot::SerialArm& arm,
+                                          const std::vector<robot::LinkSkin>& skin);
+
+/// The closed body between the polygons at a segment's ends, in the frame of the link that the skin names.
+/// Pure.
+geometry::TriangleMesh segment_body(const robot::SkinSegment& segment);
 
 }  // namespace phantom::synthetic_viewer

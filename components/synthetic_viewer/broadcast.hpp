@@ -6,18 +6,18 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
-#include <string>
 
 namespace phantom::synthetic_viewer {
 
 /// The newest of something that many follow, each at its own pace: slow followers skip, nobody waits for
 /// them. Thread-safe.
+template <class T>
 class Broadcast {
  public:
-  using Content = std::shared_ptr<const std::string>;
+  using Content = std::shared_ptr<const T>;
 
-  void publish(std::string content) {
-    auto next = std::make_shared<const std::string>(std::move(content));
+  void publish(T content) { publish(std::make_shared<const T>(std::move(content))); }
+  void publish(Content next) {
     {
       const std::lock_guard lock(mutex_);
       content_ = std::move(next);
@@ -32,6 +32,12 @@ class Broadcast {
     std::unique_lock lock(mutex_);
     if (!changed_.wait_for(lock, patience, [&] { return number_ != seen && content_; })) return nullptr;
     seen = number_;
+    return content_;
+  }
+
+  /// The newest, now; null: there is none.
+  Content newest() const {
+    const std::lock_guard lock(mutex_);
     return content_;
   }
 

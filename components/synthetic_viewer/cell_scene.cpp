@@ -33,17 +33,17 @@ Frame CellScene::frame(const ViewerState& state, const Staleness& staleness, cor
   }
   if (state.arm.received_ns == 0) return frame;
   const bool known = age_s(state.arm.received_ns, now_ns) <= staleness.slave_s;
-  const bool felt = state.percept.valid && state.percept.closeness > 0 &&
-                    age_s(state.percept.received_ns, now_ns) <= staleness.percept_s;
+  const bool felt = state.skin.valid && age_s(state.skin.received_ns, now_ns) <= staleness.percept_s;
+  frame.paint_number = felt ? paint_number : 0;
+  frame.paint_ramp = {closeness_colour(0.0), closeness_colour(0.5), closeness_colour(1.0)};
   robot::LinkPoses X_WL;
   arm_.link_poses(state.arm.position, X_WL);
   for (const LinkBody& part : links) {
     DrawItem item{
         part.body.picture, matrix_of(X_WL[part.link] * part.X_link_mesh), part.colour, 1.0F, 0.0F, true};
-    if (felt && part.link == state.percept.link) {
-      item.colour =
-          mix(item.colour, closeness_colour(state.percept.closeness), 0.7 + 0.3 * state.percept.closeness);
-      item.own_light = 0.3F;
+    if (felt) {
+      item.paint = static_cast<PaintHandle>(part.link);
+      item.paint_from_mesh = matrix_of(part.X_link_mesh);
     }
     if (!known) item.opacity = 0.4F;
     frame.items.push_back(item);
@@ -51,18 +51,33 @@ Frame CellScene::frame(const ViewerState& state, const Staleness& staleness, cor
   return frame;
 }
 
+std::vector<geometry::BoundingBox> CellScene::link_boxes() const {
+  std::vector<geometry::BoundingBox> boxes(arm_.links().size());
+  for (const LinkBody& part : links) {
+    if (part.box.empty()) continue;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Vector3d p((corner & 1 ? part.box.max_m : part.box.min_m).x(),
+                              (corner & 2 ? part.box.max_m : part.box.min_m).y(),
+                              (corner & 4 ? part.box.max_m : part.box.min_m).z());
+      boxes[part.link].extend((part.X_link_mesh * p).cast<float>());
+    }
+  }
+  return boxes;
+}
+
 RayScene CellScene::obstacles(const ViewerState& state, bool with_arm) const {
   RayScene scene;
   for (const auto& [id, object] : state.objects) {
     const auto mesh = meshes.find(object.mesh_hash);
     if (mesh != meshes.end() && mesh->second.obstacle)
-      scene.bodies.push_back({mesh->second.obstacle, object.X_WO});
+      scene.bodies.push_back({mesh->second.obstacle, object.X_WO, {id, 0}});
   }
   if (!with_arm || state.arm.received_ns == 0) return scene;
   robot::LinkPoses X_WL;
   arm_.link_poses(state.arm.position, X_WL);
   for (const LinkBody& part : links) {
-    if (part.body.obstacle) scene.bodies.push_back({part.body.obstacle, X_WL[part.link] * part.X_link_mesh});
+    if (part.body.obstacle)
+      scene.bodies.push_back({part.body.obstacle, X_WL[part.link] * part.X_link_mesh, {0, part.link}});
   }
   return scene;
 }
@@ -71,10 +86,22 @@ std::string CellScene::link_name(std::size_t link) const {
   return link < arm_.links().size() ? arm_.links()[link].name : "link " + std::to_string(link);
 }
 
+std::string CellScene::body_name(const ViewerState& state, const RayScene::BodyName& name) const {
+  return name.object != 0 ? object_name(state, name.object) : link_name(name.link);
+}
+
 bool CellScene::complete(const ViewerState& state) const {
   return !state.objects.empty() &&
          std::all_of(state.objects.begin(), state.objects.end(),
                      [this](const auto& object) { return meshes.count(object.second.mesh_hash) > 0; });
+}
+
+std::vector<std::string> CellScene::missing(const ViewerState& state) const {
+  std::vector<std::string> names;
+  for (const auto& [id, object] : state.objects) {
+    if (meshes.count(object.mesh_hash) == 0) names.push_back(object_name(state, id));
+  }
+  return names;
 }
 
 }  // namespace phantom::synthetic_viewer

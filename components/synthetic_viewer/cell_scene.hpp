@@ -24,6 +24,7 @@ struct LinkBody {
   geometry::Pose X_link_mesh;
   Colour colour{};
   MeshBody body;
+  geometry::BoundingBox box;  ///< of the mesh, in its own frame
 };
 
 /// Places the cell's bodies: from what the viewer knows to what a frame shows. Pure, once its meshes are put
@@ -36,10 +37,14 @@ class CellScene {
 
   std::vector<LinkBody> links;
   std::map<std::uint64_t, MeshBody> meshes;  ///< by content hash
+  std::uint64_t paint_number = 0;            ///< rises with every change of the arm's paint
 
-  /// Objects, arm, floor and the outline of the workspace. The arm is painted by the closeness of its worst
-  /// link; a pose that is out of date is see-through; an arm whose pose nobody told is not drawn.
+  /// Objects, arm, floor and the outline of the workspace. The arm wears its paint while the skin's percept
+  /// is fresh; a pose that is out of date is see-through; an arm whose pose nobody told is not drawn.
   Frame frame(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) const;
+
+  /// Boxes around the links' bodies, in the links' frames, by link; empty where a link has no body.
+  std::vector<geometry::BoundingBox> link_boxes() const;
 
   /// What rays meet: the objects, and the arm where it is known.
   RayScene obstacles(const ViewerState& state, bool with_arm) const;
@@ -51,6 +56,10 @@ class CellScene {
   std::string link_name(std::size_t link) const;
   /// Whether every object has its mesh; false while there are none.
   bool complete(const ViewerState& state) const;
+  /// Names of the objects whose mesh is not there.
+  std::vector<std::string> missing(const ViewerState& state) const;
+  /// Whose a body is that rays meet.
+  std::string body_name(const ViewerState& state, const RayScene::BodyName& name) const;
 
  private:
   robot::SerialArm arm_;

@@ -16,25 +16,32 @@ class Compositor {
   Compositor(const ViewerConfig& config, std::string cell, const CellScene& scene)
       : config_(config), cell_(std::move(cell)), scene_(scene) {}
 
+  /// What a picture shows, and what is written over it. Where the camera had to give way to a body, the
+  /// subtitle says so.
+  struct Picture {
+    Frame frame;
+    Hud hud;
+  };
+
   /// What a picture is made from.
   struct Moment {
     const ViewerState& state;
     const RayScene& objects;  ///< without the arm
+    const RayScene& bodies;   ///< with it
     core::Nanoseconds now_ns;
   };
 
   /// The whole cell, with the arrows of the worst sensor, and a mark on the zone of `hit`.
-  Frame main_frame(const Moment& moment, const HitView& hit) const;
+  Picture main_picture(const Moment& moment, const HitView& hit) const;
   /// The hit zone with cone and plane.
-  Frame hit_frame(const Moment& moment, const HitView& hit) const;
+  Picture hit_picture(const Moment& moment, const HitView& hit) const;
   /// From the arm's last link.
-  Frame tool_frame(const Moment& moment) const;
-
-  Hud main_hud(const Moment& moment) const;
-  Hud hit_hud(const Moment& moment, const HitView& hit) const;
-  Hud tool_hud(const Moment& moment) const;
+  Picture tool_picture(const Moment& moment) const;
 
  private:
+  Frame frame_from(const Moment& moment, View view, const Camera& camera, Hud& hud) const;
+  Hud main_hud(const Moment& moment) const;
+  Hud hit_hud(const Moment& moment, const HitView& hit) const;
   bool percept_known(const Moment& moment) const;
   Aids live_aids(const Moment& moment) const;
   Aids hit_aids(const Moment& moment, const HitView& hit) const;

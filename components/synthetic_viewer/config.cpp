@@ -79,6 +79,16 @@ PageConfig read_page(const ConfigReader& page) {
   return config;
 }
 
+RecordingConfig read_recording(const ConfigReader& section) {
+  RecordingConfig config;
+  config.folder = section.text("folder", "");
+  config.format =
+      section.choice("format", "mp4", {"mp4", "avi"}) == "avi" ? VideoFormat::kAvi : VideoFormat::kMp4;
+  config.rate_hz = section.number("rate_hz", config.rate_hz, {1, 60, "Hz"});
+  config.at_start = view_from_name(section.choice("at_start", "none", {"none", "main", "hit", "tool"}));
+  return config;
+}
+
 }  // namespace
 
 ViewerConfig load_config(const std::filesystem::path& path) {
@@ -98,6 +108,8 @@ ViewerConfig load_config(const std::filesystem::path& path) {
   config.staleness.percept_s = stale.number("percept_s", config.staleness.percept_s, {0.01, 60, "s"});
   config.staleness.component_s = stale.number("component_s", config.staleness.component_s, {0.5, 60, "s"});
   config.page = read_page(file.optional_section("page"));
+  config.window.wanted = file.flag("window", false);
+  config.recording = read_recording(file.optional_section("recording"));
   const ConfigReader report = file.optional_section("report");
   config.report_samples = report.integer("samples", config.report_samples, {1, 8, "per pixel"});
   config.report_pictures = report.integer("hit_pictures", config.report_pictures, {0, 100000, ""});

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "components/synthetic_viewer/recorder.hpp"
 #include "components/synthetic_viewer/renderer.hpp"
 #include "components/synthetic_viewer/state.hpp"
 #include "components/synthetic_viewer/synthetic_viewer.hpp"
@@ -26,7 +27,7 @@ struct HitZoneViewConfig {
 
 /// Camera on the arm's last link.
 struct ToolViewConfig {
-  bool enabled = false;
+  bool enabled = true;
   PictureFormat format{640, 360, 1, true};
   Eigen::Vector3d eye_m = Eigen::Vector3d::Zero();      ///< in the tip link's frame
   Eigen::Vector3d look_at_m = Eigen::Vector3d::Zero();  ///< likewise
@@ -41,6 +42,11 @@ struct PageConfig {
   int max_streams = 24;        ///< pictures and events that may be followed at once, all pages together
 };
 
+/// A window on this host's desktop, beside the page.
+struct WindowConfig {
+  bool wanted = false;  ///< also by --window
+};
+
 /// synthetic_viewer.yaml.
 struct ViewerConfig {
   GraphicsPlatform graphics = GraphicsPlatform::kAuto;
@@ -51,6 +57,8 @@ struct ViewerConfig {
   ToolViewConfig tool_view;
   Staleness staleness;
   PageConfig page;
+  WindowConfig window;
+  RecordingConfig recording;
   int jpeg_quality = 80;
   int report_samples = 4;     ///< per pixel, in the pictures of the report
   int report_pictures = 200;  ///< hit pictures at most

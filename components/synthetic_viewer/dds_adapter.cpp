@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <type_traits>
 #include <utility>
 
 #include "common/dds/stamp.hpp"
@@ -46,12 +47,14 @@ std::optional<ArmSample> convert(const msg::SlaveState& message, const ArmShape&
   sample.position = message.position_rad();
   sample.velocity = message.velocity_rad_s();
   const auto state = enumerator(message.state(), LinkState::kStopped);
-  if (!is_stamped(message.stamp()) || !state || message.joint_count() != shape.joint_count ||
+  const auto stop_cause = enumerator(message.stop_cause(), StopCause::kDriveFault);
+  if (!is_stamped(message.stamp()) || !state || !stop_cause || message.joint_count() != shape.joint_count ||
       !all_finite(sample.position) || !all_finite(sample.velocity) || !is_place(message.contact_point_m()) ||
       !finite({message.contact_force_N(), message.tool_speed_m_s()})) {
     return std::nullopt;
   }
   sample.state = *state;
+  sample.stop_cause = *stop_cause;
   sample.contact = message.contact();
   sample.contact_force_N = message.contact_force_N();
   sample.contact_object = message.contact_object();
@@ -65,13 +68,16 @@ std::optional<MasterSample> convert(const msg::MasterState& message, const ArmSh
   sample.percept_torque_Nm = message.percept_torque_Nm();
   sample.feedback_torque_Nm = message.feedback_torque_Nm();
   const auto state = enumerator(message.state(), LinkState::kStopped);
-  if (!is_stamped(message.stamp()) || !state || message.law() > msg::LAW_PEFF ||
-      message.joint_count() != shape.joint_count || !all_finite(sample.percept_torque_Nm) || !all_finite(sample.feedback_torque_Nm) ||
-      !(message.percept_gain() >= 0) || !(message.feedback_gain() >= 0) ||
+  const auto stop_cause = enumerator(message.stop_cause(), StopCause::kDriveFault);
+  if (!is_stamped(message.stamp()) || !state || !stop_cause || message.law() > msg::LAW_PEFF ||
+      message.joint_count() != shape.joint_count || !all_finite(sample.percept_torque_Nm) ||
+      !all_finite(sample.feedback_torque_Nm) || !(message.percept_gain() >= 0) ||
+      !(message.feedback_gain() >= 0) ||
       !finite({message.percept_gain(), message.feedback_gain(), message.round_trip_s()})) {
     return std::nullopt;
   }
   sample.state = *state;
+  sample.stop_cause = *stop_cause;
   sample.percept_gain = message.percept_gain();
   sample.feedback_gain = message.feedback_gain();
   sample.percept_enabled = message.percept_enabled();
@@ -151,6 +157,34 @@ std::optional<ObjectSample> convert(const msg::WorkspaceObject& message) {
   return sample;
 }
 
+std::optional<WorkspaceSample> convert(const msg::WorkspaceVersion& message) {
+  if (message.version() == 0 || !(message.voxel_size_m() > 0 && message.voxel_size_m() <= 1))
+    return std::nullopt;
+  return WorkspaceSample{message.version(), message.voxel_size_m()};
+}
+
+std::optional<SkinSample> convert(const msg::SkinPercept& message, const ArmShape& shape) {
+  constexpr double kWidestPatch_m = 10.0;
+  if (!is_stamped(message.stamp()) || !(message.patch_m() > 0 && message.patch_m() <= kWidestPatch_m) ||
+      !std::isfinite(message.greatest_mu())) {
+    return std::nullopt;
+  }
+  SkinSample sample;
+  sample.valid = message.valid() && message.greatest_mu() > 0;
+  sample.patch_m = message.patch_m();
+  for (const msg::SkinPatch& patch : message.felt()) {
+    if (patch.link() >= shape.link_count || !finite({patch.x_m(), patch.y_m(), patch.z_m()}) ||
+        !(patch.mu() >= 0) || !std::isfinite(patch.mu())) {
+      return std::nullopt;
+    }
+    if (!sample.valid) continue;
+    const double closeness = std::min(1.0, static_cast<double>(patch.mu()) / message.greatest_mu());
+    sample.felt.push_back(
+        {patch.link(), {patch.x_m(), patch.y_m(), patch.z_m()}, static_cast<float>(closeness)});
+  }
+  return sample;
+}
+
 std::optional<MeshChunkSample> convert(const msg::MeshChunk& message) {
   MeshChunkSample sample{message.mesh_hash(),    message.chunk(),          message.chunk_count(),
                          message.vertex_count(), message.triangle_count(), message.data()};
@@ -187,7 +221,7 @@ std::optional<ComponentSample> convert(const msg::ComponentStatus& message) {
 }
 
 std::optional<Command> convert(const msg::OperatorCommand& message) {
-  const auto kind = enumerator(message.kind(), CommandKind::kSetLaw);
+  const auto kind = enumerator(message.kind(), CommandKind::kMark);
   if (!is_stamped(message.stamp()) || !kind) return std::nullopt;
   const Command command{*kind, message.value()};
   if (!check_command(command).is_ok()) return std::nullopt;
@@ -203,9 +237,8 @@ struct Input {
   std::unique_ptr<dds::Reader<T>> reader;
 
   void open(dds::Participant& participant, const dds::TopicSpec<T>& topic,
-            typename dds::Reader<T>::OnSample on_sample, dds::RawReader::OnDisposed on_disposed = {}) {
-    reader =
-        std::make_unique<dds::Reader<T>>(participant, topic, std::move(on_sample), std::move(on_disposed));
+            typename dds::Reader<T>::OnSample on_sample) {
+    reader = std::make_unique<dds::Reader<T>>(participant, topic, std::move(on_sample));
     ready = reader.get();
   }
   void refuse() {
@@ -225,7 +258,8 @@ struct DdsAdapter::Impl {
   dds::StatusReporter status;
 
   // Each belongs to the thread of its reader's callbacks.
-  dds::SequenceGuard arm_order, master_order, percept_order, hit_order;
+  dds::SequenceGuard arm_order, master_order, percept_order, hit_order, skin_order;
+  std::uint64_t arm_arrived = 0;
   std::map<std::string, dds::SequenceGuard> component_order;  // by name and host
 
   // Last, so that their callbacks end before what they use.
@@ -233,6 +267,8 @@ struct DdsAdapter::Impl {
   Input<msg::MasterState> master;
   Input<msg::Percept> percept;
   Input<msg::HitAlert> hits;
+  Input<msg::SkinPercept> skin;
+  Input<msg::WorkspaceVersion> versions;
   Input<msg::WorkspaceObject> objects;
   Input<msg::MeshChunk> chunks;
   Input<msg::ComponentStatus> components;
@@ -257,6 +293,10 @@ struct DdsAdapter::Impl {
       auto sample = convert(message, shape);
       if (!sample || !order.accept(message.stamp())) return input.refuse();
       sample->received_ns = info.received_ns;
+      if constexpr (std::is_same_v<Sample, ArmSample>) {
+        sample->arrived = ++arm_arrived;
+        sample->lost = order.lost();
+      }
       snapshot.write(*sample);
     };
   }
@@ -278,6 +318,13 @@ void DdsAdapter::Impl::open_events() {
     hit->received_ns = info.received_ns;
     inbox.put(std::move(*hit));
   });
+  skin.open(participant, dds::kSkinPercept,
+            [this](const msg::SkinPercept& message, const dds::SampleInfo& info) {
+              auto sample = convert(message, shape);
+              if (!sample || !skin_order.accept(message.stamp())) return skin.refuse();
+              sample->received_ns = info.received_ns;
+              inbox.put(std::move(*sample));
+            });
   components.open(participant, dds::kComponentStatus,
                   [this](const msg::ComponentStatus& message, const dds::SampleInfo& info) {
                     auto component = convert(message);
@@ -307,6 +354,12 @@ void DdsAdapter::Impl::open_workspace() {
                  if (!object) return objects.refuse();
                  inbox.put(std::move(*object));
                });
+  versions.open(participant, dds::kWorkspaceVersion,
+                [this](const msg::WorkspaceVersion& message, const dds::SampleInfo&) {
+                  const auto version = convert(message);
+                  if (!version) return versions.refuse();
+                  inbox.put(*version);
+                });
   chunks.open(participant, dds::kMeshChunk, [this](const msg::MeshChunk& message, const dds::SampleInfo&) {
     auto chunk = convert(message);
     if (!chunk) return chunks.refuse();

@@ -27,6 +27,8 @@ std::optional<MasterSample> convert(const msg::MasterState& message, const ArmSh
 std::optional<PerceptSample> convert(const msg::Percept& message, const ArmShape& shape);
 std::optional<HitSample> convert(const msg::HitAlert& message, const ArmShape& shape);
 std::optional<ObjectSample> convert(const msg::WorkspaceObject& message);
+std::optional<WorkspaceSample> convert(const msg::WorkspaceVersion& message);
+std::optional<SkinSample> convert(const msg::SkinPercept& message, const ArmShape& shape);
 std::optional<MeshChunkSample> convert(const msg::MeshChunk& message);
 std::optional<ComponentSample> convert(const msg::ComponentStatus& message);
 std::optional<Command> convert(const msg::OperatorCommand& message);

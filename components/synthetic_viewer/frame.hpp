@@ -17,6 +17,10 @@ using MeshHandle = std::uint32_t;
 inline constexpr MeshHandle kNoMesh = 0, kCone = 1, kCylinder = 2, kSphere = 3, kDisc = 4;
 inline constexpr MeshHandle kFirstFreeHandle = 16;
 
+/// Name of a paint volume that the renderer holds (Renderer::paint).
+using PaintHandle = std::uint32_t;
+inline constexpr PaintHandle kNoPaint = ~0U;
+
 /// One mesh somewhere.
 struct DrawItem {
   MeshHandle mesh = kNoMesh;
@@ -25,6 +29,8 @@ struct DrawItem {
   float opacity = 1.0F;       ///< below 1: drawn after all others, sorted, without hiding what is behind
   float own_light = 0.0F;     ///< 0: lit like all else, 1: shines in its own colour
   bool casts_shadow = false;  ///< on the floor
+  PaintHandle paint = kNoPaint;
+  Eigen::Matrix4f paint_from_mesh = Eigen::Matrix4f::Identity();  ///< to the frame of the paint volume
 };
 
 struct Line {
@@ -40,7 +46,12 @@ struct Frame {
   Eigen::Vector3f floor_min_m =
       Eigen::Vector3f::Zero();  ///< grid on the floor, in the plane z = floor_min_m.z()
   Eigen::Vector3f floor_max_m = Eigen::Vector3f::Zero();  ///< not above min: no floor
+  std::array<Colour, 3> paint_ramp{};                     ///< of closeness 0, 0.5 and 1
+  std::uint64_t paint_number = 0;                         ///< rises when any paint changes
 };
+
+/// Whether two frames make the same picture: all the same, places within a hundredth of a millimetre.
+bool same_picture(const Frame& a, const Frame& b);
 
 /// A pose as the matrix of a DrawItem, with the mesh scaled by `scale` first.
 Eigen::Matrix4f matrix_of(const geometry::Pose& X_WM, const Eigen::Vector3d& scale = Eigen::Vector3d::Ones());

@@ -47,6 +47,9 @@ class Brush {
   void line(cv::Point from, cv::Point to, const cv::Scalar& colour) {
     cv::line(picture_, from, to, colour, 1, cv::LINE_AA);
   }
+  void dot(cv::Point middle, int radius, const cv::Scalar& colour) {
+    cv::circle(picture_, middle, radius, colour, cv::FILLED, cv::LINE_AA);
+  }
   void frame(const cv::Scalar& colour, int thickness) {
     cv::rectangle(picture_, {0, 0, picture_.cols, picture_.rows}, colour, 2 * thickness);
   }
@@ -74,7 +77,7 @@ std::string number(const char* format, double value) {
 }
 
 int draw_closeness(Brush& brush, const Hud& hud, int x) {
-  const int width = brush.px(230), base = brush.height() - brush.px(14), height = brush.px(13);
+  const int width = brush.px(150), base = brush.height() - brush.px(14), height = brush.px(13);
   brush.write("CLOSENESS", {x, base - brush.px(24)}, 13, kFaint);
   const cv::Rect track(x, base - height, width, height);
   brush.fill(track, kTrack);
@@ -86,7 +89,7 @@ int draw_closeness(Brush& brush, const Hud& hud, int x) {
   }
   brush.write(hud.closeness_known ? number("%.2f", hud.closeness) : "-", {x + width + brush.px(10), base}, 18,
               kText);
-  return x + width + brush.px(84);
+  return x + width + brush.px(74);
 }
 
 void draw_gauges(Brush& brush, const Hud& hud) {
@@ -96,13 +99,15 @@ void draw_gauges(Brush& brush, const Hud& hud) {
   const cv::Scalar motion_colour = hud.motion == "dangerous" ? kRed
                                    : hud.motion == "neutral" ? kAmber
                                                              : kText;
-  x = std::max(x, brush.px(530));  // so that the columns do not dance with the numbers' widths
+  x = std::max(x, brush.px(375));  // so that the columns do not dance with the numbers' widths
   write_pair(brush, x, "MOTION", hud.motion, motion_colour);
-  write_pair(brush, x + brush.px(150), "NEAREST", hud.nearest, kText);
-  const int right = brush.width() - brush.px(22);
-  const int age_x = right - brush.px(108);
-  write_pair(brush, age_x, "POSE AGE", hud.model_age, kText);
-  write_pair(brush, age_x - brush.px(150), "SLAVE", hud.link_state, kText);
+  write_pair(brush, x + brush.px(125), "NEAREST", hud.nearest, kText);
+  if (brush.width() < brush.px(1180)) return;  // no room for more
+  int right = brush.width() - brush.px(22);
+  write_pair(brush, right -= brush.px(92), "VOXEL ERROR", hud.voxel_error, kText);
+  write_pair(brush, right -= brush.px(110), "MODEL AGE", hud.model_age, kText);
+  write_pair(brush, right -= brush.px(175), "LINK", hud.link_quality, kText);
+  write_pair(brush, right -= brush.px(125), "SLAVE", hud.link_state, kText);
 }
 
 void draw_titles(Brush& brush, const Hud& hud) {
@@ -136,6 +141,7 @@ void draw_hud(Image& image, const Hud& hud) {
   Brush brush(wrap(image));
   if (hud.gauges) draw_gauges(brush, hud);
   draw_titles(brush, hud);
+  if (hud.recording) brush.dot({image.width_px - brush.px(28), brush.px(28)}, brush.px(9), kRed);
   if (hud.alarm) brush.frame(kRed, brush.px(4));
 }
 

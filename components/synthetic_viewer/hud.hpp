@@ -17,10 +17,15 @@ struct Hud {
   double closeness = 0.0;        ///<   bar, 0…1
   bool closeness_known = false;  ///<   false: an empty, crossed bar
   double speed_m_s = 0.0;
-  std::string motion;      ///<   verdict of the unsafe-motion detector
-  std::string nearest;     ///<   "forearm - work_table"
-  std::string link_state;  ///<   "COUPLED"
-  std::string model_age;   ///<   "12 ms"
+  std::string motion;        ///<   verdict of the unsafe-motion detector
+  std::string nearest;       ///<   "forearm - work_table"
+  std::string link_state;    ///<   "COUPLED"
+  std::string link_quality;  ///<   "99.8 %, 1.2 ms": of slave_state that comes through, and the round trip
+  std::string model_age;     ///<   "12 ms": of the pose that the picture and the percept rest on
+  std::string voxel_error;   ///<   "4.3 mm": by which a surface may lie off in the voxel model
+  bool recording = false;    ///< a red dot top right
+
+  friend bool operator==(const Hud&, const Hud&) = default;
 };
 
 /// Writes on the picture. Sizes follow the picture's height. Pure.

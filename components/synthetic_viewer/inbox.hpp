@@ -8,11 +8,13 @@
 #include <variant>
 
 #include "common/core/snapshot.hpp"
+#include "components/synthetic_viewer/camera_control.hpp"
 #include "components/synthetic_viewer/samples.hpp"
 
 namespace phantom::synthetic_viewer {
 
-using Event = std::variant<HitSample, ObjectSample, ObjectGone, MeshChunkSample, ComponentSample, Command>;
+using Event = std::variant<HitSample, ObjectSample, ObjectGone, MeshChunkSample, ComponentSample,
+                           WorkspaceSample, SkinSample, Command, ViewRequest>;
 
 /// Between the middleware's threads and the viewer's: newest state by lock-free snapshot, events in a queue.
 /// The middleware's side never waits for a picture: the queue's lock is held for a push or a swap only.

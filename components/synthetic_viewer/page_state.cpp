@@ -21,6 +21,7 @@ Json link_json(const ViewerState& state, core::Nanoseconds now_ns) {
       {"master", master_known ? name_of(master.state) : "NONE"},
       {"slave_age_s", number_or_null(age_s(state.arm.received_ns, now_ns))},
       {"master_age_s", number_or_null(age_s(master.received_ns, now_ns))},
+      {"quality", number_or_null(state.link_quality.share(), state.link_quality.share() >= 0)},
       {"round_trip_s", number_or_null(master.round_trip_s, master.round_trip_s >= 0)},
       {"percept_gain", number_or_null(master.percept_gain, master_known)},
       {"feedback_gain", number_or_null(master.feedback_gain, master_known)},
@@ -85,6 +86,13 @@ Json hits_json(const ViewerState& state, const CellScene& scene, core::Nanosecon
   return hits;
 }
 
+/// Which views the operator has turned or zoomed.
+Json moved_json(const CameraControl& cameras) {
+  Json moved = Json::object();
+  for (const View view : kViews) moved[name_of(view)] = !cameras.offset(view).at_home();
+  return moved;
+}
+
 Json loops_json(const ComponentSample& component) {
   Json loops = Json::array();
   for (const core::LoopStatistics& loop : component.loops) {
@@ -119,26 +127,37 @@ Json components_json(const ViewerState& state, const Staleness& staleness, core:
 
 std::string page_state_json(const ViewerState& state, const CellScene& scene, const HitView& view,
                             const Staleness& staleness, const PageFacts& facts, core::Nanoseconds now_ns) {
-  const Json json{{"t", core::seconds(now_ns - facts.start_ns)},
-                  {"cell", facts.cell},
-                  {"banner", banner_text(state, staleness, now_ns)},
-                  {"link", link_json(state, now_ns)},
-                  {"percept", percept_json(state, scene, staleness, now_ns)},
-                  {"joints", joints_json(state, scene)},
-                  {"hits", hits_json(state, scene, facts.start_ns)},
-                  {"total_hits", state.total_hits},
-                  {"components", components_json(state, staleness, now_ns)},
-                  {"view",
-                   {{"alert", view.alert},
-                    {"threatening", view.threatening},
-                    {"node", view.alert == 0 ? "" : node_name(view.node)},
-                    {"wish", static_cast<int>(state.wish)},
-                    {"hold", state.hold}}},
-                  {"viewer",
-                   {{"frames_per_s", facts.frames_per_s},
-                    {"graphics", facts.graphics},
-                    {"allow_commands", facts.allow_commands},
-                    {"tool_view", facts.tool_view}}}};
+  const Json json{
+      {"t", core::seconds(now_ns - facts.start_ns)},
+      {"cell", facts.cell},
+      {"banner", banner_text(state, staleness, now_ns)},
+      {"link", link_json(state, now_ns)},
+      {"percept", percept_json(state, scene, staleness, now_ns)},
+      {"joints", joints_json(state, scene)},
+      {"hits", hits_json(state, scene, facts.start_ns)},
+      {"total_hits", state.total_hits},
+      {"components", components_json(state, staleness, now_ns)},
+      {"view",
+       {{"alert", view.alert},
+        {"threatening", view.threatening},
+        {"node", view.alert == 0 ? "" : node_name(view.node)},
+        {"wish", static_cast<int>(state.wish)},
+        {"moved", moved_json(state.cameras)},
+        {"hold", state.hold}}},
+      {"viewer",
+       {{"frames_per_s", facts.frames_per_s},
+        {"graphics", facts.graphics},
+        {"allow_commands", facts.allow_commands},
+        {"tool_view", facts.tool_view},
+        {"message", facts.message}}},
+      {"model",
+       {{"voxel_size_m", number_or_null(state.workspace.voxel_size_m, state.workspace.version != 0)},
+        {"version", state.workspace.version}}},
+      {"recording",
+       {{"running", state.recording.running},
+        {"view", name_of(state.recording.view)},
+        {"file", state.recording.file},
+        {"problem", state.recording.problem}}}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

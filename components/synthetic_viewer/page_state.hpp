@@ -16,6 +16,7 @@ struct PageFacts {
   double frames_per_s = 0.0;
   std::string graphics;
   core::Nanoseconds start_ns = 0;
+  std::string message;  ///< what is missing; empty: nothing
 };
 
 /// One server-sent event's JSON: link, percept, joints, hits, components, view. Numbers that are not known

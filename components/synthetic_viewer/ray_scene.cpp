@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::uint32_t kLeafTriangles = 4;
 constexpr int kMaxDepth = 64;
+constexpr double kSameCrossing_m = 1e-6;
 
 /// Möller–Trumbore, both sides.
 std::optional<double> hit_triangle(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
@@ -81,10 +82,10 @@ std::uint32_t RayMesh::build(std::vector<std::uint32_t>& order, std::uint32_t be
   return index;
 }
 
-std::optional<double> RayMesh::nearest(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction,
-                                       double min_m, double max_m) const noexcept {
-  if (nodes_.empty()) return std::nullopt;
-  std::optional<double> best;
+template <class Visit>
+void RayMesh::walk(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction, double min_m,
+                   double& max_m, Visit&& visit) const noexcept {
+  if (nodes_.empty()) return;
   const Eigen::Array3d inverse = direction.array().inverse();
   std::array<std::uint32_t, kMaxDepth> stack;  // halving: the depth is at most the bits of a triangle index
   std::size_t depth = 0;
@@ -100,15 +101,30 @@ std::optional<double> RayMesh::nearest(const Eigen::Vector3d& origin_m, const Ei
       stack[depth++] = index + 1;
       continue;
     }
-    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-      const auto distance = hit_triangle(origin_m, direction, &corners_m_[3 * i]);
-      if (distance && *distance > min_m && *distance < max_m) {
-        best = distance;
-        max_m = *distance;
-      }
-    }
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) visit(&corners_m_[3 * i]);
   }
+}
+
+std::optional<double> RayMesh::nearest(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction,
+                                       double min_m, double max_m) const noexcept {
+  std::optional<double> best;
+  walk(origin_m, direction, min_m, max_m, [&](const Eigen::Vector3f* corners) {
+    const auto distance = hit_triangle(origin_m, direction, corners);
+    if (!distance || *distance <= min_m || *distance >= max_m) return;
+    best = distance;
+    max_m = *distance;
+  });
   return best;
+}
+
+void RayMesh::crossings(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction, double min_m,
+                        double max_m, std::vector<Crossing>& found) const {
+  walk(origin_m, direction, min_m, max_m, [&](const Eigen::Vector3f* corners) {
+    const auto distance = hit_triangle(origin_m, direction, corners);
+    if (!distance || *distance <= min_m || *distance >= max_m) return;
+    const Eigen::Vector3f normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+    found.push_back({*distance, normal.cast<double>().dot(direction) < 0});
+  });
 }
 
 std::optional<double> RayScene::nearest(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction,
@@ -123,6 +139,71 @@ std::optional<double> RayScene::nearest(const Eigen::Vector3d& origin_m, const E
     }
   }
   return best;
+}
+
+namespace {
+
+struct Span {
+  double from_m, to_m;
+  RayScene::BodyName name;
+};
+
+/// Stretches of a ray that lie within a body: from where it is entered to where it is left. Left without
+/// having been entered: from the beginning; entered and never left: to the end.
+void add_spans(std::vector<RayMesh::Crossing>& crossings, double end_m, RayScene::BodyName name,
+               std::vector<Span>& spans) {
+  std::sort(crossings.begin(), crossings.end(),
+            [](const auto& a, const auto& b) { return a.distance_m < b.distance_m; });
+  // A ray through an edge meets both triangles there.
+  const auto same = [](const auto& a, const auto& b) {
+    return a.entering == b.entering && b.distance_m - a.distance_m < kSameCrossing_m;
+  };
+  crossings.erase(std::unique(crossings.begin(), crossings.end(), same), crossings.end());
+  int depth = 0;
+  double entered_m = 0.0;
+  for (const RayMesh::Crossing& crossing : crossings) {
+    if (crossing.entering) {
+      if (depth++ == 0) entered_m = crossing.distance_m;
+    } else {
+      if (depth == 0) entered_m = 0.0;
+      depth = std::max(0, depth - 1);
+      if (depth == 0) spans.push_back({entered_m, crossing.distance_m, name});
+    }
+  }
+  if (depth > 0) spans.push_back({entered_m, end_m, name});
+}
+
+}  // namespace
+
+std::optional<RayScene::FreeDistance> RayScene::free_distance(const Eigen::Vector3d& origin_m,
+                                                              const Eigen::Vector3d& direction,
+                                                              double wished_m, double clearance_m) const {
+  const double end_m = 3 * wished_m;
+  std::vector<Span> spans;
+  std::vector<RayMesh::Crossing> crossings;
+  for (const Body& body : bodies) {
+    const geometry::Pose X_MW = body.X_WM.inverse();
+    crossings.clear();
+    body.mesh->crossings(X_MW * origin_m, X_MW.rotation * direction, clearance_m, end_m + clearance_m,
+                         crossings);
+    add_spans(crossings, end_m + clearance_m, body.name, spans);
+  }
+  const auto blocking = [&](double at_m) {
+    return std::find_if(spans.begin(), spans.end(), [&](const Span& span) {
+      return at_m > span.from_m - clearance_m && at_m < span.to_m + clearance_m;
+    });
+  };
+  const auto blocked = blocking(wished_m);
+  if (blocked == spans.end()) return std::nullopt;
+  std::optional<double> best_m;
+  for (const Span& span : spans) {
+    for (const double at_m : {span.from_m - clearance_m, span.to_m + clearance_m}) {
+      if (at_m < 2 * clearance_m || at_m > end_m || blocking(at_m) != spans.end()) continue;
+      if (!best_m || std::abs(at_m - wished_m) < std::abs(*best_m - wished_m)) best_m = at_m;
+    }
+  }
+  if (!best_m) return std::nullopt;
+  return FreeDistance{*best_m, blocked->name};
 }
 
 double RayScene::visible_share(const Eigen::Vector3d& look_at_m, const Eigen::Vector3d& pgv, double radius_m,

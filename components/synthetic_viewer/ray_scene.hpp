@@ -20,6 +20,14 @@ class RayMesh {
   /// side, within (min_m, max_m); nothing if there is none. Real-time safe: yes.
   std::optional<double> nearest(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction,
                                 double min_m, double max_m) const noexcept;
+  /// A place where a ray meets the surface.
+  struct Crossing {
+    double distance_m;
+    bool entering;  ///< from the front side, that is into the body
+  };
+  /// Appends every crossing within (min_m, max_m), in no order. Allocates.
+  void crossings(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction, double min_m,
+                 double max_m, std::vector<Crossing>& found) const;
   std::size_t triangle_count() const noexcept { return corners_m_.size() / 3; }
 
  private:
@@ -29,6 +37,11 @@ class RayMesh {
         0;  // leaf: first triangle; inner: index of the right child (the left one is the next node)
     std::uint32_t count = 0;  // triangles of a leaf; 0: inner node
   };
+  /// Calls visit(first corner of a triangle) for all whose boxes the ray meets within (min_m, max_m), which
+  /// visit may shorten.
+  template <class Visit>
+  void walk(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction, double min_m, double& max_m,
+            Visit&& visit) const noexcept;
   std::uint32_t build(std::vector<std::uint32_t>& order, std::uint32_t begin, std::uint32_t end,
                       const geometry::TriangleMesh& mesh);
 
@@ -39,15 +52,33 @@ class RayMesh {
 /// Everything that can stand between a camera and what it looks at.
 class RayScene {
  public:
+  /// Whose body it is: an object's id, or 0 and a link's index.
+  struct BodyName {
+    std::uint16_t object = 0;
+    std::size_t link = 0;
+  };
   struct Body {
     std::shared_ptr<const RayMesh> mesh;
     geometry::Pose X_WM;
+    BodyName name;
   };
   std::vector<Body> bodies;
 
   /// Nearest surface along a ray of W within (min_m, max_m). Real-time safe: yes.
   std::optional<double> nearest(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction,
                                 double min_m, double max_m) const noexcept;
+
+  struct FreeDistance {
+    double distance_m = 0.0;
+    BodyName blocked_by;  ///< the body at the wished distance
+  };
+  /// If the place `wished_m` along a ray of W (unit `direction`) lies inside a body, or nearer than
+  /// `clearance_m` to where the ray meets one: the free distance along the ray that is nearest to it. Nothing
+  /// if the place is free, or if there is no free one between 2 × clearance and 3 × wished. What the ray
+  /// leaves lies behind its triangles' front sides; what it meets within `clearance_m` of its origin does not
+  /// count, for the origin may lie on a skin. Not real-time safe.
+  std::optional<FreeDistance> free_distance(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction,
+                                            double wished_m, double clearance_m) const;
 
   /// Share 0…1 of a hit zone that `eye_m` sees: rays from points around the look-at point, a little in front
   /// of the skin (towards `pgv`, of radius_m), to the eye. Surfaces nearer than radius_m to their start do

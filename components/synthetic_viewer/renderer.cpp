@@ -1,14 +1,14 @@
 #include "components/synthetic_viewer/renderer.hpp"
 
-#include <epoxy/gl.h>
-
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
-#include <cstring>
-#include <stdexcept>
+#include <cmath>
+#include <map>
+#include <vector>
 
+#include "components/synthetic_viewer/gl_objects.hpp"
 #include "components/synthetic_viewer/shaders.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -18,42 +18,12 @@ constexpr float kFloorBorder_m = 0.5F;
 constexpr double kShadowPitch_m = 0.03;
 // Towards the key light, as in the mesh shader; shadows fall along it.
 const Eigen::Vector3f kToKeyLight(0.348F, -0.464F, 0.815F);
-
-GLuint compile(GLenum kind, const char* source) {
-  const GLuint shader = glCreateShader(kind);
-  glShaderSource(shader, 1, &source, nullptr);
-  glCompileShader(shader);
-  GLint good = 0;
-  glGetShaderiv(shader, GL_COMPILE_STATUS, &good);
-  if (good == 0) {
-    std::array<char, 1024> log{};
-    glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), nullptr, log.data());
-    throw std::runtime_error(std::string("the OpenGL driver refuses a shader: ") + log.data());
-  }
-  return shader;
-}
-
-GLuint link(const char* vertex_source, const char* fragment_source) {
-  const GLuint vertex = compile(GL_VERTEX_SHADER, vertex_source);
-  const GLuint fragment = compile(GL_FRAGMENT_SHADER, fragment_source);
-  const GLuint program = glCreateProgram();
-  glAttachShader(program, vertex);
-  glAttachShader(program, fragment);
-  glLinkProgram(program);
-  glDeleteShader(vertex);
-  glDeleteShader(fragment);
-  GLint good = 0;
-  glGetProgramiv(program, GL_LINK_STATUS, &good);
-  if (good == 0) throw std::runtime_error("the OpenGL driver cannot link a shader program");
-  return program;
-}
-
-void set(GLuint program, const char* name, const Eigen::Matrix4f& value) {
-  glUniformMatrix4fv(glGetUniformLocation(program, name), 1, GL_FALSE, value.data());
-}
-void set(GLuint program, const char* name, const Eigen::Vector3f& value) {
-  glUniform3fv(glGetUniformLocation(program, name), 1, value.data());
-}
+// Levels of detail: made by joining what lies within a cube of the pitch, kept where that saves a good part,
+// drawn where a cube is smaller than so many pixels.
+constexpr std::array<double, 3> kLevelPitches_m{0.0015, 0.004, 0.010};
+constexpr std::size_t kLeastForLevels = 2000;  // triangles
+constexpr double kWorthALevel = 0.6;
+constexpr float kUnseen_px = 0.9F;
 
 /// Flattens along the key light onto the plane z = floor_z.
 Eigen::Matrix4f shadow_matrix(float floor_z) {
@@ -68,76 +38,90 @@ Eigen::Matrix4f shadow_matrix(float floor_z) {
   return matrix;
 }
 
-void attach_buffer(GLuint& buffer, GLenum format, GLenum attachment, const PictureFormat& picture,
-                   int samples) {
-  glGenRenderbuffers(1, &buffer);
-  glBindRenderbuffer(GL_RENDERBUFFER, buffer);
-  glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples > 1 ? samples : 0, format, picture.width_px,
-                                   picture.height_px);
-  glFramebufferRenderbuffer(GL_FRAMEBUFFER, attachment, GL_RENDERBUFFER, buffer);
-}
+/// The mesh program, plain or painted, with the places of what is set for each item.
+struct MeshProgram {
+  GLuint program;
+  GLint world_from_mesh, normal_matrix, colour, own_light, texture_from_mesh;
+  explicit MeshProgram(const char* defines)
+      : program(gl::link_program(shaders::kMeshVertex, shaders::kMeshFragment, defines)),
+        world_from_mesh(glGetUniformLocation(program, "world_from_mesh")),
+        normal_matrix(glGetUniformLocation(program, "normal_matrix")),
+        colour(glGetUniformLocation(program, "colour")),
+        own_light(glGetUniformLocation(program, "own_light")),
+        texture_from_mesh(glGetUniformLocation(program, "texture_from_mesh")) {}
+};
 
 }  // namespace
 
-Eigen::Matrix4f matrix_of(const geometry::Pose& X_WM, const Eigen::Vector3d& scale) {
-  Eigen::Matrix4f matrix = Eigen::Matrix4f::Identity();
-  matrix.topLeftCorner<3, 3>() = (X_WM.rotation * scale.asDiagonal()).cast<float>();
-  matrix.topRightCorner<3, 1>() = X_WM.translation_m.cast<float>();
-  return matrix;
-}
+struct Renderer::Body {
+  struct Level {
+    double pitch_m;  // 0: the mesh itself
+    gl::Mesh mesh;
+  };
+  std::vector<Level> levels;                           // finest first
+  gl::Mesh shadow;                                     // no indices: casts none
+  Eigen::Vector3f middle_m = Eigen::Vector3f::Zero();  // of a ball around it, in the mesh's frame
+  float radius_m = 0.0F;
 
-struct Renderer::Programs {
-  GLuint mesh = link(shaders::kMeshVertex, shaders::kMeshFragment);
-  GLuint flat = link(shaders::kFlatVertex, shaders::kFlatFragment);
-  GLuint background = link(shaders::kBackgroundVertex, shaders::kBackgroundFragment);
-  GLuint floor = link(shaders::kFloorVertex, shaders::kFloorFragment);
-  GLint world_from_mesh = glGetUniformLocation(mesh, "world_from_mesh");
-  GLint normal_matrix = glGetUniformLocation(mesh, "normal_matrix");
-  GLint colour = glGetUniformLocation(mesh, "colour");
-  GLint own_light = glGetUniformLocation(mesh, "own_light");
-  GLuint empty_array = 0, line_array = 0, line_buffer = 0;
-};
-
-/// Buffers that a picture is drawn into; with several samples per pixel, a second pair to average them in.
-struct Renderer::Target {
-  GLuint frame = 0, colour = 0, depth = 0;
-  GLuint plain_frame = 0, plain_colour = 0;
-
-  Target(const PictureFormat& format, int samples) {
-    glGenFramebuffers(1, &frame);
-    glBindFramebuffer(GL_FRAMEBUFFER, frame);
-    attach_buffer(colour, GL_RGBA8, GL_COLOR_ATTACHMENT0, format, samples);
-    attach_buffer(depth, GL_DEPTH24_STENCIL8, GL_DEPTH_STENCIL_ATTACHMENT, format, samples);
-    if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
-      throw std::runtime_error("the OpenGL driver cannot draw pictures of " +
-                               std::to_string(format.width_px) + " x " + std::to_string(format.height_px) +
-                               " with " + std::to_string(samples) + " samples");
+  static Body make(const ShadedMesh& source) {
+    Body body;
+    geometry::BoundingBox box;
+    for (const ShadedMesh::Vertex& v : source.vertices)
+      box.extend(Eigen::Map<const Eigen::Vector3f>(v.position_m.data()));
+    if (!box.empty()) {
+      body.middle_m = (box.min_m + box.max_m) / 2;
+      body.radius_m = (box.max_m - box.min_m).norm() / 2;
     }
-    if (samples == 1) return;
-    glGenFramebuffers(1, &plain_frame);
-    glBindFramebuffer(GL_FRAMEBUFFER, plain_frame);
-    attach_buffer(plain_colour, GL_RGBA8, GL_COLOR_ATTACHMENT0, format, 1);
+    body.levels.push_back({0.0, gl::Mesh::make(source)});
+    return body;
   }
-  ~Target() {
-    const std::array<GLuint, 2> frames{frame, plain_frame};
-    const std::array<GLuint, 3> buffers{colour, depth, plain_colour};
-    glDeleteFramebuffers(static_cast<GLsizei>(frames.size()), frames.data());
-    glDeleteRenderbuffers(static_cast<GLsizei>(buffers.size()), buffers.data());
+  void drop() const {
+    for (const Level& level : levels) level.mesh.drop();
+    shadow.drop();
   }
-  Target(const Target&) = delete;
-  Target& operator=(const Target&) = delete;
 };
 
-Renderer::Renderer(GraphicsPlatform platform) : context_(platform), programs_(std::make_unique<Programs>()) {
-  meshes_[kCone] = make_mesh(unit_cone());
-  meshes_[kCylinder] = make_mesh(unit_cylinder());
-  meshes_[kSphere] = make_mesh(unit_sphere());
-  meshes_[kDisc] = make_mesh(unit_disc());
-  glGenVertexArrays(1, &programs_->empty_array);
-  glGenVertexArrays(1, &programs_->line_array);
-  glGenBuffers(1, &programs_->line_buffer);
-  glBindVertexArray(programs_->line_array);
-  glBindBuffer(GL_ARRAY_BUFFER, programs_->line_buffer);
+/// A picture being drawn.
+struct Renderer::Shot {
+  Eigen::Matrix4f clip_from_W;
+  Eigen::Vector3f eye_m;
+  float pixels_per_radian;  // in the picture's middle
+};
+
+struct Renderer::Parts {
+  MeshProgram plain{""}, painted{"#define PAINTED\n"};
+  GLuint flat = gl::link_program(shaders::kFlatVertex, shaders::kFlatFragment);
+  GLuint background = gl::link_program(shaders::kBackgroundVertex, shaders::kBackgroundFragment);
+  GLuint floor = gl::link_program(shaders::kFloorVertex, shaders::kFloorFragment);
+  GLuint empty_array = 0, line_array = 0, line_buffer = 0;
+  std::map<MeshHandle, Body> bodies;
+  std::map<PaintHandle, gl::Paint> paints;
+  std::map<std::uint64_t, std::unique_ptr<gl::Target>> targets;  // by size and samples
+  MeshHandle next_handle = kFirstFreeHandle;
+
+  gl::Target& target_for(const PictureFormat& format) {
+    GLint most = 1;
+    glGetIntegerv(GL_MAX_SAMPLES, &most);
+    const int samples = std::clamp(format.samples, 1, std::max(1, static_cast<int>(most)));
+    const std::uint64_t key = static_cast<std::uint64_t>(format.width_px) << 32 |
+                              static_cast<std::uint64_t>(format.height_px) << 8 |
+                              static_cast<std::uint64_t>(samples);
+    auto& target = targets[key];
+    if (!target) target = std::make_unique<gl::Target>(format.width_px, format.height_px, samples);
+    return *target;
+  }
+};
+
+Renderer::Renderer(GraphicsPlatform platform) : context_(platform), parts_(std::make_unique<Parts>()) {
+  parts_->bodies[kCone] = Body::make(unit_cone());
+  parts_->bodies[kCylinder] = Body::make(unit_cylinder());
+  parts_->bodies[kSphere] = Body::make(unit_sphere());
+  parts_->bodies[kDisc] = Body::make(unit_disc());
+  glGenVertexArrays(1, &parts_->empty_array);
+  glGenVertexArrays(1, &parts_->line_array);
+  glGenBuffers(1, &parts_->line_buffer);
+  glBindVertexArray(parts_->line_array);
+  glBindBuffer(GL_ARRAY_BUFFER, parts_->line_buffer);
   glEnableVertexAttribArray(0);
   glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
@@ -146,78 +130,41 @@ Renderer::Renderer(GraphicsPlatform platform) : context_(platform), programs_(st
 
 Renderer::~Renderer() = default;  // the context takes its objects with it
 
-Renderer::Mesh Renderer::make_mesh(const ShadedMesh& source) {
-  Mesh mesh;
-  mesh.index_count = static_cast<int>(source.indices.size());
-  glGenVertexArrays(1, &mesh.vertex_array);
-  glGenBuffers(1, &mesh.vertices);
-  glGenBuffers(1, &mesh.indices);
-  glBindVertexArray(mesh.vertex_array);
-  glBindBuffer(GL_ARRAY_BUFFER, mesh.vertices);
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(source.vertices.size() * sizeof(ShadedMesh::Vertex)),
-               source.vertices.data(), GL_STATIC_DRAW);
-  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, mesh.indices);
-  glBufferData(GL_ELEMENT_ARRAY_BUFFER,
-               static_cast<GLsizeiptr>(source.indices.size() * sizeof(std::uint32_t)), source.indices.data(),
-               GL_STATIC_DRAW);
-  constexpr GLsizei kStride = sizeof(ShadedMesh::Vertex);
-  glEnableVertexAttribArray(0);
-  glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, kStride, nullptr);
-  glEnableVertexAttribArray(1);
-  glVertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, kStride,
-                        reinterpret_cast<const void*>(offsetof(ShadedMesh::Vertex, normal)));
-  glBindVertexArray(0);
-  geometry::BoundingBox box;
-  for (const ShadedMesh::Vertex& v : source.vertices)
-    box.extend(Eigen::Map<const Eigen::Vector3f>(v.position_m.data()));
-  if (!box.empty()) {
-    mesh.middle_m = (box.min_m + box.max_m) / 2;
-    mesh.radius_m = (box.max_m - box.min_m).norm() / 2;
-  }
-  return mesh;
-}
-
 MeshHandle Renderer::upload(const geometry::TriangleMesh& mesh) {
-  meshes_[next_handle_] = make_mesh(shade(mesh));
-  shadow_meshes_[next_handle_] = make_mesh(shade(coarsen(mesh, kShadowPitch_m)));
-  return next_handle_++;
-}
-
-void Renderer::drop(const Mesh& mesh) {
-  const std::array<GLuint, 2> buffers{mesh.vertices, mesh.indices};
-  glDeleteVertexArrays(1, &mesh.vertex_array);
-  glDeleteBuffers(2, buffers.data());
+  Body body = Body::make(shade(mesh));
+  body.shadow = gl::Mesh::make(shade(coarsen(mesh, kShadowPitch_m)));
+  double last = static_cast<double>(mesh.triangles.size());
+  for (const double pitch_m : kLevelPitches_m) {
+    if (mesh.triangles.size() < kLeastForLevels) break;
+    const geometry::TriangleMesh coarse = coarsen(mesh, pitch_m);
+    if (static_cast<double>(coarse.triangles.size()) > kWorthALevel * last) continue;
+    last = static_cast<double>(coarse.triangles.size());
+    body.levels.push_back({pitch_m, gl::Mesh::make(shade(coarse))});
+  }
+  parts_->bodies[parts_->next_handle] = std::move(body);
+  return parts_->next_handle++;
 }
 
 void Renderer::drop(MeshHandle handle) {
-  for (auto* meshes : {&meshes_, &shadow_meshes_}) {
-    const auto found = meshes->find(handle);
-    if (found == meshes->end()) continue;
-    drop(found->second);
-    meshes->erase(found);
-  }
+  const auto found = parts_->bodies.find(handle);
+  if (found == parts_->bodies.end()) return;
+  found->second.drop();
+  parts_->bodies.erase(found);
 }
 
-Renderer::Target& Renderer::target_for(const PictureFormat& format) {
-  GLint most = 1;
-  glGetIntegerv(GL_MAX_SAMPLES, &most);
-  const int samples = std::clamp(format.samples, 1, std::max(1, static_cast<int>(most)));
-  const std::uint64_t key = static_cast<std::uint64_t>(format.width_px) << 32 |
-                            static_cast<std::uint64_t>(format.height_px) << 8 |
-                            static_cast<std::uint64_t>(samples);
-  auto& target = targets_[key];
-  if (!target) target = std::make_unique<Target>(format, samples);
-  return *target;
+void Renderer::paint(PaintHandle name, const PaintVolume& volume) {
+  if (volume.size[0] > 0) parts_->paints[name].load(volume);
 }
 
 Image Renderer::render(const Frame& frame, const PictureFormat& format) {
-  Target& target = target_for(format);
+  gl::Target& target = parts_->target_for(format);
   const double aspect = static_cast<double>(format.width_px) / format.height_px;
   // OpenGL's rows run upwards. Drawing the picture upside down (and turning the sense of front faces) makes
   // them come back in the order of images, without a copy.
-  Eigen::Matrix4f clip_from_W =
-      (projection_matrix(frame.camera, aspect) * view_matrix(frame.camera)).cast<float>();
-  clip_from_W.row(1) *= -1.0F;
+  Shot view{(projection_matrix(frame.camera, aspect) * view_matrix(frame.camera)).cast<float>(),
+            frame.camera.eye_m.cast<float>(),
+            static_cast<float>(format.height_px / (2 * std::tan(frame.camera.vertical_fov_rad / 2)))};
+  view.clip_from_W.row(1) *= -1.0F;
   glBindFramebuffer(GL_FRAMEBUFFER, target.frame);
   glViewport(0, 0, format.width_px, format.height_px);
   glFrontFace(GL_CW);
@@ -225,10 +172,10 @@ Image Renderer::render(const Frame& frame, const PictureFormat& format) {
   glDepthMask(GL_TRUE);
   glClear(GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
   draw_background();
-  draw_floor(frame, clip_from_W);
-  if (format.shadows) draw_shadows(frame, clip_from_W);
-  draw_lines(frame, clip_from_W);
-  draw_items(frame, clip_from_W);
+  draw_floor(frame, view);
+  if (format.shadows) draw_shadows(frame, view);
+  draw_lines(frame, view);
+  draw_items(frame, view);
   if (target.plain_frame != 0) {
     glBindFramebuffer(GL_READ_FRAMEBUFFER, target.frame);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.plain_frame);
@@ -247,116 +194,131 @@ void Renderer::draw_background() const {
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_BLEND);
   glDisable(GL_CULL_FACE);
-  glUseProgram(programs_->background);
-  glBindVertexArray(programs_->empty_array);
+  glUseProgram(parts_->background);
+  glBindVertexArray(parts_->empty_array);
   glDrawArrays(GL_TRIANGLES, 0, 3);
   glEnable(GL_CULL_FACE);
 }
 
-void Renderer::draw_floor(const Frame& frame, const Eigen::Matrix4f& clip_from_W) const {
+void Renderer::draw_floor(const Frame& frame, const Shot& view) const {
   if (!(frame.floor_max_m.x() > frame.floor_min_m.x())) return;
   glEnable(GL_BLEND);
-  glUseProgram(programs_->floor);
-  set(programs_->floor, "clip_from_world", clip_from_W);
-  set(programs_->floor, "least", frame.floor_min_m);
-  set(programs_->floor, "greatest", frame.floor_max_m);
-  glUniform1f(glGetUniformLocation(programs_->floor, "border"), kFloorBorder_m);
-  glBindVertexArray(programs_->empty_array);
+  glUseProgram(parts_->floor);
+  gl::set(parts_->floor, "clip_from_world", view.clip_from_W);
+  gl::set(parts_->floor, "least", frame.floor_min_m);
+  gl::set(parts_->floor, "greatest", frame.floor_max_m);
+  glUniform1f(glGetUniformLocation(parts_->floor, "border"), kFloorBorder_m);
+  glBindVertexArray(parts_->empty_array);
   glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
   glDisable(GL_BLEND);
 }
 
-void Renderer::draw_shadows(const Frame& frame, const Eigen::Matrix4f& clip_from_W) const {
+void Renderer::draw_shadows(const Frame& frame, const Shot& view) const {
   // Seen from below, the floor is not there; neither are the shadows on it.
   if (frame.camera.eye_m.z() <= frame.floor_min_m.z() || !(frame.floor_max_m.x() > frame.floor_min_m.x()))
     return;
-  const Eigen::Matrix4f flatten = clip_from_W * shadow_matrix(frame.floor_min_m.z());
+  const Eigen::Matrix4f flatten = view.clip_from_W * shadow_matrix(frame.floor_min_m.z());
   glEnable(GL_BLEND);
   glDisable(GL_CULL_FACE);    // the stand-ins are not closed
   glEnable(GL_STENCIL_TEST);  // so that overlapping shadows do not darken twice
   glStencilFunc(GL_EQUAL, 0, 0xFF);
   glStencilOp(GL_KEEP, GL_KEEP, GL_INCR);
-  glUseProgram(programs_->flat);
-  glUniform4f(glGetUniformLocation(programs_->flat, "colour"), 0.0F, 0.0F, 0.0F, 0.33F);
+  glUseProgram(parts_->flat);
+  glUniform4f(glGetUniformLocation(parts_->flat, "colour"), 0.0F, 0.0F, 0.0F, 0.33F);
   for (const DrawItem& item : frame.items) {
-    const auto found = shadow_meshes_.find(item.mesh);
-    if (!item.casts_shadow || found == shadow_meshes_.end()) continue;
-    set(programs_->flat, "clip_from_mesh", Eigen::Matrix4f(flatten * item.W_from_mesh));
-    glBindVertexArray(found->second.vertex_array);
-    glDrawElements(GL_TRIANGLES, found->second.index_count, GL_UNSIGNED_INT, nullptr);
+    const auto found = parts_->bodies.find(item.mesh);
+    if (!item.casts_shadow || found == parts_->bodies.end() || found->second.shadow.index_count == 0)
+      continue;
+    gl::set(parts_->flat, "clip_from_mesh", Eigen::Matrix4f(flatten * item.W_from_mesh));
+    found->second.shadow.draw();
   }
   glDisable(GL_STENCIL_TEST);
   glEnable(GL_CULL_FACE);
   glDisable(GL_BLEND);
 }
 
-void Renderer::draw_lines(const Frame& frame, const Eigen::Matrix4f& clip_from_W) const {
+void Renderer::draw_lines(const Frame& frame, const Shot& view) const {
   if (frame.lines.empty()) return;
   static_assert(sizeof(Line) == 6 * sizeof(float));
   glEnable(GL_DEPTH_TEST);
-  glUseProgram(programs_->flat);
-  set(programs_->flat, "clip_from_mesh", clip_from_W);
+  glUseProgram(parts_->flat);
+  gl::set(parts_->flat, "clip_from_mesh", view.clip_from_W);
   const Colour& c = frame.line_colour;
-  glUniform4f(glGetUniformLocation(programs_->flat, "colour"), c[0], c[1], c[2], 1.0F);
-  glBindVertexArray(programs_->line_array);
-  glBindBuffer(GL_ARRAY_BUFFER, programs_->line_buffer);
+  glUniform4f(glGetUniformLocation(parts_->flat, "colour"), c[0], c[1], c[2], 1.0F);
+  glBindVertexArray(parts_->line_array);
+  glBindBuffer(GL_ARRAY_BUFFER, parts_->line_buffer);
   glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(frame.lines.size() * sizeof(Line)),
                frame.lines.data(), GL_STREAM_DRAW);
   glDrawArrays(GL_LINES, 0, static_cast<GLsizei>(2 * frame.lines.size()));
 }
 
-void Renderer::draw_items(const Frame& frame, const Eigen::Matrix4f& clip_from_W) const {
+void Renderer::draw_items(const Frame& frame, const Shot& view) const {
   glEnable(GL_DEPTH_TEST);
-  glUseProgram(programs_->mesh);
-  set(programs_->mesh, "clip_from_world", clip_from_W);
-  set(programs_->mesh, "eye", Eigen::Vector3f(frame.camera.eye_m.cast<float>()));
-  std::vector<const DrawItem*> see_through;
-  for (const DrawItem& item : frame.items) {
-    if (!in_sight(item, clip_from_W)) continue;
-    if (item.opacity >= 1.0F) {
-      draw_item(item);
-    } else {
-      see_through.push_back(&item);
-    }
+  for (const MeshProgram* each : {&parts_->plain, &parts_->painted}) {
+    glUseProgram(each->program);
+    gl::set(each->program, "clip_from_world", view.clip_from_W);
+    gl::set(each->program, "eye", view.eye_m);
   }
-  const Eigen::Vector3f eye = frame.camera.eye_m.cast<float>();
-  std::sort(see_through.begin(), see_through.end(), [&eye](const DrawItem* a, const DrawItem* b) {
-    return (a->W_from_mesh.topRightCorner<3, 1>() - eye).squaredNorm() >
-           (b->W_from_mesh.topRightCorner<3, 1>() - eye).squaredNorm();
-  });
+  glUniform3fv(glGetUniformLocation(parts_->painted.program, "ramp"), 3, frame.paint_ramp[0].data());
+  std::vector<std::pair<float, const DrawItem*>> solid, see_through;  // by distance from the eye
+  for (const DrawItem& item : frame.items) {
+    const Body* body = in_sight(item, view);
+    if (body == nullptr) continue;
+    const Eigen::Vector3f middle_m = (item.W_from_mesh * body->middle_m.homogeneous()).head<3>();
+    (item.opacity >= 1.0F ? solid : see_through).emplace_back((middle_m - view.eye_m).norm(), &item);
+  }
+  const auto nearer = [](const auto& a, const auto& b) { return a.first < b.first; };
+  std::stable_sort(solid.begin(), solid.end(), nearer);  // what is hidden then needs no colour
+  for (const auto& item : solid) draw_item(*item.second, view);
+  std::stable_sort(see_through.rbegin(), see_through.rend(), nearer);
   glEnable(GL_BLEND);
   glDepthMask(GL_FALSE);
-  for (const DrawItem* item : see_through) draw_item(*item);
+  for (const auto& item : see_through) draw_item(*item.second, view);
   glDepthMask(GL_TRUE);
   glDisable(GL_BLEND);
 }
 
-/// False if a ball around the item lies outside one of the picture's borders. Spares transforming its
-/// vertices.
-bool Renderer::in_sight(const DrawItem& item, const Eigen::Matrix4f& clip_from_W) const {
-  const auto found = meshes_.find(item.mesh);
-  if (found == meshes_.end()) return false;
+/// The item's body; null if it is not there, or if a ball around it lies outside one of the picture's
+/// borders: that spares transforming its vertices.
+const Renderer::Body* Renderer::in_sight(const DrawItem& item, const Shot& view) const {
+  const auto found = parts_->bodies.find(item.mesh);
+  if (found == parts_->bodies.end()) return nullptr;
   const Eigen::Vector4f middle = item.W_from_mesh * found->second.middle_m.homogeneous();
   const float radius =
       found->second.radius_m * item.W_from_mesh.topLeftCorner<3, 3>().colwise().norm().maxCoeff();
   for (int border = 0; border < 4; ++border) {  // clip w ± clip x, y ≥ 0 inside
     const Eigen::RowVector4f plane =
-        clip_from_W.row(3) + (border % 2 == 0 ? 1.0F : -1.0F) * clip_from_W.row(border / 2);
-    if (plane.dot(middle) < -radius * plane.head<3>().norm()) return false;
+        view.clip_from_W.row(3) + (border % 2 == 0 ? 1.0F : -1.0F) * view.clip_from_W.row(border / 2);
+    if (plane.dot(middle) < -radius * plane.head<3>().norm()) return nullptr;
   }
-  return true;
+  return &found->second;
 }
 
-void Renderer::draw_item(const DrawItem& item) const {
-  const auto found = meshes_.find(item.mesh);
-  if (found == meshes_.end()) return;
+void Renderer::draw_item(const DrawItem& item, const Shot& view) const {
+  const Body& body = parts_->bodies.at(item.mesh);
+  const auto paint = parts_->paints.find(item.paint);
+  const bool painted = paint != parts_->paints.end();
+  const MeshProgram& program = painted ? parts_->painted : parts_->plain;
+  const float scale = item.W_from_mesh.topLeftCorner<3, 3>().colwise().norm().maxCoeff();
   const Eigen::Matrix3f normals = item.W_from_mesh.topLeftCorner<3, 3>().inverse().transpose();
-  glUniformMatrix4fv(programs_->world_from_mesh, 1, GL_FALSE, item.W_from_mesh.data());
-  glUniformMatrix3fv(programs_->normal_matrix, 1, GL_FALSE, normals.data());
-  glUniform4f(programs_->colour, item.colour[0], item.colour[1], item.colour[2], item.opacity);
-  glUniform1f(programs_->own_light, item.own_light);
-  glBindVertexArray(found->second.vertex_array);
-  glDrawElements(GL_TRIANGLES, found->second.index_count, GL_UNSIGNED_INT, nullptr);
+  glUseProgram(program.program);
+  if (painted) {
+    const Eigen::Matrix4f texture_from_mesh = paint->second.texture_from_paint * item.paint_from_mesh;
+    glBindTexture(GL_TEXTURE_3D, paint->second.texture);
+    glUniformMatrix4fv(program.texture_from_mesh, 1, GL_FALSE, texture_from_mesh.data());
+  }
+  glUniformMatrix4fv(program.world_from_mesh, 1, GL_FALSE, item.W_from_mesh.data());
+  glUniformMatrix3fv(program.normal_matrix, 1, GL_FALSE, normals.data());
+  glUniform4f(program.colour, item.colour[0], item.colour[1], item.colour[2], item.opacity);
+  glUniform1f(program.own_light, item.own_light);
+  const Eigen::Vector3f middle_m = (item.W_from_mesh * body.middle_m.homogeneous()).head<3>();
+  const float nearest_m = std::max(1e-3F, (middle_m - view.eye_m).norm() - body.radius_m * scale);
+  const Body::Level* level = &body.levels.front();
+  for (const Body::Level& coarser : body.levels) {
+    if (static_cast<float>(coarser.pitch_m) * scale / nearest_m * view.pixels_per_radian < kUnseen_px)
+      level = &coarser;
+  }
+  level->mesh.draw();
 }
 
 }  // namespace phantom::synthetic_viewer

@@ -1,14 +1,14 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <string>
 
+#include "common/geometry/mesh.hpp"
 #include "components/synthetic_viewer/frame.hpp"
 #include "components/synthetic_viewer/gl_context.hpp"
 #include "components/synthetic_viewer/image.hpp"
-#include "components/synthetic_viewer/shaded_mesh.hpp"
+#include "components/synthetic_viewer/skin_paint.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -30,9 +30,12 @@ class Renderer {
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
-  /// Gives a mesh to the graphics card, shaded, with a coarse stand-in for its shadow. Lasts until drop().
+  /// Gives a mesh to the graphics card, shaded, with coarser stand-ins for when it is seen from afar and for
+  /// its shadow. Lasts until drop().
   MeshHandle upload(const geometry::TriangleMesh& mesh);
   void drop(MeshHandle mesh);
+  /// Gives or changes the paint that DrawItem::paint names.
+  void paint(PaintHandle name, const PaintVolume& volume);
 
   /// Draws a frame. Items whose mesh is not there are left out. Blocks until the picture is done.
   Image render(const Frame& frame, const PictureFormat& format);
@@ -40,31 +43,19 @@ class Renderer {
   const std::string& description() const { return context_.description(); }
 
  private:
-  struct Mesh {
-    std::uint32_t vertex_array = 0, vertices = 0, indices = 0;
-    int index_count = 0;
-    Eigen::Vector3f middle_m = Eigen::Vector3f::Zero();  // of a ball around it, in the mesh's frame
-    float radius_m = 0.0F;
-  };
-  struct Programs;
-  struct Target;
-  static Mesh make_mesh(const ShadedMesh& mesh);
-  static void drop(const Mesh& mesh);
-  Target& target_for(const PictureFormat& format);
+  struct Parts;
+  struct Body;
+  struct Shot;
   void draw_background() const;
-  void draw_floor(const Frame& frame, const Eigen::Matrix4f& clip_from_W) const;
-  void draw_shadows(const Frame& frame, const Eigen::Matrix4f& clip_from_W) const;
-  void draw_items(const Frame& frame, const Eigen::Matrix4f& clip_from_W) const;
-  bool in_sight(const DrawItem& item, const Eigen::Matrix4f& clip_from_W) const;
-  void draw_item(const DrawItem& item) const;
-  void draw_lines(const Frame& frame, const Eigen::Matrix4f& clip_from_W) const;
+  void draw_floor(const Frame& frame, const Shot& view) const;
+  void draw_shadows(const Frame& frame, const Shot& view) const;
+  void draw_items(const Frame& frame, const Shot& view) const;
+  void draw_item(const DrawItem& item, const Shot& view) const;
+  void draw_lines(const Frame& frame, const Shot& view) const;
+  const Body* in_sight(const DrawItem& item, const Shot& view) const;
 
   GlContext context_;
-  std::map<MeshHandle, Mesh> meshes_;
-  std::map<MeshHandle, Mesh> shadow_meshes_;
-  MeshHandle next_handle_ = kFirstFreeHandle;
-  std::unique_ptr<Programs> programs_;
-  std::map<std::uint64_t, std::unique_ptr<Target>> targets_;  // by size and samples
+  std::unique_ptr<Parts> parts_;
 };
 
 }  // namespace phantom::synthetic_viewer

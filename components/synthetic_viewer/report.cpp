@@ -2,15 +2,74 @@
 
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
+#include <condition_variable>
 #include <cstdio>
+#include <deque>
 #include <fstream>
+#include <mutex>
 #include <nlohmann/json.hpp>
+#include <thread>
+#include <utility>
 
 #include "common/core/errors.hpp"
 #include "components/synthetic_viewer/hud.hpp"
 
 namespace phantom::synthetic_viewer {
+
+namespace {
+
+void write(const std::filesystem::path& file, const std::string& content) {
+  std::ofstream out(file, std::ios::binary);
+  out.write(content.data(), static_cast<std::streamsize>(content.size()));
+  if (!out) spdlog::error("cannot write {}", file.string());
+}
+
+}  // namespace
+
+/// Encodes and writes, so that the drawing thread need not. Its end is that of its work.
+class Report::Writer {
+ public:
+  ~Writer() {
+    {
+      const std::lock_guard lock(mutex_);
+      ended_ = true;
+    }
+    changed_.notify_all();
+    thread_.join();
+  }
+  void put(std::filesystem::path file, Image image) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return waiting_.size() < kMostWaiting; });
+    waiting_.emplace_back(std::move(file), std::move(image));
+    changed_.notify_all();
+  }
+
+ private:
+  static constexpr std::size_t kMostWaiting = 32;
+  void work() {
+    std::unique_lock lock(mutex_);
+    while (true) {
+      changed_.wait(lock, [this] { return ended_ || !waiting_.empty(); });
+      if (waiting_.empty()) return;
+      const auto [file, image] = std::move(waiting_.front());
+      waiting_.pop_front();
+      lock.unlock();
+      changed_.notify_all();
+      try {
+        write(file, encode_png(image));
+      } catch (const std::exception& problem) {
+        spdlog::error("{}: {}", file.string(), problem.what());
+      }
+      lock.lock();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<std::pair<std::filesystem::path, Image>> waiting_;
+  bool ended_ = false;
+  std::thread thread_{[this] { work(); }};
+};
 
 Report::Report(std::filesystem::path folder, int most_hit_pictures)
     : folder_(std::move(folder)), most_hit_pictures_(static_cast<std::size_t>(most_hit_pictures)) {
@@ -18,31 +77,30 @@ Report::Report(std::filesystem::path folder, int most_hit_pictures)
   std::error_code problem;
   std::filesystem::create_directories(folder_, problem);
   if (problem) throw core::MissingError("report folder " + folder_.string() + ": " + problem.message());
+  writer_ = std::make_unique<Writer>();
 }
 
-void Report::write(const std::string& file, const std::string& content) const {
-  std::ofstream out(folder_ / file, std::ios::binary);
-  out.write(content.data(), static_cast<std::streamsize>(content.size()));
-  if (!out) spdlog::error("cannot write {}", (folder_ / file).string());
-}
+Report::~Report() = default;
+Report::Report(Report&&) noexcept = default;
 
-void Report::save(const std::string& name, const Image& image) {
+void Report::save(const std::string& name, Image image) {
   if (!wanted()) return;
-  write(name + ".png", encode_png(image));
+  writer_->put(folder_ / (name + ".png"), std::move(image));
   pictures_.push_back(name + ".png");
 }
 
 void Report::save_hit(std::uint32_t alert, const std::string& node, double t_s, std::int64_t utc_ns,
-                      const Image& image) {
+                      Image image) {
   if (!wants_hit_pictures()) return;
   char name[64];
   std::snprintf(name, sizeof name, "hit_%03zu_%s.png", views_.size() + 1, node.c_str());
-  write(name, encode_png(image));
+  writer_->put(folder_ / name, std::move(image));
   views_.push_back({t_s, utc_ns, node, name, alert});
 }
 
-void Report::finish(const Summary& summary) const {
+void Report::finish(const Summary& summary) {
   if (!wanted()) return;
+  writer_.reset();
   nlohmann::json views = nlohmann::json::array();
   for (const View& view : views_) {
     views.push_back({{"t", view.t_s},
@@ -63,7 +121,7 @@ void Report::finish(const Summary& summary) const {
       {"pictures", pictures_},
       {"page", summary.page},
       {"graphics", summary.graphics}};
-  write("synthetic_viewer.json", json.dump(2) + "\n");
+  write(folder_ / "synthetic_viewer.json", json.dump(2) + "\n");
 }
 
 }  // namespace phantom::synthetic_viewer

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -10,21 +11,23 @@
 namespace phantom::synthetic_viewer {
 
 /// What a session leaves in its report folder: pictures and synthetic_viewer.json. Does nothing without a
-/// folder. One thread.
+/// folder. Pictures are encoded and written on a thread of its own; the rest is for one thread.
 class Report {
  public:
   /// Makes the folder. Throws core::MissingError if that cannot be done.
   Report(std::filesystem::path folder, int most_hit_pictures);
 
+  ~Report();
+  Report(Report&&) noexcept;
+
   bool wanted() const { return !folder_.empty(); }
   bool wants_hit_pictures() const { return wanted() && views_.size() < most_hit_pictures_; }
 
   /// A picture of the main view as <name>.png.
-  void save(const std::string& name, const Image& image);
+  void save(const std::string& name, Image image);
   /// The first picture of an alert, as hit_<running number>_<node>.png: alerts count from 1 again
   /// when the phantom restarts.
-  void save_hit(std::uint32_t alert, const std::string& node, double t_s, std::int64_t utc_ns,
-                const Image& image);
+  void save_hit(std::uint32_t alert, const std::string& node, double t_s, std::int64_t utc_ns, Image image);
 
   struct Summary {
     std::uint64_t frames = 0;
@@ -34,7 +37,8 @@ class Report {
     double alert_to_picture_max_s = 0.0;
     std::string page, graphics;
   };
-  void finish(const Summary& summary) const;
+  /// Once all pictures are written.
+  void finish(const Summary& summary);
 
  private:
   struct View {
@@ -43,9 +47,10 @@ class Report {
     std::string node, png;
     std::uint32_t alert;
   };
-  void write(const std::string& file, const std::string& content) const;
+  class Writer;
 
   std::filesystem::path folder_;
+  std::unique_ptr<Writer> writer_;
   std::size_t most_hit_pictures_;
   std::vector<View> views_;
   std::vector<std::string> pictures_;

@@ -18,12 +18,15 @@ namespace phantom::synthetic_viewer {
 using Vector3 = std::array<double, 3>;
 
 enum class LinkState { kInit, kReady, kAligned, kCoupled, kDegraded, kStopped };
+/// Why a side is stopped; of two causes the emergency stop.
+enum class StopCause { kNone, kEmergency, kDriveFault };
 enum class MotionClass { kNone, kSafe, kNeutral, kDangerous };
 enum class HitRule { kNone, kVeryClose, kModerateMoving, kFarNearing };
 
 struct ArmSample {  // slave_state
   core::Nanoseconds received_ns = 0;
   LinkState state = LinkState::kInit;
+  StopCause stop_cause = StopCause::kNone;
   core::JointArray position{};  ///< rad or m
   core::JointArray velocity{};  ///< rad/s or m/s
   bool contact = false;
@@ -31,6 +34,8 @@ struct ArmSample {  // slave_state
   std::uint16_t contact_object = 0;
   Vector3 contact_point_m{};
   double tool_speed_m_s = 0.0;
+  std::uint64_t arrived = 0,
+                lost = 0;  ///< samples since the viewer joined: that came, and whose numbers never did
 };
 
 struct PerceptSample {
@@ -49,6 +54,7 @@ struct PerceptSample {
 struct MasterSample {
   core::Nanoseconds received_ns = 0;
   LinkState state = LinkState::kInit;
+  StopCause stop_cause = StopCause::kNone;
   core::JointArray percept_torque_Nm{}, feedback_torque_Nm{};
   double percept_gain = 0.0, feedback_gain = 0.0;
   std::uint32_t law = 0;  ///< case a…e of Table 5.1 as 0…4
@@ -82,6 +88,23 @@ struct ObjectGone {
   std::uint16_t id = 0;
 };
 
+struct WorkspaceSample {  // workspace_version
+  std::uint64_t version = 0;
+  double voxel_size_m = 0.0;
+};
+
+struct SkinPatchSample {
+  std::size_t link = 0;
+  std::array<float, 3> middle_m{};  ///< in the link's frame
+  float closeness = 0.0F;           ///< 0…1
+};
+struct SkinSample {  // skin_percept
+  core::Nanoseconds received_ns = 0;
+  bool valid = false;
+  double patch_m = 0.0;  ///< edge of a patch
+  std::vector<SkinPatchSample> felt;
+};
+
 struct MeshChunkSample {
   std::uint64_t mesh_hash = 0;
   std::uint32_t chunk = 0, chunk_count = 0, vertex_count = 0, triangle_count = 0;
@@ -106,6 +129,7 @@ enum class CommandKind {
   kViewHold,
   kViewNode,
   kSetLaw,
+  kMark,
 };
 struct Command {
   CommandKind kind = CommandKind::kEmergencyStop;

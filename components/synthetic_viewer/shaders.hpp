@@ -13,7 +13,14 @@ uniform mat4 world_from_mesh;
 uniform mat3 normal_matrix;
 out vec3 world_position;
 out vec3 world_normal;
+#ifdef PAINTED
+uniform mat4 texture_from_mesh;
+out vec3 paint_place;
+#endif
 void main() {
+#ifdef PAINTED
+  paint_place = (texture_from_mesh * vec4(position, 1.0)).xyz;
+#endif
   vec4 world = world_from_mesh * vec4(position, 1.0);
   world_position = world.xyz;
   world_normal = normal_matrix * normal;
@@ -21,6 +28,7 @@ void main() {
 }
 )";
 
+/// PAINTED: over the item's colour lies that of the closeness there, which also shines a little by itself.
 /// A key light, a cool light from the other side, sky and floor light by the normal, a small highlight, and a
 /// rim that parts bodies from the dark background.
 inline constexpr const char* kMeshFragment = R"(#version 330 core
@@ -29,6 +37,11 @@ in vec3 world_normal;
 uniform vec3 eye;
 uniform vec4 colour;
 uniform float own_light;
+#ifdef PAINTED
+in vec3 paint_place;
+uniform sampler3D paint;
+uniform vec3 ramp[3];
+#endif
 out vec4 result;
 const vec3 key_direction = vec3(0.348, -0.464, 0.815);
 const vec3 fill_direction = vec3(-0.696, 0.596, 0.400);
@@ -44,8 +57,17 @@ void main() {
   glint *= glint; glint *= glint; glint *= glint; glint *= glint; glint *= glint;
   float edge = 1.0 - max(dot(n, to_eye), 0.0);
   edge *= edge * edge;
-  vec3 lit = colour.rgb * light + glint * 0.14 + edge * vec3(0.05, 0.06, 0.075);
-  result = vec4(sqrt(min(mix(lit, colour.rgb, own_light), vec3(1.0))), colour.a);
+  vec3 own = colour.rgb;
+  float shine = own_light;
+#ifdef PAINTED
+  float closeness = texture(paint, paint_place).r;
+  vec3 shade = closeness < 0.5 ? mix(ramp[0], ramp[1], 2.0 * closeness) : mix(ramp[1], ramp[2], 2.0 * closeness - 1.0);
+  float cover = clamp(closeness * 5.0, 0.0, 1.0);
+  own = mix(own, shade, 0.9 * cover);
+  shine = max(shine, 0.3 * cover);
+#endif
+  vec3 lit = own * light + glint * 0.14 + edge * vec3(0.05, 0.06, 0.075);
+  result = vec4(sqrt(min(mix(lit, own, shine), vec3(1.0))), colour.a);
 }
 )";
 

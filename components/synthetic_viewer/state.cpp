@@ -33,9 +33,33 @@ void ViewerState::take(const Command& command) {
     wish = node_from_number(command.value).value_or(ViewNode::kAutomatic);
 }
 
+void LinkQuality::take(const ArmSample& arm, core::Nanoseconds now_ns) noexcept {
+  if (since_ns_ != 0 && now_ns - since_ns_ < core::kNsPerSecond) return;
+  const std::uint64_t arrived = arm.arrived - arrived_, lost = arm.lost - lost_;
+  if (since_ns_ != 0) {
+    share_ = arrived + lost == 0 ? 0.0 : static_cast<double>(arrived) / static_cast<double>(arrived + lost);
+  }
+  since_ns_ = now_ns;
+  arrived_ = arm.arrived;
+  lost_ = arm.lost;
+}
+
 double age_s(core::Nanoseconds received_ns, core::Nanoseconds now_ns) noexcept {
   return received_ns == 0 ? std::numeric_limits<double>::infinity() : core::seconds(now_ns - received_ns);
 }
+
+namespace {
+
+std::string stopped_text(const ViewerState& state) {
+  const auto stopped_by = [&](StopCause cause) {
+    return state.arm.stop_cause == cause || state.master.stop_cause == cause;
+  };
+  if (!stopped_by(StopCause::kDriveFault) || stopped_by(StopCause::kEmergency)) return "EMERGENCY STOP";
+  return state.arm.stop_cause == StopCause::kDriveFault ? "STOPPED: the arm's drives are in fault"
+                                                        : "STOPPED: the master's drives are in fault";
+}
+
+}  // namespace
 
 std::string banner_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
   const double slave_age_s = age_s(state.arm.received_ns, now_ns);
@@ -46,7 +70,7 @@ std::string banner_text(const ViewerState& state, const Staleness& staleness, co
     return "LINK LOST: the arm's pose is " + number.substr(0, number.find('.') + 2) + " s old";
   }
   if (state.arm.state == LinkState::kStopped || state.master.state == LinkState::kStopped)
-    return "EMERGENCY STOP";
+    return stopped_text(state);
   if (state.arm.state == LinkState::kDegraded) return "LINK DEGRADED: the slave holds";
   if (age_s(state.percept.received_ns, now_ns) > staleness.percept_s)
     return "NO PERCEPT: the phantom is silent";

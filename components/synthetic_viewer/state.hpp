@@ -4,6 +4,7 @@
 #include <map>
 #include <string>
 
+#include "components/synthetic_viewer/camera_control.hpp"
 #include "components/synthetic_viewer/samples.hpp"
 #include "components/synthetic_viewer/view_choice.hpp"
 
@@ -22,16 +23,47 @@ struct HitRecord {
   double cleared_after_s = -1.0;  ///< −1: still threatens
 };
 
+/// How much of slave_state comes through, by its numbers, over the last second or so.
+class LinkQuality {
+ public:
+  void take(const ArmSample& arm, core::Nanoseconds now_ns) noexcept;
+  /// 0…1; negative: not known yet.
+  double share() const noexcept { return share_; }
+
+ private:
+  core::Nanoseconds since_ns_ = 0;
+  std::uint64_t arrived_ = 0, lost_ = 0;
+  double share_ = -1.0;
+};
+
+/// A recording, as it is told.
+struct RecordingState {
+  bool running = false;
+  View view = View::kMain;
+  std::string file;     ///< of the running one, or of the last
+  std::string problem;  ///< why the last one could not begin or ended; empty: nothing went wrong
+};
+
+/// What is on now, for those who toggle it.
+struct ViewSwitches {
+  bool hold = false, recording = false;
+};
+
 /// Everything the viewer knows at one moment. A plain value of its thread; pure.
 struct ViewerState {
   ArmSample arm;
   PerceptSample percept;
   MasterSample master;
+  SkinSample skin;
+  WorkspaceSample workspace;
+  LinkQuality link_quality;
   std::map<std::uint16_t, ObjectSample> objects;
   std::deque<HitRecord> hits;                         ///< newest last, at most kMaxHits
   std::map<std::string, ComponentSample> components;  ///< by name, and host where two have the same
   ViewNode wish = ViewNode::kAutomatic;
   bool hold = false;
+  CameraControl cameras;
+  RecordingState recording;
   std::uint64_t total_hits = 0;
 
   static constexpr std::size_t kMaxHits = 40;

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <atomic>
+#include <condition_variable>
 #include <deque>
 #include <exception>
 #include <map>
@@ -18,7 +20,9 @@
 #include "components/synthetic_viewer/inbox.hpp"
 #include "components/synthetic_viewer/mesh_assembler.hpp"
 #include "components/synthetic_viewer/page_state.hpp"
+#include "components/synthetic_viewer/recorder.hpp"
 #include "components/synthetic_viewer/report.hpp"
+#include "components/synthetic_viewer/view_painter.hpp"
 #include "components/synthetic_viewer/web_server.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -41,6 +45,8 @@ class ViewerLoop {
   bool running() const { return !ended_.load(); }
   /// For component_status. Any thread.
   core::Health health();
+  /// Any thread.
+  ViewSwitches switches();
 
  private:
   void run();
@@ -49,16 +55,25 @@ class ViewerLoop {
   void take_news();
   void take(Event& event);
   void take_chunk(MeshChunkSample chunk);
+  void take_skin(SkinSample skin);
+  void take_request(const ViewRequest& request);
   void tick(double dt_s);
-  Compositor::Moment moment() const { return {state_, objects_, now_ns_}; }
-  void show_main();
+  core::Nanoseconds period_ns() const;
+  Compositor::Moment moment() const { return {state_, objects_, bodies_, now_ns_}; }
+  double visible_share(const ViewSituation& situation, const Eigen::Vector3d& eye_m) const;
+  void choose_hit_view(double dt_s);
+  HitView view_of(const HitSample& hit) const;
+  void show_first(const HitSample& hit);
   void show_hit();
+  void show_main();
   void show_tool();
-  void photograph_alerts(const VisibleShare& visible);
+  void photograph_alert();
   void photograph_milestones();
-  Image main_photograph();
+  Image photograph(Compositor::Picture picture);
   void publish_state();
   void publish_health();
+  std::string words() const;
+  std::string page_snapshot();
 
   ViewerConfig config_;
   std::string cell_name_;
@@ -76,19 +91,27 @@ class ViewerLoop {
   std::unique_ptr<Renderer> renderer_;
   Report report_;
   HitView hit_;
-  RayScene objects_;  // where they stand now
-  std::vector<HitSample> unphotographed_;
+  RayScene objects_, bodies_;  // where they stand now, without and with the arm
+  std::array<ViewPainter, kViews.size()> painters_;
+  std::vector<geometry::BoundingBox> link_boxes_;
+  Recorder recorder_;
+  std::vector<HitSample> unseen_;         // alerts of which there is no picture yet
+  std::deque<HitSample> unphotographed_;  // alerts for the report
+  core::Nanoseconds lively_until_ns_ = 0, first_object_ns_ = 0;
   bool saved_start_ = false, saved_hit_ = false, saved_contact_ = false;
-  core::Nanoseconds start_ns_ = 0, now_ns_ = 0, alert_to_picture_max_ns_ = 0;
+  core::Nanoseconds start_ns_ = 0, now_ns_ = 0;
   std::uint64_t frames_ = 0, refused_meshes_ = 0;
   double frames_per_s_ = 0.0;
-  core::DurationHistogram work_, lateness_;
+  core::DurationHistogram work_, lateness_, alert_to_picture_;
   std::string graphics_;
 
   // Shared with other threads.
   std::mutex shared_mutex_;
+  std::condition_variable snapshot_made_;
   core::Health health_;
-  std::shared_ptr<const Image> newest_main_;
+  ViewSwitches switches_;
+  std::uint64_t snapshots_wanted_ = 0, snapshots_made_ = 0;
+  std::shared_ptr<const Image> snapshot_;
   std::map<std::uint32_t, std::string> hit_jpegs_;
 
   std::atomic<bool> stop_{false}, ended_{false};

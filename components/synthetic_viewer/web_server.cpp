@@ -75,14 +75,18 @@ struct WebServer::Impl {
   PageConfig config;
   PageContent& content;
   OnCommand on_command;
+  OnViewRequest on_view_request;
   httplib::Server server;
   int port = 0;
   std::atomic<bool> stopping{false};
   std::atomic<int> streams{0};
   std::thread thread;
 
-  Impl(const PageConfig& page, PageContent& page_content, OnCommand command)
-      : config(page), content(page_content), on_command(std::move(command)) {}
+  Impl(const PageConfig& page, PageContent& page_content, OnCommand command, OnViewRequest view_request)
+      : config(page),
+        content(page_content),
+        on_command(std::move(command)),
+        on_view_request(std::move(view_request)) {}
 
   void set_up();
   void bind();
@@ -90,11 +94,15 @@ struct WebServer::Impl {
   void add_pictures();
   void add_streams();
   /// `write` sends what is new (or repeats, if null) and returns whether the follower is still there.
-  using WriteItem = std::function<bool(httplib::DataSink&, const Broadcast::Content&)>;
-  void stream(httplib::Response& response, const char* type, Broadcast& source, std::string opening,
+  using Source = Broadcast<std::string>;
+  using WriteItem = std::function<bool(httplib::DataSink&, const Source::Content&)>;
+  void stream(httplib::Response& response, const char* type, Source& source, std::string opening,
               WriteItem write);
-  void motion_jpeg(httplib::Response& response, Broadcast& source);
+  void motion_jpeg(httplib::Response& response, Source& source);
   void command(const httplib::Request& request, httplib::Response& response);
+  void view_request(const httplib::Request& request, httplib::Response& response);
+  /// Whether a request that may change something may be carried out; if not, it is answered.
+  bool permitted(const httplib::Request& request, httplib::Response& response) const;
   /// Why a request that may change something is not the page's own; empty if it is.
   std::string foreign(const httplib::Request& request) const;
 };
@@ -131,6 +139,9 @@ void WebServer::Impl::set_up() {
   add_streams();
   server.Post("/command", [this](const httplib::Request& request, httplib::Response& response) {
     command(request, response);
+  });
+  server.Post("/view", [this](const httplib::Request& request, httplib::Response& response) {
+    view_request(request, response);
   });
 }
 
@@ -172,7 +183,7 @@ void WebServer::Impl::add_pictures() {
   });
 }
 
-void WebServer::Impl::stream(httplib::Response& response, const char* type, Broadcast& source,
+void WebServer::Impl::stream(httplib::Response& response, const char* type, Source& source,
                              std::string opening, WriteItem write) {
   if (streams.fetch_add(1) >= config.max_streams) {
     streams.fetch_sub(1);
@@ -184,7 +195,7 @@ void WebServer::Impl::stream(httplib::Response& response, const char* type, Broa
     std::uint64_t seen = 0;
     int idle = 0;
     std::string opening;
-    Broadcast::Content last;
+    Source::Content last;
   };
   auto follower = std::make_shared<Follower>();
   follower->opening = std::move(opening);
@@ -212,10 +223,10 @@ void WebServer::Impl::stream(httplib::Response& response, const char* type, Broa
       });
 }
 
-void WebServer::Impl::motion_jpeg(httplib::Response& response, Broadcast& source) {
+void WebServer::Impl::motion_jpeg(httplib::Response& response, Source& source) {
   // Each part ends with the next boundary: browsers show a picture when they have seen its end.
   stream(response, "multipart/x-mixed-replace; boundary=picture", source, "--picture\r\n",
-         [](httplib::DataSink& sink, const Broadcast::Content& jpeg) {
+         [](httplib::DataSink& sink, const Source::Content& jpeg) {
            std::string part =
                "Content-Type: image/jpeg\r\nContent-Length: " + std::to_string(jpeg->size()) + "\r\n\r\n";
            part += *jpeg;
@@ -225,17 +236,15 @@ void WebServer::Impl::motion_jpeg(httplib::Response& response, Broadcast& source
 }
 
 void WebServer::Impl::add_streams() {
-  const auto serve = [this](const char* path, Broadcast& source) {
-    server.Get(path, [this, &source](const httplib::Request&, httplib::Response& response) {
-      motion_jpeg(response, source);
-    });
-  };
-  serve("/stream/main", content.main_jpeg);
-  serve("/stream/hit", content.hit_jpeg);
-  serve("/stream/tool", content.tool_jpeg);
+  for (const View view : kViews) {
+    server.Get(std::string("/stream/") + name_of(view),
+               [this, view](const httplib::Request&, httplib::Response& response) {
+                 motion_jpeg(response, content.view(view).jpeg);
+               });
+  }
   server.Get("/events", [this](const httplib::Request&, httplib::Response& response) {
     stream(response, "text/event-stream", content.state_json, ": phantom\n\n",
-           [](httplib::DataSink& sink, const Broadcast::Content& json) {
+           [](httplib::DataSink& sink, const Source::Content& json) {
              const std::string event = "data: " + *json + "\n\n";
              return sink.write(event.data(), event.size());
            });
@@ -256,19 +265,37 @@ std::string WebServer::Impl::foreign(const httplib::Request& request) const {
   return {};
 }
 
-void WebServer::Impl::command(const httplib::Request& request, httplib::Response& response) {
-  if (const std::string reason = foreign(request); !reason.empty()) return answer(response, 403, reason);
-  if (!config.allow_commands) {
-    return answer(response, 403, "this viewer only shows: page.allow_commands is false in its configuration");
+bool WebServer::Impl::permitted(const httplib::Request& request, httplib::Response& response) const {
+  if (const std::string reason = foreign(request); !reason.empty()) {
+    answer(response, 403, reason);
+    return false;
   }
+  if (!config.allow_commands) {
+    answer(response, 403, "this viewer only shows: page.allow_commands is false in its configuration");
+    return false;
+  }
+  return true;
+}
+
+void WebServer::Impl::command(const httplib::Request& request, httplib::Response& response) {
+  if (!permitted(request, response)) return;
   const auto parsed = parse_command(request.body);
   if (!parsed) return answer(response, 400, parsed.status().message());
   const core::Status done = on_command(*parsed);
   answer(response, done.is_ok() ? 200 : 503, done.is_ok() ? "done" : done.message());
 }
 
-WebServer::WebServer(const PageConfig& config, PageContent& content, OnCommand on_command)
-    : impl_(std::make_unique<Impl>(config, content, std::move(on_command))) {
+void WebServer::Impl::view_request(const httplib::Request& request, httplib::Response& response) {
+  if (!permitted(request, response)) return;
+  const auto parsed = parse_view_request(request.body);
+  if (!parsed) return answer(response, 400, parsed.status().message());
+  const core::Status done = on_view_request(*parsed);
+  answer(response, done.is_ok() ? 200 : 503, done.is_ok() ? "done" : done.message());
+}
+
+WebServer::WebServer(const PageConfig& config, PageContent& content, OnCommand on_command,
+                     OnViewRequest on_view_request)
+    : impl_(std::make_unique<Impl>(config, content, std::move(on_command), std::move(on_view_request))) {
   impl_->set_up();
   impl_->bind();
   impl_->thread = std::thread([impl = impl_.get()] { impl->server.listen_after_bind(); });

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <string>
@@ -7,14 +8,24 @@
 #include "common/core/status.hpp"
 #include "components/synthetic_viewer/broadcast.hpp"
 #include "components/synthetic_viewer/config.hpp"
+#include "components/synthetic_viewer/image.hpp"
 #include "components/synthetic_viewer/samples.hpp"
 
 namespace phantom::synthetic_viewer {
 
-/// What the page shows; filled by the viewer, read by the server's threads.
+/// A view's newest picture, for those who follow it.
+struct ViewOutput {
+  Broadcast<std::string> jpeg;
+  Broadcast<Image> image;  ///< with its HUD; followed by window and recorder
+
+  bool followed() const { return jpeg.followers > 0 || image.followers > 0; }
+};
+
+/// What is shown; filled by the viewer, read by the server's threads and the window's.
 struct PageContent {
-  Broadcast main_jpeg, hit_jpeg, tool_jpeg;  ///< newest picture of each view
-  Broadcast state_json;                      ///< page_state_json()
+  std::array<ViewOutput, kViews.size()> views;
+  Broadcast<std::string> state_json;  ///< page_state_json()
+  ViewOutput& view(View which) { return views[static_cast<std::size_t>(which)]; }
   /// PNG of the newest main picture; empty if there is none yet. Called on a server thread.
   std::function<std::string()> main_png;
   /// JPEG of an alert's first picture; empty if there is none (any more). Called on a server thread.
@@ -27,14 +38,18 @@ struct PageContent {
 ///   GET  /events                server-sent events with page_state_json()
 ///   GET  /snapshot/main.png, /hits/<alert>.jpg
 ///   POST /command               {"kind": …, "value": …} as JSON, from the page itself only
+///   POST /view                  {"view": …, "orbit_deg": …, "zoom": …, "home": …, "record": …}, likewise
 /// Threads of its own; nothing here is shared with the servo path.
 class WebServer {
  public:
   /// Carries out a checked command. Called on a server thread. An error's message is shown to the operator.
   using OnCommand = std::function<core::Status(const Command&)>;
+  /// Takes a checked wish for a view. Likewise.
+  using OnViewRequest = std::function<core::Status(const ViewRequest&)>;
 
   /// Serves as soon as it stands. Throws core::MissingError if the address or port cannot be had.
-  WebServer(const PageConfig& config, PageContent& content, OnCommand on_command);
+  WebServer(const PageConfig& config, PageContent& content, OnCommand on_command,
+            OnViewRequest on_view_request);
   /// Ends all streams and joins its threads: within half a second.
   ~WebServer();
   WebServer(const WebServer&) = delete;

@@ -1,12 +1,11 @@
 // The skin by patches, as viewers paint it.
-#include "common/robot/skin_patches.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <map>
 
+#include "common/robot/skin_patches.hpp"
 #include "components/phantom_sensing/tests/rig.hpp"
 
 namespace phantom::phantom_sensing {
@@ -70,7 +69,10 @@ TEST_F(Patches, HoldTheGreatestMuOfTheSensorsInTheirCube) {
 
 TEST_F(Patches, DoNotFeelWhatMayBeTouched) {
   EXPECT_FALSE(patches_.sense(hanging(0.27, 0.0).position, test::wall()).empty());
-  EXPECT_TRUE(patches_.sense(hanging(0.27, 0.0).position, test::wall(), [](std::size_t, std::uint16_t object) { return object == 1; }).empty());
+  EXPECT_TRUE(patches_
+                  .sense(hanging(0.27, 0.0).position, test::wall(),
+                         [](std::size_t, std::uint16_t object) { return object == 1; })
+                  .empty());
 }
 
 TEST(SkinPatchesOfAFineSkin, AreCoarserRatherThanMore) {

@@ -43,7 +43,10 @@ TEST(Config, TheShippedFileIsValidAndHoldsTheDefaults) {
     EXPECT_EQ(config->page.address, "127.0.0.1");
     EXPECT_EQ(config->page.port, 8080);
     EXPECT_TRUE(config->page.allow_commands);
-    EXPECT_FALSE(config->tool_view.enabled);
+    EXPECT_TRUE(config->tool_view.enabled);
+    EXPECT_FALSE(config->window.wanted);
+    EXPECT_EQ(config->recording.rate_hz, 10);
+    EXPECT_FALSE(config->recording.at_start);
   }
   EXPECT_EQ(shipped.main_view.azimuth_rad, empty.main_view.azimuth_rad);
   EXPECT_EQ(shipped.main_view.elevation_rad, empty.main_view.elevation_rad);
@@ -101,6 +104,10 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"staleness", "staleness: {slave_s: 0}", "slave_s", "60"},
         Fault{"port", "page: {port: 70000}", "port", "65535"},
         Fault{"streams", "page: {max_streams: 1}", "max_streams", "200"},
+        Fault{"window", "window: 3", "window", "true"},
+        Fault{"recording_format", "recording: {format: gif}", "format", "mp4"},
+        Fault{"recording_rate", "recording: {rate_hz: 0}", "rate_hz", "60"},
+        Fault{"recording_view", "recording: {at_start: side}", "at_start", "tool"},
         Fault{"flag", "page: {allow_commands: perhaps}", "allow_commands", "true"},
         Fault{"not_a_number", "frame_rate_hz: fast", "frame_rate_hz", "number"}),
     [](const auto& fault) { return std::string(fault.param.name); });

@@ -135,6 +135,45 @@ TEST(Conversion, WorkspaceObject) {
   EXPECT_TRUE(fails([](auto& m) { m.blue(std::nanf("")); }));
 }
 
+TEST(Conversion, WorkspaceVersion) {
+  msg::WorkspaceVersion message;
+  message.version(3);
+  message.voxel_size_m(0.005);
+  ASSERT_TRUE(convert(message));
+  EXPECT_EQ(convert(message)->voxel_size_m, 0.005);
+  EXPECT_TRUE(refused(message, [](auto& m) { m.version(0); }));
+  EXPECT_TRUE(refused(message, [](auto& m) { m.voxel_size_m(0); }));
+  EXPECT_TRUE(refused(message, [](auto& m) { m.voxel_size_m(kNan); }));
+}
+
+TEST(Conversion, SkinPercept) {
+  msg::SkinPercept message;
+  message.stamp(stamp(1));
+  message.valid(true);
+  message.patch_m(0.02);
+  message.greatest_mu(32);
+  message.felt().resize(2);
+  message.felt()[0].link(7);
+  message.felt()[0].mu(8);
+  message.felt()[1].mu(100);  // the object's skin: closer than the closest layer
+  const auto sample = convert(message, kShape);
+  ASSERT_TRUE(sample);
+  EXPECT_TRUE(sample->valid);
+  ASSERT_EQ(sample->felt.size(), 2U);
+  EXPECT_EQ(sample->felt[0].link, 7U);
+  EXPECT_EQ(sample->felt[0].closeness, 0.25F);
+  EXPECT_EQ(sample->felt[1].closeness, 1.0F);
+  const auto fails = [&message](auto change) { return refused(message, change); };
+  EXPECT_TRUE(fails([](auto& m) { m.felt()[0].link(8); }));
+  EXPECT_TRUE(fails([](auto& m) { m.felt()[1].mu(-1); }));
+  EXPECT_TRUE(fails([](auto& m) { m.felt()[1].x_m(std::nanf("")); }));
+  EXPECT_TRUE(fails([](auto& m) { m.patch_m(0); }));
+  EXPECT_TRUE(fails([](auto& m) { m.greatest_mu(kNan); }));
+  message.valid(false);
+  EXPECT_FALSE(convert(message, kShape)->valid);
+  EXPECT_TRUE(convert(message, kShape)->felt.empty());
+}
+
 TEST(Conversion, MeshChunk) {
   msg::MeshChunk message;
   message.chunk_count(2);

@@ -15,8 +15,8 @@ constexpr core::Nanoseconds kNow_ns = 20 * core::kNsPerSecond;
 
 CellScene make_scene() {
   // Tests run side by side: a file of this process's own.
-  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) /
-                                     ("viewer_page_arm_" + std::to_string(getpid()) + ".urdf");
+  const std::filesystem::path file =
+      std::filesystem::path(::testing::TempDir()) / ("viewer_page_arm_" + std::to_string(getpid()) + ".urdf");
   std::ofstream(file) << R"(<robot name="a"><link name="base"/><link name="one"/>
     <joint name="lift" type="prismatic"><parent link="base"/><child link="one"/><axis xyz="0 0 1"/>
     <limit lower="-0.4" upper="0.6" velocity="1" effort="1"/></joint></robot>)";
@@ -26,7 +26,7 @@ CellScene make_scene() {
 }
 
 nlohmann::json page(const ViewerState& state, const HitView& view = {}) {
-  const PageFacts facts{"test cell", true, false, 9.9, "none", kNow_ns - 7 * core::kNsPerSecond};
+  const PageFacts facts{"test cell", true, false, 9.9, "none", kNow_ns - 7 * core::kNsPerSecond, {}};
   return nlohmann::json::parse(page_state_json(state, make_scene(), view, {}, facts, kNow_ns));
 }
 

@@ -12,6 +12,7 @@
 #include "common/geometry/primitives.hpp"
 #include "components/synthetic_viewer/cell_scene.hpp"
 #include "components/synthetic_viewer/compositor.hpp"
+#include "components/synthetic_viewer/view_painter.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -153,8 +154,8 @@ TEST_F(Rendering, ADroppedMeshIsNotDrawn) {
 
 // A two-link arm from a file of its own, so that the test stands by itself.
 robot::SerialArm make_arm() {
-  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) /
-                                     ("viewer_test_arm_" + std::to_string(getpid()) + ".urdf");
+  const std::filesystem::path file =
+      std::filesystem::path(::testing::TempDir()) / ("viewer_test_arm_" + std::to_string(getpid()) + ".urdf");
   std::ofstream(file) << R"(<robot name="a"><link name="base"/><link name="one"/>
     <joint name="j1" type="revolute"><parent link="base"/><child link="one"/><origin xyz="0 0 0.2"/><axis xyz="0 1 0"/>
     <limit lower="-3" upper="3" velocity="1" effort="1"/></joint></robot>)";
@@ -170,7 +171,8 @@ class Scene : public Rendering {
     scene_.links.push_back({1,
                             {Eigen::Matrix3d::Identity(), {0, 0, 0.2}},
                             {0.9F, 0, 0},
-                            {renderer_.upload(rod), std::make_shared<RayMesh>(rod)}});
+                            {renderer_.upload(rod), std::make_shared<RayMesh>(rod)},
+                            rod.bounding_box()});
     state_.arm.received_ns = kNow_ns - 1000;
   }
   Frame frame() const {
@@ -209,12 +211,58 @@ TEST_F(Scene, AnUnknownArmIsNotDrawnAndAStaleOneIsSeeThrough) {
   EXPECT_TRUE(frame().items.empty());
 }
 
-TEST_F(Scene, TheWorstLinkIsPaintedByItsCloseness) {
-  const Colour plain = frame().items.at(0).colour;
-  state_.percept = {.received_ns = kNow_ns - 1000, .valid = true, .closeness = 0.5, .link = 1};
-  EXPECT_NE(frame().items.at(0).colour, plain);
-  state_.percept.valid = false;
-  EXPECT_EQ(frame().items.at(0).colour, plain);
+// Seen from −y, the rod's lower end feels an object and its upper end does not.
+TEST_F(Scene, TheSkinIsPaintedWhereItFeels) {
+  const auto plain = frame();
+  const auto at = [&](const Image& image, double z_m) {
+    const auto pixel = project(plain.camera, 320, 240, {0, -0.025, z_m});
+    return image.at(static_cast<int>(pixel->x()), static_cast<int>(pixel->y()));
+  };
+  state_.skin = {.received_ns = kNow_ns - 1000,
+                 .valid = true,
+                 .patch_m = 0.03,
+                 .felt = {{1, {0.0F, -0.025F, 0.05F}, 0.5F}}};
+  const auto box = scene_.link_boxes().at(1);
+  EXPECT_NEAR(box.max_m.z(), 0.4, 1e-6);
+  renderer_.paint(1, paint_link(box, state_.skin.patch_m, state_.skin.felt, 1));
+  scene_.paint_number = 1;
+  const Image painted = renderer_.render(frame(), kFormat);
+  const std::uint8_t* low = at(painted, 0.25);  // the link's origin is at 0.2
+  EXPECT_GT(low[1], 150) << "yellow: closeness 0.5";
+  EXPECT_LT(low[0], 120);
+  EXPECT_LT(at(painted, 0.5)[1], 60) << "the upper end is still plain red";
+  state_.skin.received_ns = kNow_ns - 3 * core::kNsPerSecond;
+  EXPECT_LT(at(renderer_.render(frame(), kFormat), 0.25)[1], 60)
+      << "a stale percept is not shown as one that holds";
+}
+
+// The same picture is not drawn twice.
+TEST_F(Scene, WhatStandsStillIsDrawnAndEncodedOnce) {
+  ViewPainter painter;
+  ViewOutput output;
+  output.jpeg.followers = 1;
+  const Compositor::Picture picture{frame(), {}};
+  painter.draw(renderer_, picture, kFormat);
+  painter.publish(output, 80);
+  const auto first = output.jpeg.newest();
+  ASSERT_TRUE(first);
+  Compositor::Picture nearly = picture;
+  nearly.frame.items.at(0).W_from_mesh(0, 3) += 1e-6F;
+  painter.draw(renderer_, nearly, kFormat);
+  EXPECT_FALSE(painter.changed());
+  painter.publish(output, 80);
+  EXPECT_EQ(output.jpeg.newest(), first);
+  for (int k = 0; k < 20; ++k) {  // small steps add up
+    nearly.frame.items.at(0).W_from_mesh(0, 3) += 1e-6F;
+    painter.draw(renderer_, nearly, kFormat);
+  }
+  EXPECT_TRUE(painter.changed());
+  painter.publish(output, 80);
+  EXPECT_NE(output.jpeg.newest(), first);
+  Compositor::Picture written = nearly;
+  written.hud.title = "MAIN";
+  painter.draw(renderer_, written, kFormat);
+  EXPECT_TRUE(painter.changed());
 }
 
 TEST_F(Scene, AnObjectIsDrawnOnceItsMeshIsThere) {
@@ -242,6 +290,10 @@ TEST(Banner, SaysWhatIsWorst) {
   state.percept.valid = true;
   EXPECT_EQ(banner_text(state, {}, kNow_ns), "");
   state.arm.state = LinkState::kStopped;
+  state.arm.stop_cause = StopCause::kDriveFault;
+  EXPECT_EQ(banner_text(state, {}, kNow_ns), "STOPPED: the arm's drives are in fault");
+  state.master.state = LinkState::kStopped;
+  state.master.stop_cause = StopCause::kEmergency;
   EXPECT_EQ(banner_text(state, {}, kNow_ns), "EMERGENCY STOP");
 }
 

@@ -5,6 +5,7 @@
 #include <httplib.h>
 
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <thread>
 
 #include "common/core/errors.hpp"
@@ -19,11 +20,18 @@ class Page : public ::testing::Test {
  protected:
   void serve(PageConfig config = {}) {
     config.port = 0;
-    server_ = std::make_unique<WebServer>(config, content_, [this](const Command& command) {
-      const std::lock_guard lock(mutex_);
-      commands_.push_back(command);
-      return answer_;
-    });
+    server_ = std::make_unique<WebServer>(
+        config, content_,
+        [this](const Command& command) {
+          const std::lock_guard lock(mutex_);
+          commands_.push_back(command);
+          return answer_;
+        },
+        [this](const ViewRequest& request) {
+          const std::lock_guard lock(mutex_);
+          requests_.push_back(request);
+          return answer_;
+        });
   }
   httplib::Client client() const {
     httplib::Client client("127.0.0.1", server_->port());
@@ -32,8 +40,9 @@ class Page : public ::testing::Test {
   }
   /// Status and message of a posted command.
   std::pair<int, std::string> post(const std::string& body, const httplib::Headers& headers = {},
-                                   const char* type = "application/json") const {
-    const auto result = client().Post("/command", headers, body, type);
+                                   const char* type = "application/json",
+                                   const char* path = "/command") const {
+    const auto result = client().Post(path, headers, body, type);
     if (!result) return {0, httplib::to_string(result.error())};
     return {result->status, nlohmann::json::parse(result->body).at("message").get<std::string>()};
   }
@@ -50,6 +59,7 @@ class Page : public ::testing::Test {
   PageContent content_;
   std::mutex mutex_;
   std::vector<Command> commands_;
+  std::vector<ViewRequest> requests_;
   core::Status answer_;
   std::unique_ptr<WebServer> server_;
 };
@@ -88,12 +98,12 @@ TEST_F(Page, AnUnknownPathIsNotFoundAndSaysSo) {
 
 TEST_F(Page, StreamsPicturesAsTheyCome) {
   serve();
-  content_.main_jpeg.publish("\xFF\xD8 first");
+  content_.view(View::kMain).jpeg.publish(std::string("\xFF\xD8 first"));
   std::thread painter([this] {
-    for (int k = 0; k < 200 && content_.main_jpeg.followers == 0; ++k) {
+    for (int k = 0; k < 200 && content_.view(View::kMain).jpeg.followers == 0; ++k) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
-    content_.main_jpeg.publish("\xFF\xD8 second");
+    content_.view(View::kMain).jpeg.publish(std::string("\xFF\xD8 second"));
   });
   const std::string got = follow(
       "/stream/main", [](const std::string& text) { return text.find("second") != std::string::npos; });
@@ -104,7 +114,7 @@ TEST_F(Page, StreamsPicturesAsTheyCome) {
 
 TEST_F(Page, AStillPictureIsRepeatedSoThatADeadConnectionShows) {
   serve();
-  content_.hit_jpeg.publish("\xFF\xD8 still");
+  content_.view(View::kHit).jpeg.publish(std::string("\xFF\xD8 still"));
   const std::string got =
       follow("/stream/hit", [](const std::string& text) { return count(text, "still") >= 2; });
   EXPECT_GE(count(got, "still"), 2);
@@ -112,7 +122,7 @@ TEST_F(Page, AStillPictureIsRepeatedSoThatADeadConnectionShows) {
 
 TEST_F(Page, SendsEvents) {
   serve();
-  content_.state_json.publish(R"({"t":1})");
+  content_.state_json.publish(std::string(R"({"t":1})"));
   EXPECT_THAT(
       follow("/events", [](const std::string& text) { return text.find("\n\ndata") != std::string::npos; }),
       HasSubstr("data: {\"t\":1}"));
@@ -122,14 +132,14 @@ TEST_F(Page, MoreFollowersThanAllowedAreTurnedAwayAndCommandsStillPass) {
   PageConfig config;
   config.max_streams = 2;
   serve(config);
-  content_.main_jpeg.publish("\xFF\xD8 picture");
+  content_.view(View::kMain).jpeg.publish(std::string("\xFF\xD8 picture"));
   std::atomic<bool> enough{false};
   std::vector<std::thread> followers;
   for (int i = 0; i < 2; ++i) {
     followers.emplace_back(
         [&] { follow("/stream/main", [&](const std::string&) { return enough.load(); }); });
   }
-  for (int k = 0; k < 500 && content_.main_jpeg.followers < 2; ++k)
+  for (int k = 0; k < 500 && content_.view(View::kMain).jpeg.followers < 2; ++k)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   const auto result = client().Get("/events");
   ASSERT_TRUE(result);
@@ -209,6 +219,98 @@ TEST_F(Page, RefusesCommandsThatAreNotThePagesOwn) {
   EXPECT_EQ(post(stop, {{"Host", own}, {"Origin", "http://" + own}}).first, 200);
 }
 
+TEST_F(Page, PassesSoundViewRequestsOn) {
+  serve();
+  const auto view = [this](const char* body) { return post(body, {}, "application/json", "/view").first; };
+  EXPECT_EQ(view(R"({"view":"hit","orbit_deg":[90,-45],"zoom":0.5})"), 200);
+  EXPECT_EQ(view(R"({"view":"tool","home":true})"), 200);
+  EXPECT_EQ(view(R"({"view":"main","record":true})"), 200);
+  ASSERT_EQ(requests_.size(), 3U);
+  EXPECT_EQ(requests_[0].view, View::kHit);
+  EXPECT_NEAR(requests_[0].azimuth_rad, std::numbers::pi / 2, 1e-12);
+  EXPECT_NEAR(requests_[0].elevation_rad, -std::numbers::pi / 4, 1e-12);
+  EXPECT_EQ(requests_[0].zoom, 0.5);
+  EXPECT_FALSE(requests_[0].home);
+  EXPECT_FALSE(requests_[0].record);
+  EXPECT_TRUE(requests_[1].home);
+  EXPECT_EQ(requests_[2].record, true);
+}
+
+TEST_F(Page, RefusesViewRequestsThatMakeNoSenseAndSaysWhatIsAllowed) {
+  serve();
+  const std::vector<std::pair<const char*, const char*>> cases{
+      {R"({"zoom":1})", "\"view\""},
+      {R"({"view":"roof"})", "main, hit, tool"},
+      {R"({"view":"main","zoom":0})", "from 0.1 to 10"},
+      {R"({"view":"main","zoom":"near"})", "from 0.1 to 10"},
+      {R"({"view":"main","orbit_deg":[1]})", "[azimuth, elevation]"},
+      {R"({"view":"main","orbit_deg":[1,1e9]})", "from -180 to 180"},
+      {R"({"view":"main","record":1})", "true or false"},
+      {R"({"view":"main","home":"yes"})", "true or false"},
+      {R"({"view":"main","fly":true})", "unknown key 'fly'"},
+      {"[]", "JSON object"}};
+  for (const auto& [body, part] : cases) {
+    const auto [status, message] = post(body, {}, "application/json", "/view");
+    EXPECT_EQ(status, 400) << body;
+    EXPECT_THAT(message, HasSubstr(part)) << body;
+  }
+  EXPECT_TRUE(requests_.empty());
+}
+
+TEST_F(Page, ViewRequestsPassTheSameChecksAsCommands) {
+  PageConfig config;
+  config.allow_commands = false;
+  serve(config);
+  const char* body = R"({"view":"main","zoom":2})";
+  const auto refused = post(body, {}, "application/json", "/view");
+  EXPECT_EQ(refused.first, 403);
+  EXPECT_THAT(refused.second, HasSubstr("page.allow_commands"));
+  serve();
+  EXPECT_EQ(post(body, {}, "text/plain", "/view").first, 403);
+  EXPECT_EQ(post(body, {{"Origin", "http://elsewhere.example"}}, "application/json", "/view").first, 403);
+  EXPECT_TRUE(requests_.empty());
+}
+
+// One browser that takes in next to nothing: the others get every picture, and the publisher never waits.
+TEST_F(Page, ABrowserThatReadsSlowlyHoldsUpNobody) {
+  serve();
+  const std::string picture = "\xFF\xD8" + std::string(300'000, 'x');
+  std::atomic<bool> enough{false};
+  std::atomic<int> quick{0};
+  std::thread slow([&] {
+    follow("/stream/main", [&](const std::string&) {
+      for (int k = 0; k < 100 && !enough; ++k) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      return enough.load();
+    });
+  });
+  std::thread fast([&] {
+    follow("/stream/main", [&](const std::string& text) {
+      quick =
+          count(text.substr(text.size() - std::min<std::size_t>(text.size(), 1'000'000)), "Content-Length");
+      return enough.load();
+    });
+  });
+  auto& jpeg = content_.view(View::kMain).jpeg;
+  for (int k = 0; k < 500 && jpeg.followers < 2; ++k)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  ASSERT_EQ(jpeg.followers, 2);
+  double longest_s = 0;
+  std::size_t published = 0;
+  for (int k = 0; k < 3000 && quick < 3; ++k, ++published) {
+    const auto begin = std::chrono::steady_clock::now();
+    jpeg.publish(picture);
+    longest_s =
+        std::max(longest_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_GE(quick, 3) << "after " << published << " pictures";
+  EXPECT_LT(longest_s, 1.0) << "publishing waited for a browser";
+  enough = true;
+  server_.reset();
+  slow.join();
+  fast.join();
+}
+
 TEST_F(Page, TellsWhenACommandCouldNotBeSent) {
   serve();
   answer_ = {core::ErrorCode::kUnavailable, "the command could not be published"};
@@ -223,7 +325,9 @@ TEST_F(Page, ATakenPortIsAnErrorThatNamesIt) {
   config.port = server_->port();
   PageContent other;
   try {
-    WebServer second(config, other, [](const Command&) { return core::Status::ok(); });
+    WebServer second(
+        config, other, [](const Command&) { return core::Status::ok(); },
+        [](const ViewRequest&) { return core::Status::ok(); });
     FAIL() << "two servers on one port";
   } catch (const core::MissingError& problem) {
     EXPECT_THAT(problem.what(), HasSubstr(std::to_string(config.port)));
@@ -233,13 +337,13 @@ TEST_F(Page, ATakenPortIsAnErrorThatNamesIt) {
 
 TEST_F(Page, EndsWithStreamsAndIdleConnectionsOpen) {
   serve();
-  content_.main_jpeg.publish("\xFF\xD8 picture");
+  content_.view(View::kMain).jpeg.publish(std::string("\xFF\xD8 picture"));
   std::thread follower([this] { follow("/stream/main", [](const std::string&) { return false; }); });
-  for (int k = 0; k < 500 && content_.main_jpeg.followers < 1; ++k)
+  for (int k = 0; k < 500 && content_.view(View::kMain).jpeg.followers < 1; ++k)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   server_.reset();  // returns, though nobody hangs up
   follower.join();
-  EXPECT_EQ(content_.main_jpeg.followers, 0);
+  EXPECT_EQ(content_.view(View::kMain).jpeg.followers, 0);
 }
 
 }  // namespace

@@ -51,6 +51,8 @@ function show() {
   put('master-state', link.master);
   put('pose-age', duration(link.slave_age_s));
   put('round-trip', duration(link.round_trip_s));
+  put('quality', link.quality === null ? '–' : (Math.floor(link.quality * 1000) / 10).toFixed(1) + ' %');
+  put('voxel-error', state.model.voxel_size_m === null ? '–' : (state.model.voxel_size_m * Math.sqrt(3) / 2 * 1e3).toFixed(1) + ' mm');
   put('reach', link.reach < 0 ? '–' : String(link.reach));
   put('viewer-rate', fixed(viewer.frames_per_s, 1, ' fps'));
   byId('viewer-rate').title = viewer.graphics;
@@ -107,7 +109,7 @@ function showJoints(joints) {
 }
 
 function showCommands(link, view, viewer) {
-  for (const e of document.querySelectorAll('#commands button, #commands input, #commands select, #stop, #node, #hold')) e.disabled = !viewer.allow_commands;
+  for (const e of document.querySelectorAll('#commands button, #commands input, #commands select, #stop, #node, #hold, .tools button')) e.disabled = !viewer.allow_commands;
   if (!viewer.allow_commands) say('This viewer only shows; commands are switched off in its configuration.', false);
   put('gain-now', fixed(link.percept_gain, 2) + (link.percept_limited ? ' (limited)' : ''));
   put('feedback-now', fixed(link.feedback_gain, 3) + (link.feedback_damped ? ' (damped)' : link.force_missing ? ' (no force sensor)' : ''));
@@ -115,6 +117,7 @@ function showCommands(link, view, viewer) {
   byId('percept').setAttribute('aria-pressed', link.percept_enabled);
   put('percept', link.percept_enabled ? 'Percept on' : 'Percept off');
   byId('hold').setAttribute('aria-pressed', view.hold);
+  showViewTools(view, viewer);
   if (document.activeElement !== byId('node')) byId('node').value = view.wish;
 }
 
@@ -140,6 +143,93 @@ function showViews(view, viewer) {
   byId('tool-figure').hidden = !viewer.tool_view;
   streams.set('tool-view', viewer.tool_view ? 'stream/tool' : '');
 }
+
+// What goes with every view: back to where it stands by itself, and recording.
+for (const tools of document.querySelectorAll('[data-tools]')) {
+  const view = tools.dataset.tools;
+  tools.innerHTML = '<button type="button" class="home" title="Back to where it stands by itself. Key: Home">Back</button>'
+    + '<button type="button" class="record" aria-pressed="false" title="Record this view as a video. Key: R">Record</button>';
+  tools.querySelector('.home').addEventListener('click', () => moveView({ view, home: true }));
+  tools.querySelector('.record').addEventListener('click', () => toggleRecording(view));
+}
+
+function isRecording(view) { return state !== null && state.recording.running && state.recording.view === view; }
+function toggleRecording(view) { moveView({ view, record: !isRecording(view) }); }
+
+function showViewTools(view, viewer) {
+  for (const tools of document.querySelectorAll('[data-tools]')) {
+    const name = tools.dataset.tools;
+    tools.querySelector('.home').hidden = !view.moved[name];
+    const record = tools.querySelector('.record');
+    record.setAttribute('aria-pressed', isRecording(name));
+    put(record, isRecording(name) ? 'Recording' : 'Record');
+  }
+  const { recording } = state;
+  const recorded = recording.problem ? 'Recording: ' + recording.problem
+    : recording.file ? (recording.running ? 'Recording to ' : 'Recorded: ') + recording.file : '';
+  put('main-note', viewer.message || recorded || (viewer.allow_commands ? 'Drag to turn, wheel to zoom' : ''));
+}
+
+// Moving a view: what comes faster than it is answered is added up.
+const waiting = {};
+async function moveView(wish) {
+  if (state === null || !state.viewer.allow_commands) return;
+  const next = waiting[wish.view] ??= { view: wish.view, orbit_deg: [0, 0], zoom: 1 };
+  if (wish.home) Object.assign(next, { home: true, orbit_deg: [0, 0], zoom: 1 });
+  if (wish.orbit_deg) next.orbit_deg = next.orbit_deg.map((a, i) => Math.max(-180, Math.min(180, a + wish.orbit_deg[i])));
+  if (wish.zoom) next.zoom = Math.max(0.1, Math.min(10, next.zoom * wish.zoom));
+  if (wish.record !== undefined) next.record = wish.record;
+  if (moveView.busy) return;
+  moveView.busy = true;
+  while (Object.keys(waiting).length) {
+    const view = Object.keys(waiting)[0], body = waiting[view];
+    delete waiting[view];
+    await post('view', body);
+  }
+  moveView.busy = false;
+}
+
+const kKeyTurn_deg = 5, kNodes = { A: 0, N: 9, S: 10, E: 11, W: 12, T: 13, B: 14 };
+for (const image of document.querySelectorAll('[data-view]')) {
+  const { view } = image.dataset;
+  image.draggable = false;
+  let from = null;
+  image.addEventListener('pointerdown', event => {
+    if (event.button !== 0) return;
+    from = event;
+    image.setPointerCapture(event.pointerId);
+    image.focus();
+  });
+  image.addEventListener('pointermove', event => {
+    if (!from || !image.hasPointerCapture(event.pointerId)) return;
+    const scale = 180 / image.clientHeight;
+    moveView({ view, orbit_deg: [(from.clientX - event.clientX) * scale, (event.clientY - from.clientY) * scale] });
+    from = event;
+  });
+  image.addEventListener('wheel', event => {
+    event.preventDefault();
+    moveView({ view, zoom: event.deltaY < 0 ? 0.9 : 1 / 0.9 });
+  }, { passive: false });
+  image.addEventListener('dblclick', () => moveView({ view, home: true }));
+  image.addEventListener('keydown', event => {
+    const turn = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+    if (turn) moveView({ view, orbit_deg: turn.map(a => a * kKeyTurn_deg) });
+    else if (event.key === '+' || event.key === '=') moveView({ view, zoom: 0.9 });
+    else if (event.key === '-') moveView({ view, zoom: 1 / 0.9 });
+    else if (event.key === 'Home') moveView({ view, home: true });
+    else return;
+    event.preventDefault();
+  });
+}
+// Letters and digits work wherever nothing is being typed.
+addEventListener('keydown', event => {
+  if (event.ctrlKey || event.altKey || event.metaKey || /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName)) return;
+  const key = event.key.toUpperCase();
+  if (key === 'H') command('view_hold', byId('hold').getAttribute('aria-pressed') === 'true' ? 0 : 1);
+  else if (key === 'R') toggleRecording(document.activeElement.dataset.view ?? 'main');
+  else if (key in kNodes) command('view_node', kNodes[key]);
+  else if (/^[1-8]$/.test(key)) command('view_node', +key);
+});
 
 const kRules = { very_close: 'very close', moderate_moving: 'moving in the vicinity', far_nearing: 'nearing', none: '' };
 
@@ -201,12 +291,17 @@ function say(text, bad) {
   byId('answer').className = bad ? 'bad' : '';
 }
 
-async function command(kind, value) {
-  const body = value === undefined ? { kind } : { kind, value };
+function command(kind, value) {
+  return post('command', value === undefined ? { kind } : { kind, value }, `${kind.replaceAll('_', ' ')}: sent`);
+}
+
+// Says `done`, if it is given, or why not.
+async function post(path, body, done) {
   try {
-    const response = await fetch('command', { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify(body) });
+    const response = await fetch(path, { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify(body) });
     const answer = await response.json();
-    say(answer.ok ? `${kind.replaceAll('_', ' ')}: sent` : `Refused: ${answer.message}`, !answer.ok);
+    if (!answer.ok) say(`Refused: ${answer.message}`, true);
+    else if (done) say(done, false);
   } catch (problem) {
     say(`Not sent: the viewer does not answer (${problem.message})`, true);
   }

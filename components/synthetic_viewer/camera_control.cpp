@@ -1,0 +1,67 @@
+#include "components/synthetic_viewer/camera_control.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+constexpr std::array<const char*, kViews.size()> kNames{"main", "hit", "tool"};
+constexpr double kSteepest_rad = 89.0 * std::numbers::pi / 180;
+constexpr double kClearance_m = 0.03;  // between an eye and a surface
+
+}  // namespace
+
+const char* name_of(View view) noexcept { return kNames[static_cast<std::size_t>(view)]; }
+
+std::optional<View> view_from_name(const std::string& name) noexcept {
+  for (const View view : kViews) {
+    if (name == name_of(view)) return view;
+  }
+  return std::nullopt;
+}
+
+void CameraControl::take(const ViewRequest& request) noexcept {
+  if (request.home) home(request.view);
+  Offset& offset = offsets_[static_cast<std::size_t>(request.view)];
+  offset.azimuth_rad = std::remainder(offset.azimuth_rad + request.azimuth_rad, 2 * std::numbers::pi);
+  offset.elevation_rad =
+      std::clamp(offset.elevation_rad + request.elevation_rad, -2 * kSteepest_rad, 2 * kSteepest_rad);
+  offset.zoom = std::clamp(offset.zoom * request.zoom, kLeastZoom, kMostZoom);
+}
+
+Camera CameraControl::moved(const Camera& camera, View view) const {
+  const Offset& by = offset(view);
+  if (by.at_home()) return camera;
+  const Eigen::Vector3d away = camera.eye_m - camera.target_m;
+  const double distance_m = away.norm();
+  const double azimuth_rad = std::atan2(away.y(), away.x()) + by.azimuth_rad;
+  const double elevation_rad =
+      std::clamp(std::asin(std::clamp(away.z() / distance_m, -1.0, 1.0)) + by.elevation_rad, -kSteepest_rad,
+                 kSteepest_rad);
+  Camera result = camera;
+  result.eye_m = camera.target_m + distance_m * by.zoom *
+                                       Eigen::Vector3d(std::cos(elevation_rad) * std::cos(azimuth_rad),
+                                                       std::cos(elevation_rad) * std::sin(azimuth_rad),
+                                                       std::sin(elevation_rad));
+  result.near_m = std::min(camera.near_m, 0.1 * distance_m * by.zoom);
+  result.far_m = camera.far_m + distance_m * std::max(0.0, by.zoom - 1);
+  return result;
+}
+
+SettledCamera settled(const Camera& camera, const RayScene& bodies) {
+  SettledCamera result{camera, std::nullopt, 0.0, 0.0};
+  const Eigen::Vector3d away = camera.eye_m - camera.target_m;
+  result.wished_m = result.distance_m = away.norm();
+  const auto free =
+      bodies.free_distance(camera.target_m, away / result.wished_m, result.wished_m, kClearance_m);
+  if (!free) return result;
+  result.blocked_by = free->blocked_by;
+  result.distance_m = free->distance_m;
+  result.camera.eye_m = camera.target_m + away * (free->distance_m / result.wished_m);
+  result.camera.near_m = std::min(camera.near_m, 0.5 * kClearance_m);
+  return result;
+}
+
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,52 @@
+#pragma once
+
+// OpenGL objects that the renderer is made of. For renderer.cpp alone; a context must be current for every
+// call.
+
+#include <epoxy/gl.h>
+
+#include <Eigen/Core>
+
+#include "components/synthetic_viewer/shaded_mesh.hpp"
+#include "components/synthetic_viewer/skin_paint.hpp"
+
+namespace phantom::synthetic_viewer::gl {
+
+/// Compiles and links; `defines` is put after the #version line of both. Throws std::runtime_error with the
+/// driver's words.
+GLuint link_program(const char* vertex_source, const char* fragment_source, const char* defines = "");
+
+void set(GLuint program, const char* name, const Eigen::Matrix4f& value);
+void set(GLuint program, const char* name, const Eigen::Vector3f& value);
+
+/// Indexed triangles in the card's memory.
+struct Mesh {
+  GLuint vertex_array = 0, vertices = 0, indices = 0;
+  GLsizei index_count = 0;
+
+  static Mesh make(const ShadedMesh& source);
+  void draw() const;
+  void drop() const;
+};
+
+/// Buffers that a picture is drawn into; with several samples per pixel, a second pair to average them in.
+struct Target {
+  GLuint frame = 0, colour = 0, depth = 0;
+  GLuint plain_frame = 0, plain_colour = 0;
+
+  /// Throws std::runtime_error if the driver cannot.
+  Target(int width_px, int height_px, int samples);
+  ~Target();
+  Target(const Target&) = delete;
+  Target& operator=(const Target&) = delete;
+};
+
+/// A paint volume as a texture, and the matrix from its frame to texture coordinates.
+struct Paint {
+  GLuint texture = 0;
+  Eigen::Matrix4f texture_from_paint = Eigen::Matrix4f::Identity();
+
+  void load(const PaintVolume& volume);
+};
+
+}  // namespace phantom::synthetic_viewer::gl

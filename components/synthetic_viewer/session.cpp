@@ -1,0 +1,81 @@
+#include "components/synthetic_viewer/session.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <iostream>
+
+#include "common/core/errors.hpp"
+#include "common/runtime/arm_model.hpp"
+#include "common/runtime/process.hpp"
+#include "components/synthetic_viewer/dds_adapter.hpp"
+#include "components/synthetic_viewer/viewer_loop.hpp"
+#include "components/synthetic_viewer/window.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+constexpr double kStatusPeriod_s = 0.5;
+
+/// Null if none is wanted, or there is nothing to open one on.
+std::unique_ptr<Window> open_window(const ViewerConfig& config, const std::string& cell, PageContent& content,
+                                    WindowActions actions) {
+  if (!config.window.wanted) return nullptr;
+  try {
+    return std::make_unique<Window>("Phantom - " + cell, content, std::move(actions));
+  } catch (const core::MissingError& problem) {
+    spdlog::warn("{}; the viewer goes on without a window", problem.what());
+    return nullptr;
+  }
+}
+
+}  // namespace
+
+void run_session(ViewerConfig config, const runtime::CellConfig& cell, const core::NetworkOptions& network,
+                 const std::filesystem::path& report_dir) {
+  robot::SerialArm arm = runtime::load_arm(cell.arm(config.arm));
+  const ArmShape shape{arm.joint_count(), arm.links().size()};
+  std::vector<LinkMeshData> arm_meshes = load_arm_meshes(arm, runtime::load_skin(cell.arm(config.arm), arm));
+  if (config.recording.folder.empty()) config.recording.folder = report_dir;
+  Inbox inbox;
+  PageContent content;
+  ViewerLoop viewer(config, cell, std::move(arm), std::move(arm_meshes), inbox, content,
+                    Report(report_dir, config.report_pictures));
+  DdsAdapter adapter(network, shape, inbox);
+  const auto command = [&adapter](const Command& wish) { return adapter.send(wish); };
+  const auto move = [&inbox](const ViewRequest& wish) {
+    return inbox.put(wish)
+               ? core::Status::ok()
+               : core::Status(core::ErrorCode::kUnavailable, "the viewer is too busy to take this");
+  };
+  std::unique_ptr<WebServer> server;
+  if (config.page.enabled) {
+    server = std::make_unique<WebServer>(config.page, content, command, move);
+    std::cout << "operator's page: " << server->url() << std::endl;
+  }
+  viewer.start();
+  // Who sits at the window sits at the operator's desk; whether he may command is said in one place.
+  WindowActions actions;
+  actions.move = move;
+  actions.switches = [&viewer] { return viewer.switches(); };
+  actions.command = [&](const Command& wish) {
+    if (!config.page.allow_commands)
+      return spdlog::warn("this viewer only shows: page.allow_commands is false");
+    if (const core::Status sent = command(wish); !sent.is_ok()) spdlog::warn("{}", sent.message());
+  };
+  std::unique_ptr<Window> window = open_window(config, cell.name, content, std::move(actions));
+  while (viewer.running() && !runtime::stop_requested()) {
+    if (window && !window->turn(kStatusPeriod_s)) {
+      spdlog::info("window closed; the viewer goes on without it");
+      window.reset();
+    } else if (!window && !runtime::sleep_unless_stopped(kStatusPeriod_s)) {
+      break;
+    }
+    adapter.publish(viewer.health());
+  }
+  window.reset();
+  const std::string url = server ? server->url() : std::string();
+  server.reset();
+  viewer.finish(url);
+}
+
+}  // namespace phantom::synthetic_viewer

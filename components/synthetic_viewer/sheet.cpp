@@ -1,0 +1,121 @@
+#include "components/synthetic_viewer/sheet.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+
+#include "common/core/errors.hpp"
+#include "common/runtime/process.hpp"
+#include "components/synthetic_viewer/compositor.hpp"
+#include "components/synthetic_viewer/hud.hpp"
+#include "components/synthetic_viewer/synthetic_viewer.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+constexpr int kColumns = 4, kRows = 4, kGap_px = 4;
+constexpr double kHitZone_m = 0.02;
+
+/// Tiles side by side, row by row.
+class Sheet {
+ public:
+  Sheet(int width_px, int height_px) : tile_width_(width_px), tile_height_(height_px) {
+    image_ = {kColumns * (width_px + kGap_px) - kGap_px, kRows * (height_px + kGap_px) - kGap_px, {}};
+    image_.bgr.assign(
+        3 * static_cast<std::size_t>(image_.width_px) * static_cast<std::size_t>(image_.height_px), 16);
+  }
+  void add(const Image& tile) {
+    const int left = count_ % kColumns * (tile_width_ + kGap_px),
+              top = count_ / kColumns * (tile_height_ + kGap_px);
+    for (int y = 0; y < tile_height_; ++y) {
+      const auto at = 3 * (static_cast<std::size_t>(top + y) * static_cast<std::size_t>(image_.width_px) +
+                           static_cast<std::size_t>(left));
+      std::copy_n(tile.at(0, y), 3 * tile_width_, image_.bgr.begin() + static_cast<std::ptrdiff_t>(at));
+    }
+    ++count_;
+  }
+  const Image& image() const { return image_; }
+
+ private:
+  int tile_width_, tile_height_, count_ = 0;
+  Image image_;
+};
+
+}  // namespace
+
+CLI::App* add_sheet_command(CLI::App& app, SheetRequest& request) {
+  CLI::App* sheet =
+      app.add_subcommand("sheet", "draw a hit zone from all fourteen nodes on one sheet, without DDS");
+  sheet->fallthrough();
+  sheet->add_option("--cell", request.cell, "cell file")->required();
+  sheet->add_option("--arm", request.pose.arm, "arm of the cell, if it has several");
+  sheet->add_option("--joints", request.pose.position,
+                    "joint positions in rad or m, e.g. 0 0.6 -1.2 0 0.6 0; default: home");
+  sheet->add_option("--velocity", request.pose.velocity,
+                    "joint velocities in rad/s or m/s; default: at rest");
+  sheet->add_option("--tile-width", request.tile_width_px, "pixels")->check(CLI::Range(160, 1920));
+  sheet->add_option("--out", request.out, "PNG to write")->required();
+  return sheet;
+}
+
+int run_sheet(const SheetRequest& request, const ViewerConfig& config) {
+  const runtime::CellConfig cell = runtime::load_cell(request.cell);
+  Renderer renderer(config.graphics);
+  const StillScene still = make_still_scene(cell, request.pose, renderer);
+  const HitSample hit = still.hit();
+  if (hit.object == 0)
+    throw core::ConfigError("--joints: no object is near the arm's skin in this pose; nothing to show");
+  ViewerConfig views = config;
+  views.main_view.format.width_px = views.hit_view.format.width_px = request.tile_width_px;
+  views.main_view.format.height_px = views.hit_view.format.height_px = request.tile_width_px * 9 / 16;
+  PictureFormat format = views.hit_view.format;
+  format.samples = config.report_samples;
+  const Compositor compositor(views, cell.name, still.scene);
+  const RayScene objects = still.scene.obstacles(still.state, false),
+                 bodies = still.scene.obstacles(still.state, true);
+  const Compositor::Moment moment{still.state, objects, bodies, StillScene::kNow_ns};
+  const auto seen_from = [&](const ViewSituation& situation, const Eigen::Vector3d& eye_m) {
+    Camera camera;
+    camera.eye_m = eye_m;
+    camera.target_m = situation.look_at_m;
+    return bodies.visible_share(situation.look_at_m, situation.pgv, kHitZone_m,
+                                settled(camera, bodies).camera.eye_m);
+  };
+  const Eigen::Vector3d look_at_m(hit.look_at_m[0], hit.look_at_m[1], hit.look_at_m[2]);
+  const Eigen::Vector3d pgv(hit.pgv[0], hit.pgv[1], hit.pgv[2]);
+  std::printf("%s near %s at %.3f %.3f %.3f m, object towards %.2f %.2f %.2f, closeness %.2f\n",
+              hit.link_name.c_str(), object_name(still.state, hit.object).c_str(), look_at_m.x(),
+              look_at_m.y(), look_at_m.z(), pgv.normalized().x(), pgv.normalized().y(), pgv.normalized().z(),
+              still.state.percept.closeness);
+  Sheet sheet(format.width_px, format.height_px);
+  const auto add = [&](const Compositor::Picture& picture) {
+    Image image = renderer.render(picture.frame, format);
+    draw_hud(image, picture.hud);
+    sheet.add(image);
+  };
+  Compositor::Picture whole = compositor.main_picture(moment, {});
+  whole.hud.gauges = false;
+  add(whole);
+  for (int number = 0; number <= kNodeCount; ++number) {
+    SyntheticViewer viewer(config.hit_view.rule);
+    viewer.take({hit.alert, false, look_at_m, pgv});
+    const auto wish = static_cast<ViewNode>(number);
+    const HitView view = viewer.step(false, wish, seen_from, 0.0);
+    Compositor::Picture picture = compositor.hit_picture(moment, view);
+    char seen[48];
+    std::snprintf(seen, sizeof seen, "sees %.0f %% of the zone", 100 * seen_from(view.situation, view.eye_m));
+    picture.hud.title = (number == 0 ? "AUTOMATIC: " : "") + std::string("from ") + node_name(view.node);
+    picture.hud.subtitle = seen;
+    picture.hud.alarm = number == 0;
+    std::printf("%-4s %s %s\n", number == 0 ? "auto" : node_name(wish),
+                number == 0 ? node_name(view.node) : "", seen);
+    add(picture);
+  }
+  std::ofstream file(request.out, std::ios::binary);
+  file << encode_png(sheet.image());
+  if (!file.flush()) throw core::MissingError(request.out.string() + ": cannot be written");
+  return runtime::kExitDone;
+}
+
+}  // namespace phantom::synthetic_viewer

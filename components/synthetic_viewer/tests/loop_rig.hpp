@@ -1,0 +1,89 @@
+#pragma once
+// The viewer's drawing thread on the cell with two plates, fed by hand instead of by topics.
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <thread>
+
+#include "common/runtime/arm_model.hpp"
+#include "components/synthetic_viewer/viewer_loop.hpp"
+
+namespace phantom::synthetic_viewer::test {
+
+template <class Condition>
+bool eventually(const Condition& condition) {
+  for (int k = 0; k < 6000; ++k) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return false;
+}
+
+class Loop : public ::testing::Test {
+ protected:
+  Loop() {
+    config_.graphics = GraphicsPlatform::kSurfaceless;
+    config_.frame_rate_hz = 30;
+    config_.main_view.format = {320, 180, 1, false};
+    config_.main_view.azimuth_rad = -0.9;
+    config_.main_view.elevation_rad = 0.4;
+    config_.main_view.field_of_view_rad = 0.6;
+    config_.hit_view.format = {320, 180, 1, false};
+    config_.hit_view.field_of_view_rad = 0.7;
+    config_.tool_view.format = {320, 180, 1, false};
+    config_.tool_view.field_of_view_rad = 1.0;
+    config_.tool_view.eye_m = {0.1, 0, 0.1};
+    folder_ = std::filesystem::path(::testing::TempDir()) / ("viewer_loop_" + std::to_string(getpid()));
+    config_.recording.folder = folder_;
+  }
+  ~Loop() override {
+    loop_.reset();
+    std::filesystem::remove_all(folder_);
+  }
+  void start() {
+    auto arm = runtime::load_arm(cell_.arm());
+    auto meshes = load_arm_meshes(arm, runtime::load_skin(cell_.arm(), arm));
+    loop_ = std::make_unique<ViewerLoop>(config_, cell_, std::move(arm), std::move(meshes), inbox_, content_,
+                                         Report({}, 0));
+    loop_->start();
+  }
+  /// The slave's state as it would come, now.
+  void tell_pose() {
+    ArmSample arm;
+    arm.received_ns = core::monotonic_ns();
+    arm.state = LinkState::kCoupled;
+    const auto& home = cell_.arm().home;
+    std::copy(home.begin(), home.end(), arm.position.begin());
+    inbox_.arm.write(arm);
+  }
+  HitSample alert(std::uint32_t number, const Vector3& look_at_m) {
+    HitSample hit;
+    hit.received_ns = core::monotonic_ns();
+    hit.alert = number;
+    hit.rule = HitRule::kVeryClose;
+    hit.link = 2;
+    hit.look_at_m = look_at_m;
+    hit.pgv = {0, 0.02, 0};
+    return hit;
+  }
+  double figure(const std::string& name) {
+    for (const core::HealthFigure& figure : loop_->health().figures) {
+      if (figure.name == name) return figure.value;
+    }
+    return -1.0;
+  }
+
+  const runtime::CellConfig cell_ =
+      runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/two_plates/cell.yaml");
+  ViewerConfig config_;
+  Inbox inbox_;
+  PageContent content_;
+  std::filesystem::path folder_;
+  std::unique_ptr<ViewerLoop> loop_;
+};
+
+}  // namespace phantom::synthetic_viewer::test

@@ -1,0 +1,97 @@
+// Recordings, read back with the library's reader.
+#include "components/synthetic_viewer/recorder.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <functional>
+#include <opencv2/core.hpp>
+#include <opencv2/videoio.hpp>
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+bool eventually(const std::function<bool()>& condition) {
+  for (int k = 0; k < 3000; ++k) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return false;
+}
+
+class Recording : public ::testing::TestWithParam<VideoFormat> {
+ protected:
+  Recording() {
+    folder_ = std::filesystem::path(::testing::TempDir()) / ("viewer_recording_" + std::to_string(getpid()));
+    std::filesystem::remove_all(folder_);
+  }
+  ~Recording() override { std::filesystem::remove_all(folder_); }
+  void publish(std::uint8_t grey) {
+    source_.publish(Image{320, 180, std::vector<std::uint8_t>(320 * 180 * 3, grey)});
+  }
+
+  std::filesystem::path folder_;
+  Broadcast<Image> source_;
+};
+
+TEST_P(Recording, HoldsThePicturesInRealTimeAndCanBePlayed) {
+  Recorder recorder({folder_, GetParam(), 20.0, std::nullopt});
+  EXPECT_FALSE(recorder.state().running);
+  recorder.begin(View::kHit, source_);
+  EXPECT_EQ(source_.followers, 1) << "so that the view is drawn at all";
+  const auto begin = std::chrono::steady_clock::now();
+  // First dark, then bright; each stands still for a while.
+  publish(30);
+  ASSERT_TRUE(eventually([&] { return !recorder.state().file.empty(); }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  publish(220);
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  recorder.end();
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const RecordingState state = recorder.state();
+  EXPECT_FALSE(state.running);
+  EXPECT_EQ(state.problem, "");
+  EXPECT_EQ(source_.followers, 0);
+  EXPECT_EQ(std::filesystem::path(state.file).filename().string().substr(0, 4), "hit_");
+
+  cv::VideoCapture film(state.file);
+  ASSERT_TRUE(film.isOpened()) << state.file;
+  EXPECT_NEAR(film.get(cv::CAP_PROP_FPS), 20.0, 0.1);
+  cv::Mat frame;
+  std::vector<double> grey;
+  while (film.read(frame)) {
+    EXPECT_EQ(frame.cols, 320);
+    EXPECT_EQ(frame.rows, 180);
+    grey.push_back(cv::mean(frame)[1]);
+  }
+  ASSERT_GT(grey.size(), 10U);
+  EXPECT_LE(static_cast<double>(grey.size()) / 20.0, seconds + 0.2);
+  EXPECT_NEAR(grey.front(), 30, 10);
+  EXPECT_NEAR(grey.back(), 220, 10);
+}
+
+TEST_P(Recording, AFolderThatCannotBeIsSaidAndNothingElseStops) {
+  Recorder recorder({"/proc/no_such_folder", GetParam(), 20.0, std::nullopt});
+  recorder.begin(View::kMain, source_);
+  publish(90);
+  ASSERT_TRUE(eventually([&] { return !recorder.state().running; }));
+  EXPECT_NE(recorder.state().problem.find("/proc/no_such_folder"), std::string::npos);
+  EXPECT_TRUE(eventually([&] { return source_.followers == 0; }));
+}
+
+TEST_P(Recording, EndsWithoutEverHavingHadAPicture) {
+  Recorder recorder({folder_, GetParam(), 20.0, std::nullopt});
+  recorder.begin(View::kTool, source_);
+  recorder.end();
+  EXPECT_EQ(recorder.state().file, "");
+  EXPECT_EQ(recorder.state().problem, "");
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, Recording, ::testing::Values(VideoFormat::kMp4, VideoFormat::kAvi),
+                         [](const auto& format) {
+                           return format.param == VideoFormat::kMp4 ? "mp4" : "avi";
+                         });
+
+}  // namespace
+}  // namespace phantom::synthetic_viewer

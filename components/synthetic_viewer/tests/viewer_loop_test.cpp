@@ -1,0 +1,164 @@
+// The drawing thread as a whole, without topics: what goes into the inbox, what comes out for those who look.
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+
+#include "common/core/errors.hpp"
+#include "common/geometry/primitives.hpp"
+#include "components/synthetic_viewer/tests/loop_rig.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+using ::testing::HasSubstr;
+
+using test::eventually;
+using test::Loop;
+
+TEST_F(Loop, AMeshThatNeverArrivesIsNamedAndThePicturesGoOn) {
+  content_.view(View::kMain).image.followers = 1;
+  start();
+  inbox_.put(ObjectSample{4, "boiler", 0xABCD, {}, {0.5F, 0.5F, 0.5F}});
+  ASSERT_TRUE(eventually([&] {
+    tell_pose();
+    return loop_->health().message.find("waiting for the meshes of boiler") != std::string::npos;
+  })) << loop_->health().message;
+  ASSERT_TRUE(eventually([&] {
+    tell_pose();
+    return loop_->health().message.find("shown without what has no mesh: boiler") != std::string::npos;
+  })) << loop_->health().message;
+  std::uint64_t seen = 0;
+  EXPECT_TRUE(content_.view(View::kMain).image.next(seen, std::chrono::seconds(60)));
+  EXPECT_EQ(loop_->health().state, core::ComponentState::kReady);
+}
+
+TEST_F(Loop, EveryAlertGetsItsFirstPictureAlsoWhileAnotherIsShown) {
+  start();
+  tell_pose();
+  for (std::uint32_t number = 1; number <= 3; ++number) inbox_.put(alert(number, {0.6, 0.1 * number, 1.2}));
+  for (std::uint32_t number = 1; number <= 3; ++number) {
+    EXPECT_TRUE(eventually([&] { return !content_.hit_picture(number).empty(); })) << number;
+  }
+  EXPECT_TRUE(eventually([&] { return figure("alert_to_picture_max") > 0; }));
+  EXPECT_EQ(content_.hit_picture(4), "");
+}
+
+TEST_F(Loop, ASnapshotIsDrawnForTheOneWhoAsks) {
+  start();
+  EXPECT_EQ(content_.main_png().substr(1, 3), "PNG");
+}
+
+TEST_F(Loop, TheOperatorTurnsAViewAndBringsItHome) {
+  auto& output = content_.view(View::kMain).image;
+  output.followers = 1;
+  start();
+  const auto picture = [&] {
+    std::uint64_t seen = 0;
+    return output.next(seen, std::chrono::seconds(60));
+  };
+  // Without a slave nothing else moves in the picture.
+  const auto first = picture();
+  ASSERT_TRUE(first);
+  inbox_.put(ViewRequest{.view = View::kMain, .azimuth_rad = 1.0});
+  ASSERT_TRUE(eventually([&] { return output.newest()->bgr != first->bgr; }));
+  inbox_.put(ViewRequest{.view = View::kMain, .home = true});
+  EXPECT_TRUE(eventually([&] { return output.newest()->bgr == first->bgr; }));
+}
+
+TEST_F(Loop, RecordsOnRequestAndSaysWhere) {
+  start();
+  inbox_.put(ViewRequest{.view = View::kMain, .record = true});
+  ASSERT_TRUE(eventually([&] { return loop_->switches().recording; }));
+  ASSERT_TRUE(
+      eventually([&] { return std::filesystem::exists(folder_) && !std::filesystem::is_empty(folder_); }));
+  inbox_.put(ViewRequest{.view = View::kMain, .record = false});
+  ASSERT_TRUE(eventually([&] { return !loop_->switches().recording; }));
+  EXPECT_GT(std::filesystem::file_size(std::filesystem::directory_iterator(folder_)->path()), 0U);
+}
+
+TEST_F(Loop, AnUnwritableRecordingIsSaidInTheStatus) {
+  config_.recording.folder = "/proc/nowhere";
+  start();
+  inbox_.put(ViewRequest{.view = View::kMain, .record = true});
+  EXPECT_TRUE(eventually([&] { return !loop_->switches().recording && loop_->running(); }));
+}
+
+TEST_F(Loop, WithoutOpenGlTheReasonReachesTheCaller) {
+  // A platform that no test machine has; where it is there after all, the loop simply runs.
+  config_.graphics = GraphicsPlatform::kDisplay;
+  const char* display = std::getenv("DISPLAY");
+  if (display != nullptr) GTEST_SKIP() << "a display is there";
+  start();
+  if (eventually([&] { return !loop_->running() || figure("objects") >= 0; }) && loop_->running()) return;
+  try {
+    loop_->finish("");
+    FAIL() << "no graphics, and nothing said";
+  } catch (const core::MissingError& problem) {
+    EXPECT_THAT(problem.what(), HasSubstr("no OpenGL"));
+    EXPECT_THAT(problem.what(), HasSubstr("libgl1-mesa-dri"));
+  }
+}
+
+// What the pictures say.
+class Words : public Loop {
+ protected:
+  Words()
+      : scene_(runtime::load_arm(cell_.arm()), cell_.min_m, cell_.max_m),
+        compositor_(config_, "cell", scene_) {
+    const geometry::TriangleMesh wall = geometry::make_box({0.4, 0.4, 0.4});
+    scene_.meshes[9] = {kNoMesh, std::make_shared<RayMesh>(wall)};
+    state_.objects[7] = {7, "bellows", 9, {Eigen::Matrix3d::Identity(), {0.6, 0.6, 1.0}}, {}};
+    objects_ = scene_.obstacles(state_, false);
+    hit_.alert = 1;
+    hit_.situation.look_at_m = {0.6, 0, 1.0};
+  }
+  Compositor::Picture picture() const {
+    return compositor_.hit_picture({state_, objects_, objects_, core::kNsPerSecond}, hit_);
+  }
+  CellScene scene_;
+  Compositor compositor_;
+  ViewerState state_;
+  RayScene objects_;
+  HitView hit_;
+};
+
+TEST_F(Words, AViewIntoAWallIsSaidAndTakenFromTheNearestFreePlace) {
+  hit_.eye_m = {0.6, 0.6, 1.0};  // in the middle of the bellows, which begin at y = 0.4
+  const auto into = picture();
+  EXPECT_THAT(into.hud.subtitle, HasSubstr("bellows is in the way at 0.60 m: seen from 0.37 m"));
+  EXPECT_NEAR(into.frame.camera.eye_m.y(), 0.37, 1e-6);
+  hit_.eye_m = {0.6, 0.2, 1.0};
+  EXPECT_EQ(picture().hud.subtitle, "");
+  // The operator zooms into it himself.
+  state_.cameras.take({.view = View::kHit, .zoom = 2.5});
+  EXPECT_THAT(picture().hud.subtitle, HasSubstr("bellows is in the way at 0.50 m"));
+}
+
+TEST_F(Words, TheHudTellsLinkQualityModelAgeAndVoxelError) {
+  state_.workspace = {3, 0.005};
+  core::Nanoseconds now_ns = core::kNsPerSecond;
+  for (const std::uint64_t second : {0U, 1U, 2U}) {
+    state_.arm.received_ns = now_ns - 42'000'000;
+    state_.arm.arrived = 1000 * second;
+    state_.arm.lost = 10 * second;
+    state_.link_quality.take(state_.arm, now_ns);
+    now_ns += core::kNsPerSecond;
+  }
+  now_ns -= core::kNsPerSecond;
+  state_.master.received_ns = now_ns;
+  state_.master.round_trip_s = 0.0021;
+  const Hud hud = compositor_.main_picture({state_, objects_, objects_, now_ns}, {}).hud;
+  EXPECT_EQ(hud.link_quality, "99.0 % 2.1 ms");
+  EXPECT_EQ(hud.model_age, "40 ms");
+  EXPECT_EQ(hud.voxel_error, "4.3 mm");
+}
+
+TEST_F(Words, WhatIsNotKnownIsNotShownAsANumber) {
+  const Hud hud = compositor_.main_picture({state_, objects_, objects_, core::kNsPerSecond}, {}).hud;
+  EXPECT_EQ(hud.link_quality, "-");
+  EXPECT_EQ(hud.model_age, "-");
+  EXPECT_EQ(hud.voxel_error, "-");
+}
+
+}  // namespace
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,133 @@
+#include "components/synthetic_viewer/tests/web_driver.hpp"
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+namespace phantom::synthetic_viewer::test {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kDriver = "/usr/bin/chromedriver";
+constexpr const char* kBrowser = "/usr/bin/chromium";
+constexpr const char* kReady = "started successfully on port ";
+
+std::string from_base64(const std::string& text) {
+  std::string bytes;
+  std::uint32_t bits = 0;
+  int count = 0;
+  for (const char c : text) {
+    const std::size_t value =
+        std::string_view("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/").find(c);
+    if (value == std::string_view::npos) continue;
+    bits = bits << 6U | static_cast<std::uint32_t>(value);
+    if ((count += 6) < 8) continue;
+    count -= 8;
+    bytes += static_cast<char>(bits >> static_cast<unsigned>(count) & 0xFFU);
+  }
+  return bytes;
+}
+
+}  // namespace
+
+bool Browser::installed() { return std::filesystem::exists(kDriver) && std::filesystem::exists(kBrowser); }
+
+Browser::Browser() {
+  int pipe_ends[2];
+  if (pipe(pipe_ends) != 0) throw std::runtime_error("pipe");
+  driver_ = fork();
+  if (driver_ == 0) {
+    setpgid(0, 0);  // so that the browser's processes go with it
+    dup2(pipe_ends[1], STDOUT_FILENO);
+    execl(kDriver, kDriver, "--port=0", static_cast<char*>(nullptr));
+    _exit(127);
+  }
+  close(pipe_ends[1]);
+  output_ = pipe_ends[0];
+  std::string said;
+  char piece[256];
+  while (said.find(kReady) == std::string::npos || said.find('\n', said.find(kReady)) == std::string::npos) {
+    const ssize_t size = read(output_, piece, sizeof piece);
+    if (size <= 0) throw std::runtime_error("chromedriver: " + said);
+    said.append(piece, static_cast<std::size_t>(size));
+  }
+  client_.emplace("127.0.0.1", std::atoi(said.c_str() + said.find(kReady) + std::string_view(kReady).size()));
+  client_->set_read_timeout(120);
+  const json options{{"binary", kBrowser},
+                     {"args",
+                      {"--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+                       "--disable-background-networking", "--disable-component-update", "--disable-sync",
+                       "--disable-dev-shm-usage", "--window-size=1600,1300"}}};
+  const json answer = post(
+      "/session",
+      {{"capabilities", {{"alwaysMatch", {{"browserName", "chrome"}, {"goog:chromeOptions", options}}}}}});
+  session_ = "/session/" + answer.at("sessionId").get<std::string>();
+}
+
+Browser::~Browser() {
+  if (!session_.empty()) client_->Delete(session_);
+  kill(-driver_, SIGKILL);
+  waitpid(driver_, nullptr, 0);
+  close(output_);
+}
+
+json Browser::post(const std::string& path, const json& body) {
+  const auto result = client_->Post(path, body.dump(), "application/json");
+  if (!result) throw std::runtime_error(path + ": " + httplib::to_string(result.error()));
+  const json answer = json::parse(result->body).at("value");
+  if (result->status != 200) throw std::runtime_error(path + ": " + answer.dump());
+  return answer;
+}
+
+void Browser::open(const std::string& url) { post(session_ + "/url", {{"url", url}}); }
+
+json Browser::run(const std::string& script) {
+  return post(session_ + "/execute/sync", {{"script", script}, {"args", json::array()}});
+}
+
+json Browser::element(const std::string& selector) {
+  return post(session_ + "/element", {{"using", "css selector"}, {"value", selector}});
+}
+
+void Browser::act(const json& actions) { post(session_ + "/actions", {{"actions", json::array({actions})}}); }
+
+void Browser::type(const std::vector<std::string>& keys) {
+  json steps = json::array();
+  for (const std::string& key : keys) {
+    steps.push_back({{"type", "keyDown"}, {"value", key}});
+    steps.push_back({{"type", "keyUp"}, {"value", key}});
+  }
+  act({{"type", "key"}, {"id", "keys"}, {"actions", steps}});
+}
+
+void Browser::drag(const std::string& selector, int dx, int dy) {
+  const json move_to{
+      {"type", "pointerMove"}, {"origin", element(selector)}, {"x", 0}, {"y", 0}, {"duration", 0}};
+  const json move_by{{"type", "pointerMove"}, {"origin", "pointer"}, {"x", dx}, {"y", dy}, {"duration", 50}};
+  act({{"type", "pointer"},
+       {"id", "mouse"},
+       {"actions",
+        {move_to,
+         {{"type", "pointerDown"}, {"button", 0}},
+         move_by,
+         {{"type", "pointerUp"}, {"button", 0}}}}});
+}
+
+void Browser::wheel(const std::string& selector, int delta_y) {
+  const json scroll{{"type", "scroll"}, {"origin", element(selector)}, {"x", 0}, {"y", 0}, {"deltaX", 0},
+                    {"deltaY", delta_y}};
+  act({{"type", "wheel"}, {"id", "wheel"}, {"actions", json::array({scroll})}});
+}
+
+std::string Browser::screenshot() {
+  const auto result = client_->Get(session_ + "/screenshot");
+  return result ? from_base64(json::parse(result->body).at("value").get<std::string>()) : std::string();
+}
+
+}  // namespace phantom::synthetic_viewer::test

@@ -1,0 +1,50 @@
+#pragma once
+// A real browser for tests: Chromium, steered over the W3C WebDriver protocol through chromedriver.
+
+#include <httplib.h>
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace phantom::synthetic_viewer::test {
+
+class Browser {
+ public:
+  /// Starts both. Throws std::runtime_error with chromedriver's words if that fails.
+  Browser();
+  ~Browser();
+  Browser(const Browser&) = delete;
+  Browser& operator=(const Browser&) = delete;
+  /// Whether this machine has them.
+  static bool installed();
+
+  void open(const std::string& url);
+  /// Runs JavaScript in the page: what `return` gives.
+  nlohmann::json run(const std::string& script);
+  /// Presses and releases keys, one after the other; special ones by WebDriver's code points.
+  void type(const std::vector<std::string>& keys);
+  /// Drags with the left button from the middle of an element by so many pixels.
+  void drag(const std::string& selector, int dx, int dy);
+  void wheel(const std::string& selector, int delta_y);
+  /// PNG of the page as it stands in its window.
+  std::string screenshot();
+
+  static constexpr const char* kEscape = "\uE00C";
+  static constexpr const char* kTab = "\uE004";
+  static constexpr const char* kLeft = "\uE012";
+  static constexpr const char* kHome = "\uE011";
+
+ private:
+  nlohmann::json post(const std::string& path, const nlohmann::json& body);
+  nlohmann::json element(const std::string& selector);
+  void act(const nlohmann::json& actions);
+
+  pid_t driver_ = -1;
+  int output_ = -1;
+  std::optional<httplib::Client> client_;
+  std::string session_;
+};
+
+}  // namespace phantom::synthetic_viewer::test

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "components/synthetic_viewer/compositor.hpp"
+#include "components/synthetic_viewer/renderer.hpp"
+#include "components/synthetic_viewer/web_server.hpp"
+
+namespace phantom::synthetic_viewer {
+
+/// Makes one view's pictures, and only those that differ from the last: what stands still is drawn, written
+/// on and encoded once, however often it is asked for and by however many. One thread, that of the renderer.
+class ViewPainter {
+ public:
+  /// The newest picture, with its HUD.
+  const std::shared_ptr<const Image>& draw(Renderer& renderer, const Compositor::Picture& picture,
+                                           const PictureFormat& format);
+  /// The newest picture as JPEG.
+  const std::shared_ptr<const std::string>& jpeg(int quality);
+  /// Hands the newest picture to those who follow it; nothing if they have it.
+  void publish(ViewOutput& output, int quality);
+  /// Whether a draw since the last publish() made another picture.
+  bool changed() const { return changed_; }
+
+ private:
+  std::optional<Compositor::Picture> last_;
+  Image bare_;  // without HUD
+  std::shared_ptr<const Image> image_, encoded_;
+  std::shared_ptr<const std::string> jpeg_;  // of encoded_
+  bool changed_ = false;
+};
+
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,171 @@
+// What ViewerLoop shows in each round.
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "components/synthetic_viewer/viewer_loop.hpp"
+
+namespace phantom::synthetic_viewer {
+namespace {
+
+constexpr std::size_t kHitJpegs = ViewerState::kMaxHits;
+constexpr double kHitZone_m = 0.02;  // radius of what a view of a hit zone should see
+
+Eigen::Vector3d eigen(const Vector3& v) { return {v[0], v[1], v[2]}; }
+
+}  // namespace
+
+/// While somebody moves a camera, pictures follow the hand.
+core::Nanoseconds ViewerLoop::period_ns() const {
+  constexpr double kLivelyRate_hz = 30.0;
+  const bool lively = now_ns_ < lively_until_ns_;
+  return core::from_seconds(
+      1.0 / (lively ? std::max(kLivelyRate_hz, config_.frame_rate_hz) : config_.frame_rate_hz));
+}
+
+/// Seen from where the camera will stand: a node inside a wall counts by its nearest free place.
+double ViewerLoop::visible_share(const ViewSituation& situation, const Eigen::Vector3d& eye_m) const {
+  Camera camera;
+  camera.eye_m = eye_m;
+  camera.target_m = situation.look_at_m;
+  return bodies_.visible_share(situation.look_at_m, situation.pgv, kHitZone_m,
+                               settled(camera, bodies_).camera.eye_m);
+}
+
+void ViewerLoop::choose_hit_view(double dt_s) {
+  // A view that the operator has turned keeps its node: what he looks at must not be taken from under him.
+  const bool turned = hit_.alert != 0 && !state_.cameras.offset(View::kHit).at_home();
+  const ViewNode wish = turned && state_.wish == ViewNode::kAutomatic ? hit_.node : state_.wish;
+  const std::uint32_t before = hit_.alert;
+  hit_ = viewer_.step(
+      state_.hold, wish, [this](const auto& s, const auto& eye_m) { return visible_share(s, eye_m); }, dt_s);
+  if (hit_.alert != before) state_.cameras.home(View::kHit);
+}
+
+void ViewerLoop::tick(double dt_s) {
+  objects_ = scene_.obstacles(state_, false);
+  bodies_ = scene_.obstacles(state_, true);
+  state_.recording = recorder_.state();
+  choose_hit_view(dt_s);
+  if (dt_s > 0) frames_per_s_ += (1 - std::exp(-dt_s)) * (1 / dt_s - frames_per_s_);
+  // What threatens comes first: it is what the operator waits for.
+  show_hit();
+  publish_state();
+  show_main();
+  show_tool();
+  photograph_alert();
+  photograph_milestones();
+  ++frames_;
+}
+
+/// From where an alert's zone is seen: as it is shown, or from the node that suits it while another is shown.
+HitView ViewerLoop::view_of(const HitSample& hit) const {
+  if (hit_.alert == hit.alert) return hit_;
+  SyntheticViewer alone(config_.hit_view.rule);
+  alone.take({hit.alert, false, eigen(hit.look_at_m), eigen(hit.pgv)});
+  return alone.step(
+      false, state_.wish, [this](const auto& s, const auto& eye_m) { return visible_share(s, eye_m); }, 0.0);
+}
+
+/// Every alert gets its first picture at once, also while another alert's zone is shown.
+void ViewerLoop::show_first(const HitSample& hit) {
+  ViewPainter alone;
+  ViewPainter& painter = hit.alert == hit_.alert ? painters_[static_cast<std::size_t>(View::kHit)] : alone;
+  painter.draw(*renderer_, compositor_.hit_picture(moment(), view_of(hit)), config_.hit_view.format);
+  const std::string encoded = *painter.jpeg(config_.jpeg_quality);
+  alert_to_picture_.record(core::monotonic_ns() - hit.received_ns);
+  const std::lock_guard lock(shared_mutex_);
+  hit_jpegs_[hit.alert] = encoded;
+  while (hit_jpegs_.size() > kHitJpegs) hit_jpegs_.erase(hit_jpegs_.begin());
+}
+
+void ViewerLoop::show_hit() {
+  for (const HitSample& hit : unseen_) show_first(hit);
+  unseen_.clear();
+  ViewOutput& output = page_.view(View::kHit);
+  if (hit_.alert == 0) {
+    output.jpeg.clear();
+    output.image.clear();
+    return;
+  }
+  ViewPainter& painter = painters_[static_cast<std::size_t>(View::kHit)];
+  if (output.followed())
+    painter.draw(*renderer_, compositor_.hit_picture(moment(), hit_), config_.hit_view.format);
+  painter.publish(output, config_.jpeg_quality);
+}
+
+void ViewerLoop::show_main() {
+  ViewOutput& output = page_.view(View::kMain);
+  std::uint64_t wanted = 0;
+  {
+    const std::lock_guard lock(shared_mutex_);
+    if (snapshots_made_ != snapshots_wanted_) wanted = snapshots_wanted_;
+  }
+  ViewPainter& painter = painters_[static_cast<std::size_t>(View::kMain)];
+  if (output.followed() || wanted != 0) {
+    const auto image =
+        painter.draw(*renderer_, compositor_.main_picture(moment(), hit_), config_.main_view.format);
+    if (wanted != 0) {
+      const std::lock_guard lock(shared_mutex_);
+      snapshot_ = image;
+      snapshots_made_ = wanted;
+      snapshot_made_.notify_all();
+    }
+  }
+  painter.publish(output, config_.jpeg_quality);
+}
+
+void ViewerLoop::show_tool() {
+  ViewOutput& output = page_.view(View::kTool);
+  ViewPainter& painter = painters_[static_cast<std::size_t>(View::kTool)];
+  if (!config_.tool_view.enabled || state_.arm.received_ns == 0) return;
+  if (output.followed())
+    painter.draw(*renderer_, compositor_.tool_picture(moment()), config_.tool_view.format);
+  painter.publish(output, config_.jpeg_quality);
+}
+
+/// One a round: fine pictures for the report must not hold up the live ones.
+void ViewerLoop::photograph_alert() {
+  if (unphotographed_.empty()) return;
+  const HitSample hit = unphotographed_.front();
+  unphotographed_.pop_front();
+  const HitView view = view_of(hit);
+  report_.save_hit(hit.alert, node_name(view.node), core::seconds(hit.received_ns - start_ns_), hit.utc_ns,
+                   photograph(compositor_.hit_picture(moment(), view)));
+}
+
+Image ViewerLoop::photograph(Compositor::Picture picture) {
+  PictureFormat format = config_.main_view.format;
+  format.samples = config_.report_samples;
+  picture.hud.recording = false;
+  Image image = renderer_->render(picture.frame, format);
+  draw_hud(image, picture.hud);
+  return image;
+}
+
+void ViewerLoop::photograph_milestones() {
+  if (!report_.wanted()) return;
+  const auto once = [this](bool& saved, bool now, const char* name) {
+    if (saved || !now) return;
+    saved = true;
+    report_.save(name, photograph(compositor_.main_picture(moment(), hit_)));
+  };
+  once(saved_start_, scene_.complete(state_) && state_.arm.received_ns != 0, "main_start");
+  once(saved_hit_, hit_.alert != 0, "main_first_hit");
+  once(saved_contact_, state_.arm.contact, "main_first_contact");
+}
+
+/// Asks for a picture and waits for it. On a server thread.
+std::string ViewerLoop::page_snapshot() {
+  std::shared_ptr<const Image> image;
+  {
+    std::unique_lock lock(shared_mutex_);
+    const std::uint64_t mine = ++snapshots_wanted_;
+    snapshot_made_.wait_for(lock, std::chrono::seconds(2), [&] { return snapshots_made_ >= mine || ended_; });
+    image = snapshot_;
+  }
+  return image ? encode_png(*image) : std::string();
+}
+
+}  // namespace phantom::synthetic_viewer
