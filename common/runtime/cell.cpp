@@ -53,8 +53,10 @@ CellConfig load_cell(const std::filesystem::path& path) {
     }
   }
   cell.profile = read_profile(file.section("profile"), cell.voxel_size_m);
-  for (const auto& object : file.sections("objects"))
+  for (const auto& object : file.sections("objects")) {
     cell.objects.push_back(read_object(object, cell.profile, cell.voxel_size_m));
+    cell.objects.back().id = static_cast<std::uint16_t>(cell.objects.size());
+  }
   for (const auto& arm : file.sections("arms")) cell.arms.push_back(read_arm(arm));
   if (cell.objects.size() > 65534)
     throw file.error("objects", "has too many entries; allowed: at most 65534");

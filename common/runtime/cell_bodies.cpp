@@ -88,19 +88,17 @@ voxel::GridSpec grid_of(const CellConfig& cell) {
   return voxel::grid_over(cell.min_m, cell.max_m, cell.voxel_size_m);
 }
 
-CellBody load_body(const ObjectConfig& object, std::uint16_t id, const CellConfig& cell,
-                   const geometry::MeshImportOptions& limits) {
+CellBody load_body(const ObjectConfig& object, const CellConfig& cell, const geometry::MeshImportOptions& limits) {
   CellBody loaded;
   loaded.mesh_O = load_surface(object, limits, loaded.notes);
   spdlog::debug("object {}: {} triangles from {}", object.name, loaded.mesh_O.triangles.size(),
                 object.solid_O ? "its formula" : object.mesh.string());
-  loaded.body = place_body(object, id, loaded.mesh_O, cell);
+  loaded.body = place_body(object, loaded.mesh_O, cell);
   return loaded;
 }
 
-voxel::Body place_body(const ObjectConfig& object, std::uint16_t id, const geometry::TriangleMesh& mesh_O,
-                       const CellConfig& cell) {
-  voxel::Body body{object.name, id, mesh_O.transformed(object.X_WO), object.profile};
+voxel::Body place_body(const ObjectConfig& object, const geometry::TriangleMesh& mesh_O, const CellConfig& cell) {
+  voxel::Body body{object.name, object.id, mesh_O.transformed(object.X_WO), object.profile};
   if (object.solid_O) body.implicit_W = geometry::implicit_placed(object.solid_O, object.X_WO);
   check_place(object, body.mesh_W, cell);
   return body;
@@ -109,7 +107,7 @@ voxel::Body place_body(const ObjectConfig& object, std::uint16_t id, const geome
 std::vector<CellBody> load_bodies(const CellConfig& cell, const geometry::MeshImportOptions& limits) {
   std::vector<CellBody> bodies(cell.objects.size());
   for_each_object(cell, [&](std::size_t i) {
-    bodies[i] = load_body(cell.objects[i], static_cast<std::uint16_t>(i + 1), cell, limits);
+    bodies[i] = load_body(cell.objects[i], cell, limits);
   });
   std::vector<voxel::LayerProfile> profiles;
   for (const CellBody& body : bodies) profiles.push_back(body.body.profile);
@@ -125,7 +123,7 @@ std::vector<voxel::FieldBody> load_real_bodies(const CellConfig& cell, const geo
     const ObjectConfig& object = cell.objects[i];
     std::vector<std::string> notes;  // wva_server tells them
     const auto mesh = load_surface(object, limits, notes);
-    bodies[i] = {mesh.transformed(object.X_WO * object.X_deviation), static_cast<std::uint16_t>(i + 1)};
+    bodies[i] = {mesh.transformed(object.X_WO * object.X_deviation), object.id};
   });
   return bodies;
 }

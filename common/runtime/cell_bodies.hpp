@@ -24,14 +24,12 @@ voxel::GridSpec grid_of(const CellConfig& cell);
 /// and that the object or its layers lie in the workspace at least partly. Of `limits` the scale and the up-axis are
 /// not used: they are the object's own. Throws ConfigError naming the object's place and what is wrong. Thread-safe, not
 /// real-time safe.
-CellBody load_body(const ObjectConfig& object, std::uint16_t id, const CellConfig& cell,
-                   const geometry::MeshImportOptions& limits = {});
+CellBody load_body(const ObjectConfig& object, const CellConfig& cell, const geometry::MeshImportOptions& limits = {});
 
 /// The body of an object whose surface is loaded already, at the pose that `object` has now; checked as load_body() does.
-voxel::Body place_body(const ObjectConfig& object, std::uint16_t id, const geometry::TriangleMesh& mesh_O,
-                       const CellConfig& cell);
+voxel::Body place_body(const ObjectConfig& object, const geometry::TriangleMesh& mesh_O, const CellConfig& cell);
 
-/// All objects of the cell; object ids are index + 1. Checks also that their profiles fit one palette.
+/// All objects of the cell, in its order. Checks also that their profiles fit one palette.
 std::vector<CellBody> load_bodies(const CellConfig& cell, const geometry::MeshImportOptions& limits = {});
 
 /// The surfaces of the cell's objects where they really stand: model pose · real deviation. Wherever they stand; for the

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -15,6 +16,7 @@ struct CellConfig;
 
 /// A body that stands in the cell: a mesh file, or a solid by formula (`primitive`, `csg`, `implicit`).
 struct ObjectConfig {
+  std::uint16_t id = 0;            ///< in its cell, from 1 in the file's order; 0: in none yet
   std::string name;
   std::string place;               ///< "cell.yaml:12: objects[3]", for messages about what is found later
   std::filesystem::path mesh;      ///< any format that assimp reads; empty for a solid by formula

@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <iostream>
 
 #include "common/dds/participant.hpp"
@@ -12,6 +13,7 @@ int main(int argc, char** argv) {
   using namespace phantom;
   wva_server::ActivateRequest request;
   wva_server::ChangeRequest change;
+  std::filesystem::path changes_file;
   CLI::App *activate = nullptr, *command = nullptr;
   runtime::ProcessDescription description;
   description.name = "wva_server";
@@ -27,6 +29,8 @@ int main(int argc, char** argv) {
       "Example without DDS: wva_server activate --mesh part.stl --scale 0.001 --voxel-size-m 0.005 "
       "--layers 4,4,4,4,4,4 --mu 32,20,13,11,10,9 --export part.nrrd";
   description.add_options = [&](CLI::App& app) {
+    app.add_option("--keep-changes", changes_file,
+                   "keep in this file what commands change, and serve the cell as it was then when started anew");
     activate = app.add_subcommand(
         "activate", "activate one mesh or a cell, export it as NRRD, print a line of JSON; no DDS");
     activate->fallthrough();
@@ -41,14 +45,14 @@ int main(int argc, char** argv) {
     if (activate->parsed()) return wva_server::run_activate(request, config, std::cout);
     const auto deployment = runtime::load_deployment(options);
     if (command->parsed()) return wva_server::run_change(change, deployment.network, std::cout);
-    const auto cell = runtime::load_cell(deployment.cell);
     dds::check_qos_profiles(deployment.network.qos_profiles);
-    auto bodies = runtime::load_bodies(cell, config.mesh_import);
+    auto served = wva_server::load_served_cell(deployment.cell, changes_file, config.mesh_import);
     if (options.check) {
-      std::cout << "configuration is valid: " << bodies.size() << " objects in cell " << cell.name << '\n';
+      std::cout << "configuration is valid: " << served.bodies.size() << " objects in cell " << served.cell.name << '\n';
       return static_cast<int>(runtime::kExitDone);
     }
-    wva_server::run_service(config, deployment.network, cell, std::move(bodies), options.report_dir);
+    served.report_dir = options.report_dir;
+    wva_server::run_service(config, deployment.network, std::move(served));
     return static_cast<int>(runtime::kExitDone);
   };
   return runtime::process_main(argc, argv, description);

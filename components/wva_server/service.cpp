@@ -28,12 +28,12 @@ void warn_of(const ServedObject& object) {
 /// The running server: one cell, served until a stop is requested.
 class Service {
  public:
-  Service(const WvaServerConfig& config, const core::NetworkOptions& network, const runtime::CellConfig& cell,
-          const std::filesystem::path& report_dir)
+  Service(const WvaServerConfig& config, const core::NetworkOptions& network, const ServedCell& served)
       : config_(config),
-        cell_(cell, config.mesh_import),
+        cell_(served.cell, config.mesh_import, served.changes),
         adapter_(network, config.accept_commands),
-        report_dir_(report_dir) {}
+        changes_file_(served.changes_file),
+        report_dir_(served.report_dir) {}
 
   void run(std::vector<runtime::CellBody> bodies) {
     report_progress(0.0, "activating the workspace");
@@ -53,6 +53,7 @@ class Service {
  private:
   bool activate(std::vector<runtime::CellBody> bodies);
   void carry_out(const Request& request);
+  std::string keep_changes();
   voxel::ActivationOptions options(const std::string& doing);
   std::uint64_t next_version() const;
   core::Health health(const std::string& doing, double progress) const;
@@ -63,7 +64,7 @@ class Service {
   const WvaServerConfig& config_;
   LiveCell cell_;
   DdsAdapter adapter_;
-  std::filesystem::path report_dir_;
+  std::filesystem::path changes_file_, report_dir_;
   double build_s_ = 0.0, next_report_s_ = 0.0;
   std::size_t changes_ = 0;
 };
@@ -126,7 +127,8 @@ void Service::carry_out(const Request& request) {
     }
     ++changes_;
     if (command.operation == Operation::kAdd) warn_of(cell_.objects().at(change->id));
-    reply = {Outcome::kDone, change->said, change->id, change->name, change->workspace.version,
+    const std::string said = change->said + keep_changes();
+    reply = {Outcome::kDone, said, change->id, change->name, change->workspace.version,
              change->workspace.changed.size(), change->workspace.removed.size(), 0.0};
   } else {
     reply.outcome = Outcome::kRefused;
@@ -141,6 +143,18 @@ void Service::carry_out(const Request& request) {
     spdlog::warn("refused to {} (asked by {}): {}", doing, request.requester, reply.message);
   }
   report(health("", 1.0));
+}
+
+/// Writes the changes down; returns what there is to say about it.
+std::string Service::keep_changes() {
+  if (changes_file_.empty()) return "";
+  try {
+    write_changes(cell_.changes(), cell_.cell(), changes_file_);
+    return "";
+  } catch (const core::ConfigError& problem) {
+    spdlog::error("{}", problem.what());
+    return std::string("; it will be lost when wva_server ends: ") + problem.what();
+  }
 }
 
 core::Health Service::health(const std::string& doing, double progress) const {
@@ -191,9 +205,26 @@ void Service::leave_report() const {
 
 }  // namespace
 
-void run_service(const WvaServerConfig& config, const core::NetworkOptions& network, const runtime::CellConfig& cell,
-                 std::vector<runtime::CellBody> bodies, const std::filesystem::path& report_dir) {
-  Service(config, network, cell, report_dir).run(std::move(bodies));
+ServedCell load_served_cell(const std::filesystem::path& cell_file, const std::filesystem::path& changes_file,
+                            const geometry::MeshImportOptions& limits) {
+  ServedCell served;
+  served.cell = runtime::load_cell(cell_file);
+  served.changes = no_changes(served.cell);
+  served.changes_file = changes_file;
+  if (!changes_file.empty()) {
+    if (auto kept = read_changes(served.cell, changes_file)) served.changes = std::move(*kept);
+  }
+  apply(served.changes, served.cell);
+  if (!served.changes.objects.empty()) {
+    spdlog::info("differing from the cell file, as commands left them: {} ({})", served.changes.objects.size(),
+                 changes_file.string());
+  }
+  served.bodies = runtime::load_bodies(served.cell, limits);
+  return served;
+}
+
+void run_service(const WvaServerConfig& config, const core::NetworkOptions& network, ServedCell served) {
+  Service(config, network, served).run(std::move(served.bodies));
 }
 
 }  // namespace phantom::wva_server

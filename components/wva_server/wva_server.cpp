@@ -37,8 +37,8 @@ std::string place_text(const geometry::Pose& X_WO) {
   return fmt::format("({:.3f}, {:.3f}, {:.3f}) m", p.x(), p.y(), p.z());
 }
 
-ServedObject served(std::uint16_t id, const runtime::ObjectConfig& config, runtime::CellBody&& body) {
-  ServedObject object{id, config, std::move(body.mesh_O), 0, std::move(body.notes), {}};
+ServedObject served(const runtime::ObjectConfig& config, runtime::CellBody&& body) {
+  ServedObject object{config.id, config, std::move(body.mesh_O), 0, std::move(body.notes), {}};
   object.mesh_hash = object.mesh_O.content_hash();
   return object;
 }
@@ -57,18 +57,18 @@ const char* name_of(Operation operation) {
   return "?";
 }
 
-LiveCell::LiveCell(const runtime::CellConfig& cell, const geometry::MeshImportOptions& limits)
-    : cell_(cell), limits_(limits), live_(runtime::grid_of(cell), cell.merge) {}
+LiveCell::LiveCell(const runtime::CellConfig& cell, const geometry::MeshImportOptions& limits, CellChanges changes)
+    : cell_(cell), limits_(limits), live_(runtime::grid_of(cell), cell.merge), changes_(std::move(changes)) {}
 
 core::Expected<voxel::WorkspaceChange> LiveCell::activate(std::vector<runtime::CellBody> bodies, std::uint64_t version,
                                                           const voxel::ActivationOptions& options,
                                                           const OnObject& on_object) {
   std::map<std::uint16_t, ServedObject> objects;
   std::vector<voxel::LiveBody> live;
-  for (runtime::CellBody& body : bodies) {
-    const runtime::ObjectConfig& config = cell_.objects.at(body.body.id - 1U);
-    live.push_back({&body.body, config.priority});
-    objects.emplace(body.body.id, served(body.body.id, config, std::move(body)));
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const runtime::ObjectConfig& config = cell_.objects.at(i);
+    live.push_back({&bodies[i].body, config.priority});
+    objects.emplace(config.id, served(config, std::move(bodies[i])));
   }
   auto change = live_.add(live, version, options,
                           [&](const voxel::Body& body, const voxel::BodyReport& report, std::size_t done) {
@@ -78,7 +78,6 @@ core::Expected<voxel::WorkspaceChange> LiveCell::activate(std::vector<runtime::C
                           });
   if (!change) return change;
   objects_ = std::move(objects);
-  next_id_ = static_cast<std::uint32_t>(cell_.objects.size()) + 1;
   return change;
 }
 
@@ -116,7 +115,7 @@ core::Expected<std::uint16_t> LiveCell::find(const CellCommand& command) const {
 }
 
 CellChange LiveCell::add(const CellCommand& command, std::uint64_t version, const voxel::ActivationOptions& options) {
-  const runtime::ObjectConfig config = runtime::read_object_text(command.description, cell_);
+  runtime::ObjectConfig config = runtime::read_object_text(command.description, cell_);
   if (config.name.empty() || config.name.size() > kLongestName)
     throw ConfigError(fmt::format("name: has {} bytes; allowed: 1 to {}", config.name.size(), kLongestName));
   for (const auto& [id, object] : objects_) {
@@ -124,17 +123,17 @@ CellChange LiveCell::add(const CellCommand& command, std::uint64_t version, cons
       throw ConfigError(about(config.name, id) + " is there already; move it, or give the new one another name");
   }
   if (!config.mesh.empty()) check_within(config.mesh, cell_.file.parent_path());
-  if (next_id_ > kGreatestId) throw ConfigError("all 65534 object ids were given away; start wva_server anew");
-  const auto id = static_cast<std::uint16_t>(next_id_);
-  runtime::CellBody body = runtime::load_body(config, id, cell_, limits_);
+  if (changes_.next_id > kGreatestId) throw ConfigError("all 65534 object ids were given away; start wva_server anew");
+  const auto id = config.id = static_cast<std::uint16_t>(changes_.next_id);
+  runtime::CellBody body = runtime::load_body(config, cell_, limits_);
   const voxel::LiveBody added[] = {{&body.body, config.priority}};
   voxel::WorkspaceChange change = value_or_throw(live_.add(added, version, options));
-  ServedObject object = served(id, config, std::move(body));
+  ServedObject object = served(config, std::move(body));
   object.report = change.reports.front();
   const std::string said =
       fmt::format("added {} at {}: {}", about(config.name, id), place_text(config.X_WO), describe(object));
   objects_.emplace(id, std::move(object));
-  ++next_id_;
+  changes_.note_added(id, config.name, command.description);
   return {id, config.name, said, std::move(change)};
 }
 
@@ -143,10 +142,11 @@ CellChange LiveCell::move(const CellCommand& command, std::uint64_t version, con
   runtime::ObjectConfig config = object.config;
   config.X_WO = command.X_WO;
   config.place = cell_.name;
-  const voxel::Body body = runtime::place_body(config, object.id, object.mesh_O, cell_);
+  const voxel::Body body = runtime::place_body(config, object.mesh_O, cell_);
   voxel::WorkspaceChange change = value_or_throw(live_.move(body, version, options));
   object.report = change.reports.front();
   object.config.X_WO = command.X_WO;
+  changes_.note_moved(object.id, config.name, command.X_WO);
   return {object.id, config.name,
           fmt::format("moved {} to {}", about(config.name, object.id), place_text(command.X_WO)), std::move(change)};
 }
@@ -157,6 +157,7 @@ CellChange LiveCell::remove(const CellCommand& command, std::uint64_t version,
   voxel::WorkspaceChange change = value_or_throw(live_.remove(id, version, options));
   const std::string name = objects_.at(id).config.name;
   objects_.erase(id);
+  changes_.note_removed(id, name);
   return {id, name, "removed " + about(name, id), std::move(change)};
 }
 

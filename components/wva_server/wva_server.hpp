@@ -9,6 +9,7 @@
 #include "common/geometry/mesh_io.hpp"
 #include "common/runtime/cell_bodies.hpp"
 #include "common/voxel/live_workspace.hpp"
+#include "components/wva_server/cell_changes.hpp"
 
 namespace phantom::wva_server {
 
@@ -46,8 +47,11 @@ struct CellChange {
 /// that is added. One thread; not real-time safe.
 class LiveCell {
  public:
-  /// `limits`: for the meshes of objects that will be added.
-  LiveCell(const runtime::CellConfig& cell, const geometry::MeshImportOptions& limits);
+  /// `limits`: for the meshes of objects that will be added. `changes`: those that `cell` has already.
+  LiveCell(const runtime::CellConfig& cell, const geometry::MeshImportOptions& limits, CellChanges changes);
+  /// A cell as its file has it.
+  LiveCell(const runtime::CellConfig& cell, const geometry::MeshImportOptions& limits)
+      : LiveCell(cell, limits, no_changes(cell)) {}
 
   /// Called after each object with how many are done.
   using OnObject = std::function<void(const ServedObject& object, std::size_t done)>;
@@ -58,7 +62,10 @@ class LiveCell {
   core::Expected<CellChange> apply(const CellCommand& command, std::uint64_t version,
                                    const voxel::ActivationOptions& options);
 
+  /// The cell as it was when it was activated.
   const runtime::CellConfig& cell() const { return cell_; }
+  /// How the cell differs now from its file.
+  const CellChanges& changes() const { return changes_; }
   const std::map<std::uint16_t, ServedObject>& objects() const { return objects_; }
   const voxel::Workspace& workspace() const { return live_.workspace(); }
   std::uint64_t content_hash() const { return live_.content_hash(); }
@@ -75,7 +82,7 @@ class LiveCell {
   geometry::MeshImportOptions limits_;
   voxel::LiveWorkspace live_;
   std::map<std::uint16_t, ServedObject> objects_;
-  std::uint32_t next_id_ = 1;
+  CellChanges changes_;
 };
 
 /// One line for the log: what an object's activation found.

@@ -209,8 +209,9 @@ TEST_F(CellObjects, EachFaultOfAProfileIsNamed) {
 }
 
 TEST_F(CellObjects, BodiesByFormulaCarryFormulaAndSurface) {
-  const ObjectConfig object = read("primitive: {box: {size_m: [0.2, 0.2, 0.2]}}\npose: {xyz_m: [0.5, 0, 0]}");
-  const CellBody body = load_body(object, 7, cell_);
+  ObjectConfig object = read("primitive: {box: {size_m: [0.2, 0.2, 0.2]}}\npose: {xyz_m: [0.5, 0, 0]}");
+  object.id = 7;
+  const CellBody body = load_body(object, cell_);
   EXPECT_EQ(body.body.id, 7);
   EXPECT_NEAR(body.body.implicit_W->value({0.5, 0, 0}), -0.1, 1e-12);
   EXPECT_NEAR(geometry::enclosed_volume_m3(body.mesh_O), 0.008, 1e-6);
@@ -221,7 +222,7 @@ TEST_F(CellObjects, BodiesByFormulaCarryFormulaAndSurface) {
 TEST_F(CellObjects, BodiesThatCannotBeAreRefusedByName) {
   const auto refusal = [&](const std::string& shape) {
     try {
-      load_body(read(shape), 1, cell_);
+      load_body(read(shape), cell_);
     } catch (const ConfigError& error) {
       return std::string(error.what());
     }

@@ -1,0 +1,168 @@
+#include "components/wva_server/cell_changes.hpp"
+
+#include <fcntl.h>
+#include <spdlog/fmt/fmt.h>
+#include <unistd.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "common/runtime/config_reader.hpp"
+
+namespace phantom::wva_server {
+namespace {
+
+using core::ConfigError;
+
+/// FNV-1a 64 of the cell file's bytes.
+std::string file_mark(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::uint64_t hash = 0xcbf29ce484222325ULL;
+  for (std::istreambuf_iterator<char> byte(stream), end; byte != end; ++byte)
+    hash = (hash ^ static_cast<unsigned char>(*byte)) * 0x100000001b3ULL;
+  return fmt::format("{:016x}", hash);
+}
+
+auto find_object(runtime::CellConfig& cell, std::uint16_t id) {
+  return std::find_if(cell.objects.begin(), cell.objects.end(), [id](const auto& object) { return object.id == id; });
+}
+
+ConfigError misfit(const ObjectChange& change, const runtime::CellConfig& cell) {
+  return ConfigError(fmt::format("the kept changes name '{}' (object {}), which cell {} does not have", change.name,
+                                 change.id, cell.name));
+}
+
+/// Row by row: a rotation matrix is kept to the last bit, so that the workspace is the same.
+nlohmann::json pose_json(const geometry::Pose& X) {
+  nlohmann::json rotation = nlohmann::json::array();
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column) rotation.push_back(X.rotation(row, column));
+  return {{"xyz_m", {X.translation_m.x(), X.translation_m.y(), X.translation_m.z()}}, {"rotation", rotation}};
+}
+
+geometry::Pose read_pose(const runtime::ConfigReader& reader) {
+  geometry::Pose X;
+  X.translation_m = reader.vector3("xyz_m");
+  const auto rotation = reader.numbers("rotation", {-1.000001, 1.000001, ""});
+  if (rotation.size() != 9) throw reader.error("rotation", "needs nine numbers, a rotation matrix row by row");
+  for (int i = 0; i < 9; ++i) X.rotation(i / 3, i % 3) = rotation[static_cast<std::size_t>(i)];
+  const bool turns = (X.rotation * X.rotation.transpose()).isIdentity(1e-9) && X.rotation.determinant() > 0;
+  if (!turns) throw reader.error("rotation", "is no rotation matrix");
+  return X;
+}
+
+ObjectChange read_change(const runtime::ConfigReader& reader) {
+  ObjectChange change;
+  change.id = static_cast<std::uint16_t>(reader.integer("id", {1, 65534, ""}));
+  change.name = reader.text("name");
+  change.description = reader.text("added", "");
+  change.removed = reader.flag("removed", false);
+  if (reader.has("moved")) change.X_WO = read_pose(reader.section("moved"));
+  return change;
+}
+
+void replace_file(const std::filesystem::path& file, const std::string& text) {
+  const std::filesystem::path fresh = file.string() + ".new";
+  const int fd = open(fresh.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  bool ok = fd >= 0;
+  for (std::size_t at = 0; ok && at < text.size();) {
+    const ssize_t count = write(fd, text.data() + at, text.size() - at);
+    ok = count > 0;
+    if (ok) at += static_cast<std::size_t>(count);
+  }
+  ok = ok && fsync(fd) == 0;
+  const int problem = errno;
+  if (fd >= 0) close(fd);
+  if (ok && std::rename(fresh.c_str(), file.c_str()) == 0) return;
+  const std::string reason = std::strerror(ok ? errno : problem);
+  unlink(fresh.c_str());
+  throw ConfigError(file.string() + ": the cell's changes cannot be kept: " + reason);
+}
+
+}  // namespace
+
+ObjectChange CellChanges::take(std::uint16_t id, const std::string& name) {
+  ObjectChange change{id, name, {}, {}, false};
+  const auto found = std::find_if(objects.begin(), objects.end(), [id](const auto& known) { return known.id == id; });
+  if (found == objects.end()) return change;
+  change = std::move(*found);
+  objects.erase(found);
+  return change;
+}
+
+void CellChanges::note_added(std::uint16_t id, const std::string& name, const std::string& description) {
+  objects.push_back({id, name, description, {}, false});
+  next_id = std::max(next_id, id + 1U);
+}
+
+void CellChanges::note_moved(std::uint16_t id, const std::string& name, const geometry::Pose& X_WO) {
+  ObjectChange change = take(id, name);
+  change.X_WO = X_WO;
+  objects.push_back(std::move(change));
+}
+
+void CellChanges::note_removed(std::uint16_t id, const std::string& name) {
+  if (!take(id, name).description.empty()) return;  // it came by command and is gone
+  objects.push_back({id, name, {}, {}, true});
+}
+
+CellChanges no_changes(const runtime::CellConfig& cell) {
+  CellChanges changes;
+  for (const runtime::ObjectConfig& object : cell.objects) changes.next_id = std::max(changes.next_id, object.id + 1U);
+  return changes;
+}
+
+void apply(const CellChanges& changes, runtime::CellConfig& cell) {
+  for (const ObjectChange& change : changes.objects) {
+    runtime::ObjectConfig object;
+    if (change.description.empty()) {
+      const auto found = find_object(cell, change.id);
+      if (found == cell.objects.end() || found->name != change.name) throw misfit(change, cell);
+      object = std::move(*found);
+      cell.objects.erase(found);
+    } else {
+      object = runtime::read_object_text(change.description, cell);
+      object.id = change.id;
+    }
+    if (change.removed) continue;
+    if (change.X_WO) object.X_WO = *change.X_WO;
+    cell.objects.push_back(std::move(object));
+  }
+}
+
+void write_changes(const CellChanges& changes, const runtime::CellConfig& cell, const std::filesystem::path& file) {
+  nlohmann::json objects = nlohmann::json::array();
+  for (const ObjectChange& change : changes.objects) {
+    nlohmann::json object = {{"id", change.id}, {"name", change.name}};
+    if (!change.description.empty()) object["added"] = change.description;
+    if (change.X_WO) object["moved"] = pose_json(*change.X_WO);
+    if (change.removed) object["removed"] = true;
+    objects.push_back(std::move(object));
+  }
+  const nlohmann::json all = {{"cell", cell.name}, {"cell_file", file_mark(cell.file)}, {"next_id", changes.next_id}, {"objects", objects}};
+  replace_file(file, all.dump(1) + '\n');
+}
+
+std::optional<CellChanges> read_changes(const runtime::CellConfig& cell, const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  const auto reader = runtime::ConfigReader::from_file(file);
+  CellChanges changes;
+  changes.next_id = static_cast<std::uint32_t>(reader.integer("next_id", {1, 65535, ""}));
+  for (const auto& object : reader.sections("objects")) changes.objects.push_back(read_change(object));
+  const std::string cell_name = reader.text("cell"), mark = reader.text("cell_file");
+  reader.finish();
+  if (cell_name != cell.name || mark != file_mark(cell.file)) {
+    throw ConfigError(fmt::format(
+        "{}: was kept for cell {} as its file was then, and {} is another or was changed since; remove the first to serve the cell as "
+        "its file has it now",
+        file.string(), cell_name, cell.file.string()));
+  }
+  return changes;
+}
+
+}  // namespace phantom::wva_server
