@@ -1,5 +1,7 @@
 #include "common/diagnostics/text.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 
 namespace phantom::diagnostics {
@@ -11,6 +13,7 @@ constexpr std::size_t kWidest = 110;  // columns of what is put on one line
 constexpr std::size_t kRun = 4;       // equal neighbours that are counted instead of written
 
 std::string scalar(const Json& value) {
+  if (value.is_number_float()) return fmt::format("{:.9g}", value.get<double>());
   if (value.is_string()) {
     const auto& text = value.get_ref<const std::string&>();
     return text.empty() ? "\"\"" : text.find('\n') == std::string::npos ? text : to_line(value);
@@ -53,19 +56,30 @@ std::string on_a_line(const Json& value) {
 
 void append(const Json& value, std::size_t indent, std::string& text);
 
-void append_item(const std::string& head, const Json& value, std::size_t indent, std::string& text) {
+void append_member(const std::string& name, const Json& value, std::size_t indent, std::string& text) {
   const std::string line = on_a_line(value);
-  text += std::string(indent, ' ') + head + (line.empty() ? "" : " " + line) + "\n";
+  text += std::string(indent, ' ') + name + (line.empty() ? ":" : ": " + line) + "\n";
   if (line.empty()) append(value, indent + 2, text);
+}
+
+void append_element(const Json& value, std::size_t indent, std::string& text) {
+  const std::string line = on_a_line(value);
+  const std::size_t begin = text.size();
+  if (line.empty()) {
+    append(value, indent + 2, text);
+  } else {
+    text += std::string(indent + 2, ' ') + line + "\n";
+  }
+  text[begin + indent] = '-';
 }
 
 void append(const Json& value, std::size_t indent, std::string& text) {
   if (value.is_primitive()) {
     text += std::string(indent, ' ') + scalar(value) + "\n";
   } else if (value.is_array()) {
-    for (const Json& item : value) append_item("-", item, indent, text);
+    for (const Json& item : value) append_element(item, indent, text);
   } else {
-    for (const auto& [name, item] : value.items()) append_item(name + ":", item, indent, text);
+    for (const auto& [name, item] : value.items()) append_member(name, item, indent, text);
   }
 }
 

@@ -7,7 +7,8 @@
 namespace phantom::diagnostics {
 
 /// A decoded sample for a person, in the manner of YAML: a member a line, small structs and lists of numbers
-/// on one line, four or more equal neighbours of a list as "0 (×9)". Ends with a line feed. `indent` is in
+/// on one line, four or more equal neighbours of a list as "0 (×9)",
+/// numbers to nine digits. Ends with a line feed. `indent` is in
 /// columns.
 std::string to_text(const nlohmann::ordered_json& sample, std::size_t indent = 0);
 

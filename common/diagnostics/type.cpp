@@ -1,5 +1,7 @@
 #include "common/diagnostics/type.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <set>
 
 namespace phantom::diagnostics {
@@ -38,6 +40,14 @@ std::string bounded(const std::string& of, std::uint32_t bound) {
   return bound == 0 ? of : of + ", " + std::to_string(bound);
 }
 
+const Type& scalar_of(const Type& type) {
+  return type.kind == Kind::kArray ? scalar_of(*type.element) : type;
+}
+
+std::string dimensions(const Type& type) {
+  return type.kind == Kind::kArray ? fmt::format("[{}]{}", type.bound, dimensions(*type.element)) : "";
+}
+
 void append_idl(const Type& type, std::set<std::string>& done, std::string& text) {
   if (type.element) append_idl(*type.element, done, text);
   if ((type.kind != Kind::kStruct && type.kind != Kind::kEnum) || !done.insert(type.name).second) return;
@@ -46,7 +56,8 @@ void append_idl(const Type& type, std::set<std::string>& done, std::string& text
   for (const Literal& literal : type.literals)
     text += "  " + literal.name + ",  // " + std::to_string(literal.value) + "\n";
   for (const Member& member : type.members)
-    text += std::string(member.key ? "  @key " : "  ") + idl_name(*member.type) + " " + member.name + ";\n";
+    text += (member.key ? "  @key " : "  ") + idl_name(scalar_of(*member.type)) + " " + member.name +
+            dimensions(*member.type) + ";\n";
   text += "};\n";
 }
 
@@ -102,7 +113,7 @@ std::string idl_name(const Type& type) {
     case Kind::kSequence:
       return "sequence<" + bounded(idl_name(*type.element), type.bound) + ">";
     case Kind::kArray:
-      return idl_name(*type.element) + "[" + std::to_string(type.bound) + "]";
+      return idl_name(scalar_of(type)) + dimensions(type);
     default:
       return primitive_name(type.kind);
   }

@@ -58,10 +58,12 @@ std::size_t primitive_size(Kind kind);
 /// against.
 std::size_t least_size(const Type& type);
 
-/// The type in the words of IDL: "sequence<phantom::msg::Figure, 32>", "double[16]", "string<64>".
+/// The type in the words of IDL: "sequence<phantom::msg::Figure, 32>", "double[16]",
+/// "string<64>".
 std::string idl_name(const Type& type);
 
-/// The struct with its members, and every struct and enum that it uses before it, as IDL.
+/// The struct with its members, and every struct and enum that it uses before it, in the manner of IDL (with
+/// scoped names instead of modules).
 std::string idl_text(const Type& type);
 
 }  // namespace phantom::diagnostics

@@ -127,6 +127,9 @@ struct Observer::Ear : edds::DomainParticipantListener {
     const std::lock_guard lock(mutex);
     if (listener != nullptr) what(*listener);
   }
+  static bool is_own(const edds::DomainParticipant* participant, const rtps::GUID_t& endpoint) {
+    return participant != nullptr && participant->guid().guidPrefix == endpoint.guidPrefix;
+  }
 
   void on_participant_discovery(edds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& info) override {
     using Status = rtps::ParticipantDiscoveryInfo;
@@ -136,7 +139,8 @@ struct Observer::Ear : edds::DomainParticipantListener {
                                                                                : Presence::kLost;
     tell([&](DiscoveryListener& to) { to.on_participant(info_of(info.info), presence); });
   }
-  void on_publisher_discovery(edds::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) override {
+  void on_publisher_discovery(edds::DomainParticipant* participant, rtps::WriterDiscoveryInfo&& info) override {
+    if (is_own(participant, info.info.guid())) return;
     using Status = rtps::WriterDiscoveryInfo;
     auto endpoint = endpoint_info(info.info, true);
     endpoint.qos.lifespan_ns = duration_ns(info.info.m_qos.m_lifespan.duration);
@@ -146,7 +150,8 @@ struct Observer::Ear : edds::DomainParticipantListener {
                                                                           : Presence::kLeft;
     tell([&](DiscoveryListener& to) { to.on_endpoint(endpoint, presence); });
   }
-  void on_subscriber_discovery(edds::DomainParticipant*, rtps::ReaderDiscoveryInfo&& info) override {
+  void on_subscriber_discovery(edds::DomainParticipant* participant, rtps::ReaderDiscoveryInfo&& info) override {
+    if (is_own(participant, info.info.guid())) return;
     using Status = rtps::ReaderDiscoveryInfo;
     auto endpoint = endpoint_info(info.info, false);
     endpoint.qos.representations = representations(info.info.m_qos.representation);

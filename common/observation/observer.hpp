@@ -16,7 +16,7 @@ enum class Presence {
   kLost   ///< participants: silent for its lease
 };
 
-/// Who is there, as discovery tells it. Calls come from middleware threads, one at a time for one
+/// Who else is there, as discovery tells it. Calls come from middleware threads, one at a time for one
 /// participant: copy and return; do not block, throw, or make or end DDS entities. Of what left, only the
 /// guid is meant. A participant's endpoints may come before it and may go without a word when it goes.
 class DiscoveryListener {

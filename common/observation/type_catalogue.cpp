@@ -37,11 +37,12 @@ std::map<types::MemberId, types::DynamicTypeMember*> members_of(const types::Dyn
   return members;
 }
 
-TypePtr described(const types::DynamicType_ptr& dynamic);
+// `scope` is that of the topic's type, "phantom::msg::": descriptions of what it uses come without theirs.
+TypePtr described(const types::DynamicType_ptr& dynamic, const std::string& scope);
 
 // double x[2][3] is an array of two arrays of three.
-TypePtr array_of(const types::TypeDescriptor& descriptor) {
-  TypePtr inner = described(descriptor.get_element_type());
+TypePtr array_of(const types::TypeDescriptor& descriptor, const std::string& scope) {
+  TypePtr inner = described(descriptor.get_element_type(), scope);
   for (std::uint32_t i = descriptor.get_bounds_size(); i-- > 0;) {
     Type array{.kind = Kind::kArray, .element = inner, .bound = descriptor.get_bounds(i)};
     inner = std::make_shared<Type>(std::move(array));
@@ -49,7 +50,7 @@ TypePtr array_of(const types::TypeDescriptor& descriptor) {
   return inner;
 }
 
-TypePtr described(const types::DynamicType_ptr& dynamic) {
+TypePtr described(const types::DynamicType_ptr& dynamic, const std::string& scope) {
   if (dynamic == nullptr) throw std::logic_error("a member without a type");
   const types::TypeDescriptor& descriptor = *dynamic->get_type_descriptor();
   const types::TypeKind kind = dynamic->get_kind();
@@ -57,17 +58,18 @@ TypePtr described(const types::DynamicType_ptr& dynamic) {
     return std::make_shared<Type>(Type{.kind = primitive->second});
   Type type;
   type.name = dynamic->get_name();
+  if (type.name.find("::") == std::string::npos) type.name.insert(0, scope);
   switch (kind) {
     case types::TK_ALIAS:
-      return described(descriptor.get_base_type());
+      return described(descriptor.get_base_type(), scope);
     case types::TK_ARRAY:
-      return array_of(descriptor);
+      return array_of(descriptor, scope);
     case types::TK_STRING8:
     case types::TK_SEQUENCE:
       type.kind = kind == types::TK_SEQUENCE ? Kind::kSequence : Kind::kString;
       type.name.clear();
       type.bound = descriptor.get_bounds();
-      if (kind == types::TK_SEQUENCE) type.element = described(descriptor.get_element_type());
+      if (kind == types::TK_SEQUENCE) type.element = described(descriptor.get_element_type(), scope);
       break;
     case types::TK_ENUM:
       type.kind = Kind::kEnum;
@@ -76,8 +78,8 @@ TypePtr described(const types::DynamicType_ptr& dynamic) {
     case types::TK_STRUCTURE:
       type.kind = Kind::kStruct;
       for (const auto& [id, member] : members_of(dynamic)) {
-        type.members.push_back(
-            {member->get_name(), described(member->get_descriptor()->get_type()), member->key_annotation()});
+        type.members.push_back({member->get_name(), described(member->get_descriptor()->get_type(), scope),
+                                member->key_annotation()});
       }
       break;
     default:
@@ -98,7 +100,9 @@ TypePtr looked_up(const std::string& name) {
   const auto* identifier = factory->get_type_identifier(name, true);
   const auto* object = factory->get_type_object(name, true);
   if (identifier == nullptr || object == nullptr) return nullptr;
-  return described(factory->build_dynamic_type(name, identifier, object));
+  const auto scope_end = name.rfind("::");
+  const std::string scope = scope_end == std::string::npos ? "" : name.substr(0, scope_end + 2);
+  return described(factory->build_dynamic_type(name, identifier, object), scope);
 }
 
 }  // namespace

@@ -87,6 +87,9 @@ std::map<std::string, std::vector<const ParticipantInfo*>> by_host(const ReportI
   return hosts;
 }
 
+/// Fast DDS announces "name:number of the machine"; people know it by the name.
+std::string host_name(const std::string& announced) { return announced.substr(0, announced.find(':')); }
+
 std::string counted(std::size_t count, const char* what) {
   return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
@@ -137,7 +140,7 @@ std::string topology_text(const ReportInput& input) {
                   counted(topics.size(), "topic"), counted(static_cast<std::size_t>(writers), "writer"),
                   counted(graph.endpoints().size() - static_cast<std::size_t>(writers), "reader"));
   for (const auto& [host, participants] : hosts) {
-    text += "\nhost " + host + "\n";
+    text += fmt::format("\nhost {}\n", host_name(host));
     for (const auto* participant : participants) {
       std::set<std::string> locators(participant->locators.begin(), participant->locators.end());
       text +=

@@ -75,6 +75,10 @@ void Stream::take_latency(const SampleFacts& sample) {
   latencies_.record(std::max<core::Nanoseconds>(latency_ns, 0));
 }
 
+void Stream::take_number(std::uint64_t sequence_number) {
+  last_number_ = std::max(last_number_, sequence_number);
+}
+
 void Stream::forget_sequence() {
   last_number_ = 0;
   last_stamp_.reset();

@@ -62,6 +62,8 @@ struct Arrival {
 class Stream {
  public:
   Arrival take(const SampleFacts& sample);
+  /// A write without a sample (its instance is gone): takes a number, too.
+  void take_number(std::uint64_t sequence_number);
   /// The next sample's number is not compared: the reader was made anew and may have missed some.
   void forget_sequence();
   StreamFigures figures() const;

@@ -100,6 +100,7 @@ void SystemView::on_sample(const HeardSample& sample) {
   HeardWriter& heard = writer(sample);
   const core::Nanoseconds utc_ns = sample.facts.received_utc_ns;
   if (sample.gone) {
+    heard.stream.take_number(sample.facts.sequence_number);
     say(EventKind::kInstanceGone, utc_ns, sample.topic, graph_.who(sample.writer),
         "an instance is disposed of or has no writer any more");
     return;

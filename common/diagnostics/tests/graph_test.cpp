@@ -1,0 +1,79 @@
+#include "common/diagnostics/graph.hpp"
+
+#include <gtest/gtest.h>
+
+namespace phantom::diagnostics {
+namespace {
+
+Guid guid(std::uint8_t participant, std::uint8_t entity) {
+  Guid g{1, 15, 9, 9, 7, 7};
+  g[11] = participant;
+  g[14] = entity;
+  g[15] = entity == 1 ? 0xc1 : 0x03;
+  return g;
+}
+
+EndpointInfo end(std::uint8_t participant, std::uint8_t entity, bool writer, const std::string& topic,
+                 const std::string& type = "T") {
+  EndpointInfo info;
+  info.guid = guid(participant, entity);
+  info.writer = writer;
+  info.topic = topic;
+  info.type = type;
+  return info;
+}
+
+ParticipantInfo member(std::uint8_t number, const std::string& name, const std::string& process) {
+  ParticipantInfo info;
+  info.guid = guid(number, 1);
+  info.name = name;
+  info.process = process;
+  return info;
+}
+
+TEST(Graph, AParticipantGoesWithItsEndpoints) {
+  Graph graph;
+  graph.put(member(1, "slave_io", "42"));
+  graph.put(member(2, "viewer", ""));
+  graph.put(end(1, 2, true, "slave_state"));
+  graph.put(end(2, 2, false, "slave_state"));
+  EXPECT_EQ(graph.who(guid(1, 2)), "slave_io (process 42)");
+  EXPECT_EQ(graph.who(guid(2, 2)), "viewer");
+  graph.remove(guid(1, 1));
+  EXPECT_EQ(graph.participants().size(), 1u);
+  ASSERT_EQ(graph.endpoints().size(), 1u);
+  EXPECT_EQ(graph.endpoints().begin()->first, guid(2, 2));
+  EXPECT_EQ(graph.who(guid(1, 2)), "01.0f.09.09.07.07.00.00.00.00.00.01|00.00.01.c1");
+  graph.remove(guid(2, 2));
+  EXPECT_TRUE(graph.endpoints().empty());
+}
+
+TEST(Graph, OnlyEndsOfOneTopicCanDisagree) {
+  Graph graph;
+  graph.put(end(1, 2, true, "a"));
+  graph.put(end(2, 2, false, "b", "Other"));
+  EXPECT_TRUE(graph.disagreements().empty());
+  graph.put(end(2, 3, false, "a", "Other"));
+  const auto found = graph.disagreements();
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].reasons.at(0).policy, "type");
+  EXPECT_EQ(found[0].reasons.at(0).offered, "T");
+  EXPECT_EQ(found[0].reasons.at(0).requested, "Other");
+}
+
+TEST(Graph, AKeyAtOneEndOnlyIsADisagreement) {
+  auto reader = end(2, 2, false, "a");
+  reader.keyed = true;
+  EXPECT_EQ(mismatches(end(1, 2, true, "a"), reader).at(0).policy, "key");
+}
+
+TEST(Guid, TellsHostAndParticipant) {
+  EXPECT_TRUE(same_host(guid(1, 2), guid(2, 3)));
+  Guid elsewhere = guid(1, 2);
+  elsewhere[3] = 1;
+  EXPECT_FALSE(same_host(guid(1, 2), elsewhere));
+  EXPECT_EQ(participant_of(guid(3, 2)), guid(3, 1));
+}
+
+}  // namespace
+}  // namespace phantom::diagnostics

@@ -1,0 +1,149 @@
+#include "common/observation/payload_reader.hpp"
+
+#include <gtest/gtest.h>
+
+#include <mutex>
+#include <optional>
+
+#include "common/dds/cdr.hpp"
+#include "common/dds/endpoint.hpp"
+#include "common/dds/stamp.hpp"
+#include "common/dds/tests/test_network.hpp"
+#include "common/observation/payload_writer.hpp"
+
+namespace phantom::observation {
+namespace {
+
+struct Notes : PayloadListener {
+  struct Sample {
+    std::vector<std::uint8_t> bytes;
+    std::uint64_t number;
+    core::Nanoseconds source_ns;
+  };
+  std::mutex mutex;
+  std::vector<Sample> samples;
+  int lost = 0, back = 0;
+
+  void on_payload(const Payload& payload) override {
+    const std::lock_guard lock(mutex);
+    samples.push_back(
+        {{payload.bytes.begin(), payload.bytes.end()}, payload.sequence_number, payload.source_ns});
+  }
+  void on_liveliness(const diagnostics::Guid&, bool alive) override {
+    const std::lock_guard lock(mutex);
+    ++(alive ? back : lost);
+  }
+  std::size_t count() {
+    const std::lock_guard lock(mutex);
+    return samples.size();
+  }
+};
+
+const PayloadTopic kSlaveTopic{"slave_state", "phantom::msg::SlaveState", false};
+
+TEST(PayloadReader, KeepsTheBytesThatATypedWriterWrote) {
+  dds::Participant there("there", dds::test_network()), here("here", dds::test_network());
+  Notes notes;
+  PayloadReader reader(here, kSlaveTopic, {}, notes);
+  dds::Writer<msg::SlaveState> writer(there, dds::kSlaveState);
+  ASSERT_TRUE(dds::eventually([&] { return writer.matched() == 1 && reader.matched() == 1; }));
+  msg::SlaveState state;
+  state.position_rad()[3] = 0.75;
+  ASSERT_TRUE(dds::eventually([&] {
+    writer.write(state);
+    return notes.count() >= 3;
+  }));
+  const std::lock_guard lock(notes.mutex);
+  std::vector<std::uint8_t> expected;
+  ASSERT_TRUE(dds::CdrCodec(dds::kSlaveState).encode(&state, expected));
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(notes.samples[i].bytes, expected);
+    EXPECT_GT(notes.samples[i].source_ns, 0);
+    if (i > 0) {
+      EXPECT_GT(notes.samples[i].number, notes.samples[i - 1].number);
+    }
+  }
+}
+
+TEST(PayloadReader, GetsWhatAKeyedDurableWriterKeptForLateJoiners) {
+  dds::Participant there("there", dds::test_network()), here("here", dds::test_network());
+  dds::Writer<msg::WorkspaceObject> writer(there, dds::kWorkspaceObject);
+  msg::WorkspaceObject object;
+  for (std::uint16_t id = 1; id <= 300; ++id) {
+    object.id(id);
+    ASSERT_TRUE(writer.write(object));
+  }
+  Notes notes;
+  PayloadReader reader(here, {"workspace_object", "phantom::msg::WorkspaceObject", true},
+                       {.reliable = true, .transient_local = true, .depth = 0}, notes);
+  EXPECT_TRUE(dds::eventually([&] { return notes.count() == 300; }));
+  EXPECT_EQ(reader.rejected(), 0u);
+}
+
+TEST(PayloadReader, ReadsEveryPartition) {
+  dds::Participant there("there", dds::test_network()), here("here", dds::test_network());
+  Notes notes;
+  PayloadReader reader(here, {"acme", "acme::Note", false}, {}, notes);
+  diagnostics::EndpointQos apart;
+  apart.partitions = {"cell_7"};
+  PayloadWriter writer(there, {"acme", "acme::Note", false}, apart, 1);
+  const std::vector<std::uint8_t> bytes{0, 1, 0, 0, 5, 6, 7, 8};
+  ASSERT_TRUE(dds::eventually([&] {
+    writer.write(bytes);
+    return notes.count() > 0;
+  }));
+  EXPECT_EQ(notes.samples.front().bytes, bytes);
+}
+
+TEST(PayloadReader, TellsAWriterThatStopsProvingThatItLives) {
+  dds::Participant there("there", dds::test_network()), here("here", dds::test_network());
+  Notes notes;
+  PayloadReader reader(here, kSlaveTopic,
+                       {.liveliness = diagnostics::Liveliness::kManualByTopic, .lease_ns = 200'000'000},
+                       notes);
+  dds::Writer<msg::SlaveState> writer(there, dds::kSlaveState);
+  ASSERT_TRUE(dds::eventually([&] { return writer.matched() == 1; }));
+  msg::SlaveState state;
+  const auto in_notes = [&](int Notes::*count) {
+    const std::lock_guard lock(notes.mutex);
+    return notes.*count;
+  };
+  ASSERT_TRUE(dds::eventually([&] {
+    writer.write(state);
+    return in_notes(&Notes::back) >= 1;
+  }));
+  EXPECT_TRUE(dds::eventually([&] { return in_notes(&Notes::lost) >= 1; })) << "nothing written any more";
+}
+
+TEST(PayloadReader, CanGoWhileSamplesCome) {
+  dds::Participant there("there", dds::test_network()), here("here", dds::test_network());
+  dds::Writer<msg::SlaveState> writer(there, dds::kSlaveState);
+  msg::SlaveState state;
+  for (int i = 0; i < 5; ++i) {
+    std::optional<Notes> notes(std::in_place);
+    std::optional<PayloadReader> reader(std::in_place, here, kSlaveTopic, PayloadQos{}, *notes);
+    ASSERT_TRUE(dds::eventually([&] {
+      writer.write(state);
+      return notes->count() > 0;
+    }));
+    reader.reset();
+    notes.reset();
+    for (int more = 0; more < 10; ++more) writer.write(state);
+  }
+}
+
+TEST(PayloadReader, ATopicOfAnotherTypeInThisParticipantIsRefusedInWords) {
+  dds::Participant here("here", dds::test_network());
+  Notes notes;
+  PayloadReader first(here, kSlaveTopic, {}, notes);
+  try {
+    PayloadReader second(here, {"slave_state", "acme::Note", false}, {}, notes);
+    FAIL();
+  } catch (const dds::DdsError& problem) {
+    EXPECT_NE(std::string(problem.what()).find("slave_state"), std::string::npos);
+    EXPECT_NE(std::string(problem.what()).find("acme::Note"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace phantom::observation

@@ -1,0 +1,41 @@
+#include "components/dds_spy/config.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "common/core/errors.hpp"
+
+namespace phantom::dds_spy {
+namespace {
+
+std::filesystem::path file_with(const std::string& text) {
+  const auto path =
+      std::filesystem::temp_directory_path() / ("dds_spy_config_" + std::to_string(::getpid()) + ".yaml");
+  std::ofstream(path) << text;
+  return path;
+}
+
+TEST(Config, TheShippedFileSaysTheDefaults) {
+  const Config shipped = load_config(PHANTOM_SOURCE_DIR "/components/dds_spy/dds_spy.yaml"), none;
+  EXPECT_EQ(shipped.discovery_s, none.discovery_s);
+  EXPECT_EQ(shipped.measure_s, none.measure_s);
+  EXPECT_EQ(shipped.refresh_s, none.refresh_s);
+  EXPECT_EQ(shipped.quiet_s, none.quiet_s);
+  EXPECT_EQ(shipped.most_events, none.most_events);
+}
+
+TEST(Config, WhatIsNotAllowedIsNamed) {
+  for (const char* text : {"refresh_s: 0", "most_events: 0", "quiet_s: -1", "refresh: 1"}) {
+    try {
+      load_config(file_with(text));
+      FAIL() << text;
+    } catch (const core::ConfigError& problem) {
+      EXPECT_NE(std::string(problem.what()).find(":1: "), std::string::npos) << problem.what();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace phantom::dds_spy

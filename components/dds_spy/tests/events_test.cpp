@@ -1,0 +1,105 @@
+#include "components/dds_spy/events.hpp"
+
+#include <gtest/gtest.h>
+
+#include "components/dds_spy/status_watch.hpp"
+
+namespace phantom::dds_spy {
+namespace {
+
+constexpr core::Nanoseconds kMs = core::kNsPerMillisecond;
+
+Event gap(core::Nanoseconds utc_ns, const std::string& text, const std::string& topic = "t") {
+  return {.utc_ns = utc_ns, .kind = EventKind::kGap, .topic = topic, .who = "w", .text = text};
+}
+
+struct EventLogTest : testing::Test {
+  std::vector<Event> told;
+  EventLog log{3, 1.0, [this](const Event& event) { told.push_back(event); }};
+};
+
+TEST_F(EventLogTest, TheFirstIsToldAtOnceTheNextOnesTogether) {
+  for (int i = 0; i < 10; ++i) log.add(gap((10 + i) * kMs, std::to_string(i)));
+  log.add(gap(30 * kMs, "other", "u"));
+  ASSERT_EQ(told.size(), 2u);
+  EXPECT_EQ(told[0].text, "0");
+  log.look(500 * kMs);
+  EXPECT_EQ(told.size(), 2u) << "not yet quiet for long enough";
+  log.look(1100 * kMs);
+  ASSERT_EQ(told.size(), 3u);
+  EXPECT_EQ(told[2].text, "9");
+  EXPECT_EQ(told[2].count, 9u);
+  EXPECT_EQ(log.totals().at(EventKind::kGap), 11u);
+}
+
+TEST_F(EventLogTest, NothingIsLostAtTheEnd) {
+  log.add(gap(10 * kMs, "a"));
+  log.add(gap(11 * kMs, "b"));
+  log.flush();
+  ASSERT_EQ(told.size(), 2u);
+  EXPECT_EQ(told[1].text, "b");
+  log.flush();
+  EXPECT_EQ(told.size(), 2u);
+}
+
+TEST_F(EventLogTest, AfterAQuietTimeTheNextIsToldAtOnceAgain) {
+  log.add(gap(10 * kMs, "a"));
+  log.look(2000 * kMs);
+  log.add(gap(2001 * kMs, "b"));
+  EXPECT_EQ(told.size(), 2u);
+}
+
+TEST_F(EventLogTest, OnlyTheNewestAreKept) {
+  for (int i = 0; i < 5; ++i) log.add(gap(i * 2000 * kMs, std::to_string(i)));
+  ASSERT_EQ(log.newest().size(), 3u);
+  EXPECT_EQ(log.newest().front().text, "2");
+}
+
+TEST(Event, EveryKindHasItsOwnName) {
+  const auto names = event_kind_names();
+  EXPECT_EQ(names.size(), static_cast<std::size_t>(EventKind::kComponentCounter) + 1);
+  EXPECT_EQ(std::string(name_of(EventKind::kQosMismatch)), "qos_mismatch");
+  EXPECT_EQ(std::string(name_of(EventKind::kComponentCounter)), "component_counter");
+}
+
+nlohmann::ordered_json status(const std::string& state, int deadline_missed) {
+  return {{"component_name", "master_io"},
+          {"host", "desk"},
+          {"state", state},
+          {"message", ""},
+          {"topics",
+           {{{"topic", "drag_field"},
+             {"writer", false},
+             {"deadline_missed", deadline_missed},
+             {"liveliness_lost", 0},
+             {"incompatible_qos", 0},
+             {"refused", 0}}}}};
+}
+
+TEST(StatusWatch, TellsChangesOfStateAndRisingCounters) {
+  StatusWatch watch;
+  ASSERT_EQ(watch.take(status("COMPONENT_RUNNING", 5)).size(), 1u)
+      << "counts before the first look are not news";
+  EXPECT_TRUE(watch.take(status("COMPONENT_RUNNING", 5)).empty());
+  const auto events = watch.take(status("COMPONENT_DEGRADED", 8));
+  ASSERT_EQ(events.size(), 2u);
+  EXPECT_EQ(events[0].kind, EventKind::kComponentState);
+  EXPECT_EQ(events[0].text, "COMPONENT_RUNNING → COMPONENT_DEGRADED");
+  EXPECT_EQ(events[1].topic, "drag_field");
+  EXPECT_EQ(events[1].text, "its reader counts 3 deadlines missed (8 in all)");
+}
+
+TEST(StatusWatch, ARestartedComponentCountsFromZeroWithoutNews) {
+  StatusWatch watch;
+  watch.take(status("COMPONENT_RUNNING", 8));
+  EXPECT_TRUE(watch.take(status("COMPONENT_RUNNING", 0)).empty());
+  EXPECT_EQ(watch.take(status("COMPONENT_RUNNING", 1)).size(), 1u);
+}
+
+TEST(StatusWatch, AnotherTypeOfThatNameIsNoFault) {
+  StatusWatch watch;
+  EXPECT_TRUE(watch.take({{"component_name", 3}}).empty());
+}
+
+}  // namespace
+}  // namespace phantom::dds_spy

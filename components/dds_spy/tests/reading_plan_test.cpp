@@ -1,0 +1,82 @@
+#include "components/dds_spy/reading_plan.hpp"
+
+#include <gtest/gtest.h>
+
+namespace phantom::dds_spy {
+namespace {
+
+using diagnostics::EndpointInfo;
+
+EndpointInfo writer() {
+  EndpointInfo info;
+  info.writer = true;
+  info.type = "T";
+  info.qos.reliability = diagnostics::Reliability::kReliable;
+  info.qos.durability = diagnostics::Durability::kTransientLocal;
+  info.qos.liveliness = diagnostics::Liveliness::kManualByTopic;
+  info.qos.lease_ns = 200;
+  return info;
+}
+
+/// The reader that the plan makes, as the writers see it.
+diagnostics::EndpointQos reader_qos(const ReadingPlan& plan) {
+  diagnostics::EndpointQos qos;
+  if (plan.reliable) qos.reliability = diagnostics::Reliability::kReliable;
+  if (plan.transient_local) qos.durability = diagnostics::Durability::kTransientLocal;
+  qos.liveliness = plan.liveliness;
+  qos.lease_ns = plan.lease_ns;
+  qos.ownership = plan.ownership;
+  return qos;
+}
+
+TEST(ReadingPlan, NobodyWaitsForTheSpyUnlessAsked) {
+  const EndpointInfo one = writer();
+  const auto plan = plan_reading({&one}, {});
+  ASSERT_TRUE(plan);
+  EXPECT_FALSE(plan->reliable);
+  EXPECT_FALSE(plan->transient_local);
+  EXPECT_EQ(plan->lease_ns, 200) << "so that a loss of liveliness is told";
+  EXPECT_FALSE(plan_reading({}, {}));
+}
+
+TEST(ReadingPlan, HistoryIsAskedForWhereAllOfferIt) {
+  const EndpointInfo one = writer();
+  EXPECT_TRUE(plan_reading({&one}, {.history = true})->transient_local);
+  EXPECT_TRUE(plan_reading({&one}, {.reliable = true})->reliable);
+  EndpointInfo other = writer();
+  other.qos.reliability = diagnostics::Reliability::kBestEffort;
+  other.qos.durability = diagnostics::Durability::kVolatile;
+  const auto plan = plan_reading({&one, &other}, {.reliable = true, .history = true});
+  EXPECT_FALSE(plan->reliable);
+  EXPECT_FALSE(plan->transient_local);
+}
+
+TEST(ReadingPlan, EveryWriterMatchesItsReader) {
+  std::vector<EndpointInfo> all(4, writer());
+  all[1].qos = {};
+  all[2].qos.liveliness = diagnostics::Liveliness::kManualByParticipant;
+  all[2].qos.lease_ns = 500;
+  all[3].qos.durability = diagnostics::Durability::kVolatile;
+  for (unsigned chosen = 1; chosen < 16; ++chosen) {
+    std::vector<const EndpointInfo*> writers;
+    for (unsigned i = 0; i < 4; ++i) {
+      if ((chosen >> i & 1U) != 0) writers.push_back(&all[i]);
+    }
+    const auto plan = plan_reading(writers, {.reliable = true, .history = true});
+    for (const auto* one : writers)
+      EXPECT_TRUE(diagnostics::mismatches(one->qos, reader_qos(*plan)).empty()) << chosen;
+  }
+}
+
+TEST(ReadingPlan, AWriterOfAnotherTypeDoesNotWeakenIt) {
+  const EndpointInfo one = writer();
+  EndpointInfo other = writer();
+  other.type = "U";
+  other.qos = {};
+  const auto plan = plan_reading({&one, &other}, {.history = true});
+  EXPECT_EQ(plan->type, "T");
+  EXPECT_TRUE(plan->transient_local);
+}
+
+}  // namespace
+}  // namespace phantom::dds_spy

@@ -1,0 +1,248 @@
+#include "components/dds_spy/system_view.hpp"
+
+#include <gtest/gtest.h>
+
+#include "components/dds_spy/reports.hpp"
+
+namespace phantom::dds_spy {
+namespace {
+
+using diagnostics::EndpointInfo;
+using diagnostics::Guid;
+using diagnostics::ParticipantInfo;
+using Change = SystemView::Change;
+
+constexpr core::Nanoseconds kMs = core::kNsPerMillisecond, kUtc = 1'700'000'000 * core::kNsPerSecond;
+
+Guid guid(std::uint8_t participant, std::uint8_t entity) {
+  Guid g{1, 15, 9, 9, 7, 7};
+  g[11] = participant;
+  g[14] = entity;
+  g[15] = entity == 1 ? 0xc1 : 0x03;
+  return g;
+}
+
+ParticipantInfo participant(std::uint8_t number, const std::string& name) {
+  ParticipantInfo info;
+  info.guid = guid(number, 1);
+  info.name = name;
+  info.process = std::to_string(1000 + number);
+  info.host = "desk:77";
+  info.vendor = "Fast DDS";
+  info.lease_ns = 5'000 * kMs;
+  return info;
+}
+
+EndpointInfo slave_end(std::uint8_t number, std::uint8_t entity, bool writer) {
+  EndpointInfo info;
+  info.guid = guid(number, entity);
+  info.writer = writer;
+  info.topic = "slave_state";
+  info.type = "phantom::msg::SlaveState";
+  info.qos = contracts().at("slave_state").qos;
+  return info;
+}
+
+HeardSample sample(std::uint64_t number, core::Nanoseconds received_ns, core::Nanoseconds made_ns) {
+  HeardSample heard;
+  heard.topic = "slave_state";
+  heard.writer = guid(1, 2);
+  heard.facts.sequence_number = number;
+  heard.facts.received_ns = received_ns;
+  heard.facts.received_utc_ns = kUtc + received_ns;
+  heard.facts.octets = 660;
+  heard.facts.stamp = SampleStamp{number, made_ns, 0, 5};
+  heard.facts.same_host = true;
+  return heard;
+}
+
+struct SystemViewTest : testing::Test {
+  SystemViewTest() {
+    view.on_participant(participant(1, "slave_io"), Change::kAppeared, kUtc);
+    view.on_participant(participant(2, "master_io"), Change::kAppeared, kUtc);
+    view.on_endpoint(slave_end(1, 2, true), Change::kAppeared, kUtc);
+    told.clear();
+  }
+
+  std::string all() const {
+    std::string text;
+    for (const Event& event : told)
+      text +=
+          std::string(name_of(event.kind)) + " " + event.topic + " " + event.who + ": " + event.text + "\n";
+    return text;
+  }
+  ReportInput input() const { return {view, contracts(), every_topic, 42, 2.0}; }
+
+  std::vector<Event> told;
+  diagnostics::NameFilter every_topic;
+  SystemView view{100, 0.0, [this](const Event& event) { told.push_back(event); }};
+};
+
+TEST_F(SystemViewTest, ALateSampleSaysWhetherTheWriterWasLate) {
+  view.on_sample(sample(1, 1000 * kMs, 999 * kMs));
+  view.on_sample(sample(2, 1030 * kMs, 1029 * kMs));
+  view.on_sample(sample(3, 1070 * kMs, 1030 * kMs));
+  EXPECT_EQ(all(),
+            "deadline_missed slave_state slave_io (process 1001): 30.0 ms between two samples (deadline "
+            "offered: 20 ms); "
+            "they were made 30.0 ms apart: the writer was late\n"
+            "deadline_missed slave_state slave_io (process 1001): 40.0 ms between two samples (deadline "
+            "offered: 20 ms); "
+            "they were made 1.0 ms apart: held up on the way or in this process\n");
+  EXPECT_EQ(view.writers().begin()->second.deadlines_missed, 3u);
+}
+
+TEST_F(SystemViewTest, ASilenceIsToldWhileItLasts) {
+  view.on_sample(sample(1, 1000 * kMs, 1000 * kMs));
+  view.look(1010 * kMs, kUtc);
+  EXPECT_TRUE(told.empty());
+  view.look(1500 * kMs, kUtc);
+  view.look(1600 * kMs, kUtc);
+  EXPECT_EQ(all(),
+            "deadline_missed slave_state slave_io (process 1001): nothing for 500.0 ms (deadline offered: 20 "
+            "ms)\n");
+  view.on_sample(sample(2, 2000 * kMs, 2000 * kMs));
+  EXPECT_EQ(told.back().kind, EventKind::kDeadlineMet);
+}
+
+TEST_F(SystemViewTest, GapsSkipsAndRestartsAreTold) {
+  view.on_sample(sample(1, 1 * kMs, 1 * kMs));
+  view.on_sample(sample(5, 2 * kMs, 2 * kMs));
+  auto skipping = sample(6, 3 * kMs, 3 * kMs);
+  skipping.facts.stamp->sequence_number = 8;
+  view.on_sample(skipping);
+  auto restarted = sample(7, 4 * kMs, 4 * kMs);
+  restarted.facts.stamp->session = 0xab;
+  view.on_sample(restarted);
+  EXPECT_EQ(all(),
+            "gap slave_state slave_io (process 1001): 3 samples did not come before number 5\n"
+            "skip slave_state slave_io (process 1001): the writer left out 2 numbers of its stamp before 8\n"
+            "restart slave_state slave_io (process 1001): a new session of the writer's process, "
+            "00000000000000ab\n");
+}
+
+TEST_F(SystemViewTest, ANewReaderOfTheSpyMakesNoGap) {
+  view.on_sample(sample(1, 1 * kMs, 1 * kMs));
+  view.on_reader_made("slave_state");
+  view.on_sample(sample(90, 900 * kMs, 900 * kMs));
+  EXPECT_TRUE(told.empty()) << all();
+}
+
+TEST_F(SystemViewTest, LivelinessIsToldWithItsLease) {
+  view.on_liveliness(guid(1, 2), true, kUtc);
+  EXPECT_TRUE(told.empty()) << "alive is what it was";
+  view.on_liveliness(guid(1, 2), false, kUtc);
+  view.on_liveliness(guid(1, 2), true, kUtc);
+  ASSERT_EQ(told.size(), 2u);
+  EXPECT_EQ(told[0].text,
+            "no proof of life for the lease of 200 ms (manual by topic): the writer hangs, was killed or is "
+            "cut off");
+  EXPECT_EQ(told[1].kind, EventKind::kLivelinessBack);
+}
+
+TEST_F(SystemViewTest, AMismatchIsToldOnceAndAgainAfterItWasGone) {
+  auto reader = slave_end(2, 2, false);
+  reader.qos.deadline_ns = 5 * kMs;
+  view.on_endpoint(reader, Change::kAppeared, kUtc);
+  view.on_endpoint(slave_end(2, 3, false), Change::kAppeared, kUtc);
+  const auto mismatches = [&] {
+    return view.events().totals().contains(EventKind::kQosMismatch)
+               ? view.events().totals().at(EventKind::kQosMismatch)
+               : 0;
+  };
+  EXPECT_EQ(mismatches(), 1u);
+  EXPECT_NE(
+      all().find(
+          "qos_mismatch slave_state slave_io (process 1001) → master_io (process 1002): do not communicate: "
+          "deadline, offered 20 ms, requested 5 ms; see dds_spy qos"),
+      std::string::npos)
+      << all();
+  view.on_endpoint(reader, Change::kLeft, kUtc);
+  view.on_endpoint(reader, Change::kAppeared, kUtc);
+  EXPECT_EQ(mismatches(), 2u);
+}
+
+TEST_F(SystemViewTest, AParticipantThatIsLostIsToldFromOneThatLeft) {
+  view.on_participant(participant(1, "slave_io"), Change::kLost, kUtc);
+  view.on_participant(participant(2, "master_io"), Change::kLeft, kUtc);
+  EXPECT_EQ(
+      all(),
+      "participant_lost  slave_io (process 1001): silent for its lease of 5 s: killed, frozen or cut off\n"
+      "participant_left  master_io (process 1002): left\n");
+  EXPECT_TRUE(view.graph().endpoints().empty());
+}
+
+TEST_F(SystemViewTest, WhatCannotBeDecodedIsCountedAndTold) {
+  auto bad = sample(1, 1 * kMs, 0);
+  bad.problem = "phantom::msg::SlaveState.state: needs 4 octets at 72, 0 are left";
+  view.on_sample(bad);
+  EXPECT_EQ(view.writers().begin()->second.undecodable, 1u);
+  EXPECT_EQ(told.back().kind, EventKind::kUndecodable);
+}
+
+TEST_F(SystemViewTest, ReportsInJsonAndTextSayTheSame) {
+  auto reader = slave_end(2, 2, false);
+  reader.qos.reliability = diagnostics::Reliability::kReliable;
+  view.on_endpoint(reader, Change::kAppeared, kUtc);
+  EndpointInfo foreign = slave_end(1, 4, true);
+  foreign.topic = "acme";
+  foreign.type = "acme::Note";
+  view.on_endpoint(foreign, Change::kAppeared, kUtc);
+  for (std::uint64_t i = 1; i <= 11; ++i)
+    view.on_sample(
+        sample(i, static_cast<core::Nanoseconds>(i) * kMs, static_cast<core::Nanoseconds>(i) * kMs - 50'000));
+
+  const auto topology = topology_json(input());
+  EXPECT_EQ(topology["participants"].size(), 2u);
+  EXPECT_EQ(topology["participants"][0]["process"], "1001");
+  EXPECT_EQ(topology["topics"][0]["name"], "acme");
+  EXPECT_EQ(topology["topics"][0]["foreign"], true);
+  EXPECT_EQ(topology["topics"][1]["foreign"], false);
+  EXPECT_EQ(topology["mismatches"], 1);
+  const auto text = topology_text(input());
+  EXPECT_EQ(text.substr(0, text.find('\n')),
+            "domain 42: 2 participants on 1 host, 2 topics, 2 writers, 1 reader");
+  EXPECT_NE(text.find("\nhost desk\n"), std::string::npos);
+  EXPECT_NE(text.find("acme::Note (foreign)"), std::string::npos);
+  EXPECT_NE(text.find("1 pair of writers and readers do not communicate: dds_spy qos says why."),
+            std::string::npos);
+
+  const auto qos = qos_json(input());
+  ASSERT_EQ(qos["mismatches"].size(), 1u);
+  EXPECT_EQ(qos["mismatches"][0]["reasons"][0]["policy"], "reliability");
+  EXPECT_NE(qos_text(input()).find("reliability: offered best effort, requested reliable\n"),
+            std::string::npos);
+  EXPECT_NE(qos_text(input()).find("departs from the contract: reliability reliable (contract: best effort)"),
+            std::string::npos);
+
+  const auto rates = rates_json(input());
+  ASSERT_EQ(rates["streams"].size(), 1u);
+  EXPECT_NEAR(rates["streams"][0]["rate_hz"].get<double>(), 1000.0, 1e-6);
+  EXPECT_EQ(rates["silent"].dump(), R"(["acme"])");
+  EXPECT_NE(rates_text(input()).find("1000.00"), std::string::npos);
+  EXPECT_NE(rates_text(input()).find("nothing came on: acme\n"), std::string::npos);
+
+  const auto latency = latency_json(input());
+  EXPECT_EQ(latency["streams"][0]["clock"], "monotonic");
+  EXPECT_NEAR(latency["streams"][0]["latency_s"]["mean"].get<double>(), 50e-6, 1e-12);
+  EXPECT_NE(latency_text(input()).find("monotonic"), std::string::npos);
+}
+
+TEST_F(SystemViewTest, FiltersNarrowReports) {
+  view.on_sample(sample(1, 1 * kMs, 0));
+  const diagnostics::NameFilter others({"!slave_*"});
+  const ReportInput narrowed{view, contracts(), others, 42, 2.0};
+  EXPECT_TRUE(rates_json(narrowed)["streams"].empty());
+  EXPECT_TRUE(topology_json(narrowed)["topics"].empty());
+  EXPECT_TRUE(qos_json(narrowed)["endpoints"].empty());
+}
+
+TEST_F(SystemViewTest, CountsCanBeSetToZero) {
+  view.on_sample(sample(1, 1 * kMs, 0));
+  view.reset_counts();
+  EXPECT_EQ(view.writers().begin()->second.stream.figures().samples, 0u);
+  EXPECT_EQ(view.graph().participants().size(), 2u);
+}
+
+}  // namespace
+}  // namespace phantom::dds_spy
