@@ -1,0 +1,21 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "components/dds_recorder/dds_recorder.hpp"
+
+namespace phantom::dds_recorder {
+
+/// dds_recorder.yaml, checked.
+struct Config {
+  RecorderSettings recorder;
+  std::vector<std::string> topics;  ///< patterns; none: all
+  std::size_t queue_bytes = 64'000'000;
+};
+
+/// Reads and checks the parameters. Throws ConfigError (file, line, key, value, what is allowed).
+Config load_config(const std::filesystem::path& file);
+
+}  // namespace phantom::dds_recorder

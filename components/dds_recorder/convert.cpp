@@ -1,0 +1,191 @@
+#include "components/dds_recorder/convert.hpp"
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "common/core/errors.hpp"
+#include "common/diagnostics/decode.hpp"
+#include "common/diagnostics/name_filter.hpp"
+#include "common/observation/type_catalogue.hpp"
+#include "common/recording/mcap_writer.hpp"
+#include "common/runtime/process.hpp"
+#include "components/dds_recorder/recording_file.hpp"
+
+namespace phantom::dds_recorder {
+namespace {
+
+/// Takes the messages of all files in turn.
+class Target {
+ public:
+  virtual ~Target() = default;
+  virtual void begin(const recording::McapReader& from) = 0;
+  virtual void put(const recording::Channel& channel, const recording::Message& message) = 0;
+  virtual void end() = 0;
+};
+
+class McapTarget : public Target {
+ public:
+  McapTarget(const std::filesystem::path& path, int zstd_level)
+      : sink_(made(path)), writer_(*sink_, options(zstd_level)) {}
+
+  void begin(const recording::McapReader& from) override {
+    from_ = &from;
+    channels_.clear();
+    for (const auto& index : from.metadata_indexes()) {
+      if (const auto metadata = from.read(index)) must(writer_.write(*metadata));
+    }
+    for (const auto& index : from.attachment_indexes()) {
+      if (const auto attachment = from.read(index)) must(writer_.write(*attachment));
+    }
+  }
+  void put(const recording::Channel& channel, const recording::Message& message) override {
+    recording::Message out = message;
+    out.channel_id = channel_for(channel);
+    must(writer_.write(out));
+  }
+  void end() override {
+    must(writer_.finish());
+    must(sink_->sync());
+  }
+
+ private:
+  static std::unique_ptr<recording::FileSink> made(const std::filesystem::path& path) {
+    auto sink = recording::FileSink::create(path);
+    if (!sink) throw std::runtime_error(sink.status().message());
+    return std::move(sink).value();
+  }
+  static recording::WriterOptions options(int zstd_level) {
+    recording::WriterOptions options;
+    options.library = "phantom dds_recorder";
+    options.zstd_level = zstd_level;
+    return options;
+  }
+  static void must(const core::Status& status) {
+    if (!status) throw std::runtime_error(status.message());
+  }
+  template <class T>
+  static T must(core::Expected<T> value) {
+    must(value.status());
+    return *value;
+  }
+  std::uint16_t channel_for(const recording::Channel& channel) {
+    if (const auto known = channels_.find(channel.id); known != channels_.end()) return known->second;
+    recording::Channel copy = channel;
+    copy.id = 0;
+    copy.schema_id = 0;
+    if (const auto schema = from_->schemas().find(channel.schema_id); schema != from_->schemas().end())
+      copy.schema_id = schema_for(schema->second);
+    // The same topic and writer in the files of a series stay one channel.
+    for (const auto& [same, id] : written_) {
+      if (same == copy) return channels_[channel.id] = id;
+    }
+    written_.emplace_back(copy, must(writer_.add_channel(copy)));
+    return channels_[channel.id] = written_.back().second;
+  }
+  std::uint16_t schema_for(recording::Schema schema) {
+    schema.id = 0;
+    for (const auto& [same, id] : schemas_) {
+      if (same == schema) return id;
+    }
+    schemas_.emplace_back(schema, must(writer_.add_schema(schema)));
+    return schemas_.back().second;
+  }
+
+  std::unique_ptr<recording::FileSink> sink_;
+  recording::McapWriter writer_;
+  const recording::McapReader* from_ = nullptr;
+  std::map<std::uint16_t, std::uint16_t>
+      channels_;  // of the file that is being read → of the one that is written
+  std::vector<std::pair<recording::Channel, std::uint16_t>> written_;
+  std::vector<std::pair<recording::Schema, std::uint16_t>> schemas_;
+};
+
+class JsonTarget : public Target {
+ public:
+  explicit JsonTarget(const std::filesystem::path& path) : path_(path), stream_(path) {}
+  void begin(const recording::McapReader&) override {}
+  void put(const recording::Channel& channel, const recording::Message& message) override {
+    nlohmann::ordered_json line{{"topic", channel.topic},
+                                {"log_time_ns", message.log_time_ns},
+                                {"publish_time_ns", message.publish_time_ns},
+                                {"sequence", message.sequence},
+                                {"component", about(channel, "component")}};
+    const auto type = observation::type_of(about(channel, "type"));
+    if (is_carried_over(channel)) line["carried_over"] = true;
+    if (!type) {
+      line["type"] = about(channel, "type");
+      line["bytes"] = message.data.size();
+    } else if (auto decoded = diagnostics::decode(*type, message.data)) {
+      line["sample"] = std::move(decoded).value();
+    } else {
+      line["problem"] = decoded.status().message();
+    }
+    stream_ << line.dump() << '\n';
+  }
+  void end() override {
+    if (!stream_.flush()) throw std::runtime_error(path_.string() + ": cannot be written");
+  }
+
+ private:
+  std::filesystem::path path_;
+  std::ofstream stream_;
+};
+
+std::unique_ptr<Target> target_for(const ConvertRequest& request, const std::filesystem::path& path) {
+  if (request.out.extension() == ".jsonl") return std::make_unique<JsonTarget>(path);
+  return std::make_unique<McapTarget>(path, request.zstd_level);
+}
+
+std::uint64_t copy_all(const ConvertRequest& request, Target& target, std::ostream& said) {
+  const auto opened = open_recordings(recordings_in(request.files));
+  const diagnostics::NameFilter wanted(request.topics);
+  const recording::MessageFilter filter = in_range(request.range, times_of(opened).first);
+  std::uint64_t samples = 0;
+  for (std::size_t i = 0; i < opened.size(); ++i) {
+    const recording::McapReader& reader = opened[i].reader;
+    for (const std::string& problem : reader.problems())
+      said << opened[i].path.string() << ": " << problem << '\n';
+    target.begin(reader);
+    for (const auto& part : parts_of(filter)) {
+      recording::MessageFilter chosen = part.filter;
+      // What a file repeats of the ones before it is in the target already.
+      chosen.channel = [&](const recording::Channel& channel) {
+        return wanted.keeps(channel.topic) && (i == 0 || !is_carried_over(channel)) &&
+               (!part.durable_only || is_durable(channel));
+      };
+      recording::MessageCursor cursor(reader, chosen);
+      for (recording::Message message; cursor.next(message); ++samples)
+        target.put(reader.channels().at(message.channel_id), message);
+      for (const std::string& problem : cursor.problems())
+        said << opened[i].path.string() << ": " << problem << '\n';
+    }
+  }
+  return samples;
+}
+
+}  // namespace
+
+int run_convert(const ConvertRequest& request, std::ostream& said) {
+  if (request.out.extension() != ".mcap" && request.out.extension() != ".jsonl")
+    throw core::ConfigError("--out " + request.out.string() +
+                            ": allowed: a name that ends with .mcap or .jsonl");
+  if (std::filesystem::exists(request.out))
+    throw core::ConfigError("--out " + request.out.string() + ": exists already");
+  std::filesystem::path partial = request.out;
+  partial += ".partial";
+  std::filesystem::remove(partial);
+  try {
+    const auto target = target_for(request, partial);
+    const std::uint64_t samples = copy_all(request, *target, said);
+    target->end();
+    std::filesystem::rename(partial, request.out);
+    said << request.out.string() << ": " << samples << " samples\n";
+  } catch (...) {
+    std::filesystem::remove(partial);
+    throw;
+  }
+  return runtime::kExitDone;
+}
+
+}  // namespace phantom::dds_recorder

@@ -1,0 +1,172 @@
+#include "components/dds_recorder/dds_adapter_output.hpp"
+
+#include <spdlog/spdlog.h>
+#include <time.h>
+
+#include <mutex>
+
+#include "common/dds/cdr.hpp"
+#include "common/observation/observer.hpp"
+#include "common/observation/payload_writer.hpp"
+#include "common/runtime/process.hpp"
+#include "components/dds_recorder/dds_adapter_restamp.hpp"
+#include "components/dds_recorder/dds_adapter_topics.hpp"
+
+namespace phantom::dds_recorder {
+namespace {
+
+constexpr double kDiscovery_s = 1.0;  // by then a participant of the same network has told of itself
+
+/// Who writes what, besides us.
+class LiveWriters : public observation::DiscoveryListener {
+ public:
+  void on_participant(const diagnostics::ParticipantInfo& info, observation::Presence presence) override {
+    const std::lock_guard lock(mutex_);
+    if (presence == observation::Presence::kAppeared) graph_.put(info);
+  }
+  void on_endpoint(const diagnostics::EndpointInfo& info, observation::Presence presence) override {
+    const std::lock_guard lock(mutex_);
+    if (presence != observation::Presence::kAppeared) graph_.remove(info.guid);
+    if (presence == observation::Presence::kAppeared && info.writer) graph_.put(info);
+  }
+  /// In words: "slave_io (process 12)"; empty if nobody.
+  std::string writer_of(const std::string& topic) const {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [guid, endpoint] : graph_.endpoints()) {
+      if (endpoint.topic == topic) return graph_.who(guid);
+    }
+    return {};
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  diagnostics::Graph graph_;
+};
+
+class ProcessClock : public ReplayClock {
+ public:
+  core::Nanoseconds now_ns() override { return core::monotonic_ns(); }
+  bool sleep_until(core::Nanoseconds at_ns) override {
+    // Long waits end at once when the process is to end; short ones are exact.
+    while (at_ns - core::monotonic_ns() > core::kNsPerSecond / 10) {
+      if (!runtime::sleep_unless_stopped(0.05)) return false;
+    }
+    const timespec at{at_ns / core::kNsPerSecond, at_ns % core::kNsPerSecond};
+    if (at_ns > core::monotonic_ns()) clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr);
+    return !runtime::stop_requested();
+  }
+};
+
+class DdsOutput : public ReplaySink {
+ public:
+  DdsOutput(const core::NetworkOptions& network, std::map<std::string, TopicInfo> topics, bool fresh_stamps,
+            double rate)
+      : observer_("dds_recorder replay", network, live_),
+        fresh_stamps_(fresh_stamps),
+        restamper_(observer_.participant().session(), rate > 0 ? rate : 1.0) {
+    for (auto& [name, info] : topics) {
+      Output& output = outputs_[name];
+      output.known = dds::topic_of_type(info.type);
+      output.info = std::move(info);
+    }
+  }
+
+  /// Names a topic that somebody else writes now; empty if there is none.
+  std::string conflict() const {
+    for (const auto& [name, output] : outputs_) {
+      if (const std::string writer = live_.writer_of(output.info.name); !writer.empty())
+        return output.info.name + " is written by " + writer;
+    }
+    return {};
+  }
+
+  /// Makes the writers, and waits for their readers. Returns the names of the topics that nobody reads.
+  std::string announce(double wait_s) {
+    for (auto& [name, output] : outputs_) make_writer(output);
+    const core::Nanoseconds until_ns = core::monotonic_ns() + core::from_seconds(wait_s);
+    std::string unread;
+    do {
+      unread.clear();
+      for (const auto& [name, output] : outputs_) {
+        if (output.writer && output.writer->matched() == 0)
+          unread += (unread.empty() ? "" : ", ") + output.info.name;
+      }
+    } while (!unread.empty() && core::monotonic_ns() < until_ns && runtime::sleep_unless_stopped(0.02));
+    return unread;
+  }
+
+  void begin(core::Nanoseconds now_ns) override { restamper_.begin(now_ns, core::utc_ns()); }
+
+  bool write(const std::string& topic, const recording::Message& message, core::Nanoseconds due_ns) override {
+    Output& output = outputs_.at(topic);
+    if (!output.writer) return false;
+    if (!fresh_stamps_ || output.known == nullptr) return output.writer->write(message.data);
+    bytes_.assign(message.data.begin(), message.data.end());
+    restamper_.restamp(*output.known, due_ns, bytes_);
+    return output.writer->write(bytes_);
+  }
+
+ private:
+  struct Output {
+    TopicInfo info;
+    const dds::TopicDescription* known = nullptr;
+    std::unique_ptr<dds::CdrCodec> codec;  // finds instances
+    std::unique_ptr<observation::PayloadWriter> writer;
+  };
+
+  void make_writer(Output& output) {
+    if (output.info.keyed && output.known == nullptr) {
+      spdlog::warn("topic {} is left out: the key of its type {} is not known", output.info.name,
+                   output.info.type);
+      return;
+    }
+    observation::PayloadWriter::InstanceOf instance_of;
+    if (output.info.keyed) {
+      output.codec = std::make_unique<dds::CdrCodec>(*output.known);
+      instance_of = [codec = output.codec.get()](auto bytes, auto& instance) {
+        return codec->instance_of(bytes, instance);
+      };
+    }
+    output.writer = std::make_unique<observation::PayloadWriter>(
+        observer_.participant(),
+        observation::PayloadTopic{output.info.name, output.info.type, output.info.keyed},
+        writer_qos(output.info), history_depth(output.info), std::move(instance_of));
+  }
+
+  LiveWriters live_;
+  observation::Observer observer_;
+  bool fresh_stamps_;
+  Restamper restamper_;
+  std::vector<std::uint8_t> bytes_;
+  std::map<std::string, Output> outputs_;
+};
+
+}  // namespace
+
+int run_replay(const ReplayRequest& request, const core::NetworkOptions& network) {
+  validate(request);
+  const auto recordings = open_recordings(recordings_in(request.files));
+  auto topics = topics_to_replay(recordings, request);
+  if (topics.empty())
+    throw core::ConfigError("no topic of the recording is meant; `dds_recorder info` lists them");
+  DdsOutput output(network, std::move(topics), request.fresh_stamps, request.rate);
+  if (!runtime::sleep_unless_stopped(kDiscovery_s)) return runtime::kExitDone;
+  if (const std::string conflict = output.conflict(); !conflict.empty() && !request.beside_live) {
+    throw core::MissingError(conflict +
+                             " now: a replay beside it would mix past and present; use another --domain, "
+                             "--remap, or --beside-live");
+  }
+  if (const std::string unread = output.announce(request.wait_s); !unread.empty())
+    spdlog::info("nobody reads {}", unread);
+  ProcessClock clock;
+  const ReplayFigures figures = replay(recordings, request, output, clock);
+  for (const std::string& problem : figures.problems) spdlog::warn("{}", problem);
+  spdlog::info("{} samples replayed in {} {}, latest {:.1f} ms after its time", figures.samples,
+               figures.loops, figures.loops == 1 ? "turn" : "turns",
+               1e-6 * static_cast<double>(figures.worst_lateness_ns));
+  if (figures.failed == 0) return runtime::kExitDone;
+  spdlog::error("{} samples could not be sent", figures.failed);
+  return runtime::kExitFailed;
+}
+
+}  // namespace phantom::dds_recorder

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <iosfwd>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+
+#include "components/dds_recorder/files.hpp"
+
+namespace phantom::dds_recorder {
+
+/// What `dds_recorder info` tells of a topic of a file.
+struct TopicFigures {
+  std::string type;
+  std::uint64_t samples = 0, carried_over = 0, writers = 0;
+  double rate_hz = 0.0;  ///< samples ÷ the file's length
+  std::uint64_t missing = 0, superseded = 0, queue_overflow = 0, dds_lost = 0, dds_rejected = 0,
+                unwritten = 0;
+};
+
+struct FileFigures {
+  std::string path;
+  std::uint64_t bytes = 0;
+  bool complete = false;
+  std::vector<std::string> problems;
+  std::uint64_t start_ns = 0, end_ns = 0, samples = 0, chunks = 0;
+  recording::StringMap about;                  ///< kAboutRecord
+  std::vector<recording::StringMap> triggers;  ///< kTriggerRecord
+  std::string ended;                           ///< kEndRecord's reason; empty: it was not ended in order
+  std::vector<std::string> attachments;
+  std::map<std::string, TopicFigures> topics;
+  double seconds() const { return 1e-9 * static_cast<double>(end_ns - start_ns); }
+};
+
+FileFigures figures_of(const OpenedRecording& opened);
+nlohmann::ordered_json json_of(const FileFigures& figures);
+void print(const FileFigures& figures, std::ostream& out);
+
+/// `dds_recorder info FILE…`: a table for each file, or with `json` one JSON array. Returns the exit code.
+int run_info(const std::vector<std::filesystem::path>& files, bool json, std::ostream& out);
+/// `dds_recorder check FILE…`: reads every byte; a line for each file and problem. Exit code 1 if there is
+/// any.
+int run_check(const std::vector<std::filesystem::path>& files, bool json, std::ostream& out);
+
+}  // namespace phantom::dds_recorder

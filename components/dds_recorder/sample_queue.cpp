@@ -1,0 +1,45 @@
+#include "components/dds_recorder/sample_queue.hpp"
+
+#include <cstring>
+#include <utility>
+
+namespace phantom::dds_recorder {
+
+static_assert(std::is_trivially_copyable_v<SampleHead>);
+
+SampleQueue::SampleQueue(std::size_t bytes) {
+  for (Arena& arena : arenas_)
+    arena.bytes.resize(bytes / 2);  // touched here, so that no page is missing later
+}
+
+bool SampleQueue::push(const SampleView& sample) noexcept {
+  const Entry entry{sample.head, sample.bytes.size()};
+  bool first = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (sizeof entry + sample.bytes.size() > filled_->bytes.size() - filled_->used) return false;
+    first = filled_->used == 0;
+    std::uint8_t* to = filled_->bytes.data() + filled_->used;
+    std::memcpy(to, &entry, sizeof entry);
+    if (!sample.bytes.empty()) std::memcpy(to + sizeof entry, sample.bytes.data(), sample.bytes.size());
+    filled_->used += sizeof entry + sample.bytes.size();
+  }
+  if (first) wake_.raise();
+  return true;
+}
+
+void SampleQueue::swap() noexcept {
+  const std::lock_guard lock(mutex_);
+  drained_->used = 0;
+  std::swap(filled_, drained_);
+}
+
+SampleView SampleQueue::at(std::size_t offset, std::size_t& next) const noexcept {
+  Entry entry;
+  const std::uint8_t* from = drained_->bytes.data() + offset;
+  std::memcpy(&entry, from, sizeof entry);
+  next = offset + sizeof entry + static_cast<std::size_t>(entry.size);
+  return {entry.head, {from + sizeof entry, static_cast<std::size_t>(entry.size)}};
+}
+
+}  // namespace phantom::dds_recorder

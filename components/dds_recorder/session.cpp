@@ -1,0 +1,266 @@
+#include "components/dds_recorder/session.hpp"
+
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include "common/diagnostics/name_filter.hpp"
+#include "components/dds_recorder/dds_adapter.hpp"
+
+namespace phantom::dds_recorder {
+namespace {
+
+constexpr double kPoll_s = 0.05;
+constexpr core::Nanoseconds kStatusPeriod_ns = core::kNsPerSecond / 2,
+                            kTellPeriod_ns = 10 * core::kNsPerSecond;
+constexpr int kNiceness = 10;  // what controls an arm comes first
+constexpr const char* kEventTopics[] = {"hit_alert", "component_status", "operator_command"};
+
+recording::Attachment attachment_of(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(stream)), {});
+  recording::Attachment attachment;
+  attachment.log_time_ns = static_cast<std::uint64_t>(core::utc_ns());
+  attachment.name = file.filename().string();
+  attachment.media_type = "application/yaml";
+  attachment.data.assign(text.begin(), text.end());
+  return attachment;
+}
+
+RecordingContext context_of(const runtime::Deployment& deployment, const Config& config) {
+  char host[65] = {};
+  gethostname(host, sizeof host - 1);
+  std::string topics;
+  for (const std::string& pattern : config.topics) topics += (topics.empty() ? "" : " ") + pattern;
+  RecordingContext context;
+  context.about = {{"host", host},
+                   {"domain", std::to_string(deployment.network.domain)},
+                   {"topology", deployment.name},
+                   {"topics", topics.empty() ? "*" : topics}};
+  context.attachments = {attachment_of(deployment.file)};
+  if (!deployment.cell.empty()) context.attachments.push_back(attachment_of(deployment.cell));
+  return context;
+}
+
+std::string in_words(const RecorderFigures& figures) {
+  std::ostringstream text;
+  text << figures.samples << " samples, " << figures.bytes / 1'000'000 << " MB in " << figures.files
+       << (figures.files == 1 ? " file" : " files");
+  if (figures.losses.any()) text << ", " << figures.losses.missing << " samples missing";
+  if (figures.losses.overflow > 0)
+    text << " (" << figures.losses.overflow << " of them for want of room in the queue)";
+  if (figures.losses.unwritten > 0) text << ", " << figures.losses.unwritten << " not written";
+  return text.str();
+}
+
+core::Health health_of(const RecorderFigures& figures, const Recorder& recorder, bool on_event) {
+  core::Health health;
+  switch (figures.state) {
+    case RecorderState::kRecording:
+      health.state = core::ComponentState::kRunning;
+      health.message = "recording: " + in_words(figures);
+      break;
+    case RecorderState::kWaiting:
+      health.state = on_event ? core::ComponentState::kRunning : core::ComponentState::kReady;
+      health.message = on_event ? "waiting for an event; " + in_words(figures) : "waiting";
+      break;
+    case RecorderState::kOutOfSpace:
+      health.state =
+          recorder.ended().empty() ? core::ComponentState::kDegraded : core::ComponentState::kFault;
+      health.message = recorder.ended().empty() ? "no space: events are not recorded" : recorder.ended();
+      break;
+  }
+  health.figures = {{"samples", static_cast<double>(figures.samples), ""},
+                    {"written", static_cast<double>(figures.bytes) * 1e-6, "MB"},
+                    {"files", static_cast<double>(figures.files), ""},
+                    {"events", static_cast<double>(figures.events), ""},
+                    {"missing", static_cast<double>(figures.losses.missing), ""},
+                    {"queue_overflow", static_cast<double>(figures.losses.overflow), ""},
+                    {"dds_lost", static_cast<double>(figures.losses.dds_lost), ""},
+                    {"unwritten", static_cast<double>(figures.losses.unwritten), ""},
+                    {"window", static_cast<double>(figures.window_bytes) * 1e-6, "MB"},
+                    {"durable_samples", static_cast<double>(figures.durable_samples), ""}};
+  return health;
+}
+
+/// The threads of DDS fill the queue; all the rest happens here, on the calling thread.
+class RecordSession {
+ public:
+  RecordSession(const RecordRequest& request, const runtime::Deployment& deployment, const Config& config)
+      : request_(request),
+        on_event_(config.recorder.on_event),
+        filter_(config.topics),
+        queue_(config.queue_bytes),
+        watch_(config.recorder.triggers),
+        adapter_(
+            deployment.network, [this](const std::string& name) { return keeps(name); }, queue_),
+        recorder_(config.recorder, context_of(deployment, config), ports(config.recorder.folder),
+                  {core::monotonic_ns(), core::utc_ns()}) {}
+
+  int run() {
+    const core::Nanoseconds start_ns = core::monotonic_ns();
+    open_new_topics();
+    recorder_.tick(start_ns);
+    tell();
+    while (recorder_.ended().empty() && !runtime::stop_requested()) {
+      queue_.wait(kPoll_s);
+      turn(core::monotonic_ns());
+      if (request_.seconds > 0 && core::monotonic_ns() - start_ns > core::from_seconds(request_.seconds))
+        break;
+    }
+    adapter_.close_all();
+    drain();
+    count_losses();
+    recorder_.finish(core::monotonic_ns());
+    tell();
+    core::Health last = health_of(recorder_.figures(), recorder_, on_event_);
+    if (recorder_.ended().empty()) last.state = core::ComponentState::kStopped;
+    adapter_.publish_status(last);
+    spdlog::info("{}", in_words(recorder_.figures()));
+    return recorder_.ended().empty() ? runtime::kExitDone : runtime::kExitFailed;
+  }
+
+ private:
+  bool keeps(const std::string& topic) const {
+    if (filter_.keeps(topic)) return true;
+    return on_event_ &&
+           std::find(std::begin(kEventTopics), std::end(kEventTopics), topic) != std::end(kEventTopics);
+  }
+
+  RecorderPorts ports(const std::filesystem::path& folder) {
+    RecorderPorts ports;
+    ports.create =
+        [](const std::filesystem::path& path) -> core::Expected<std::unique_ptr<recording::ByteSink>> {
+      auto file = recording::FileSink::create(path);
+      if (!file) return file.status();
+      return std::unique_ptr<recording::ByteSink>(std::move(file).value());
+    };
+    ports.free_bytes = [folder] { return free_bytes(folder); };
+    ports.describe = [this](const Guid& writer) { return adapter_.describe(writer); };
+    ports.instance_of = [this](TopicNumber topic, std::span<const std::uint8_t> bytes,
+                               InstanceKey& instance) {
+      return instances_.find(recorder_.topics()[topic].type, bytes, instance);
+    };
+    return ports;
+  }
+
+  void open_new_topics() {
+    for (TopicInfo& info : adapter_.new_topics()) {
+      const TopicNumber number = recorder_.add_topic(info);
+      std::string why;
+      if (adapter_.open(info, number, why)) {
+        spdlog::debug("hearing {} ({})", info.name, info.type);
+      } else {
+        spdlog::warn("topic {} is not recorded: {}", info.name, why);
+      }
+    }
+  }
+
+  void drain() {
+    queue_.drain([this](const SampleView& sample) {
+      recorder_.take(sample);
+      if (const auto event = watch_.event_in(recorder_.topics()[sample.head.topic], sample.bytes))
+        recorder_.trigger(*event, sample.head.received_ns);
+    });
+  }
+
+  void count_losses() {
+    for (TopicNumber i = 0; i < recorder_.topics().size(); ++i) {
+      const InputLosses losses = adapter_.losses(i);
+      recorder_.count(i, losses.overflow, losses.dds_lost, losses.dds_rejected);
+    }
+  }
+
+  void turn(core::Nanoseconds now_ns) {
+    open_new_topics();
+    drain();
+    const std::uint32_t signals = runtime::emergency_stop_signals();
+    if (signals != signals_) recorder_.trigger("SIGUSR1", now_ns);
+    signals_ = signals;
+    if (now_ns - counted_ns_ >= core::kNsPerSecond / 4) {
+      counted_ns_ = now_ns;
+      count_losses();
+    }
+    recorder_.tick(now_ns);
+    tell();
+    if (now_ns - status_ns_ < kStatusPeriod_ns) return;
+    status_ns_ = now_ns;
+    const RecorderFigures figures = recorder_.figures();
+    adapter_.publish_status(health_of(figures, recorder_, on_event_));
+    tell_losses(figures);
+    if (now_ns - told_ns_ < kTellPeriod_ns) return;
+    told_ns_ = now_ns;
+    spdlog::info("{}", in_words(figures));
+  }
+
+  void tell() {
+    for (const std::string& notice : recorder_.take_notices()) spdlog::info("{}", notice);
+  }
+
+  /// At once when the recorder itself loses something, at most once a second.
+  void tell_losses(const RecorderFigures& figures) {
+    if (figures.losses.overflow == overflow_told_) return;
+    spdlog::warn(
+        "{} samples found no room in the queue so far; allowed: a larger queue_MB, fewer topics, a faster "
+        "disk",
+        figures.losses.overflow);
+    overflow_told_ = figures.losses.overflow;
+  }
+
+  const RecordRequest& request_;
+  bool on_event_;
+  diagnostics::NameFilter filter_;
+  SampleQueue queue_;
+  EventWatch watch_;
+  InstanceFinder instances_;
+  DdsAdapter adapter_;
+  Recorder recorder_;
+  std::uint32_t signals_ = runtime::emergency_stop_signals();
+  std::uint64_t overflow_told_ = 0;
+  core::Nanoseconds counted_ns_ = 0, status_ns_ = 0, told_ns_ = core::monotonic_ns();
+};
+
+}  // namespace
+
+Config merged(Config config, const RecordRequest& request) {
+  if (!request.topics.empty()) config.topics = request.topics;
+  if (!request.folder.empty()) config.recorder.folder = request.folder;
+  if (!request.name.empty()) config.recorder.name = request.name;
+  if (request.on_event) config.recorder.on_event = true;
+  return config;
+}
+
+std::uint64_t free_bytes(const std::filesystem::path& folder) {
+  struct statvfs about {};
+  std::filesystem::path there = std::filesystem::absolute(folder);
+  while (statvfs(there.c_str(), &about) != 0) {
+    if (there == there.parent_path()) throw core::MissingError(folder.string() + ": " + std::strerror(errno));
+    there = there.parent_path();
+  }
+  return static_cast<std::uint64_t>(about.f_bavail) * about.f_frsize;
+}
+
+int run_record(const RecordRequest& request, const runtime::Deployment& deployment, const Config& config) {
+  const auto& folder = config.recorder.folder;
+  std::error_code problem;
+  std::filesystem::create_directories(folder, problem);
+  if (problem || access(folder.c_str(), W_OK) != 0)
+    throw core::MissingError(
+        folder.string() + ": cannot be written to: " + (problem ? problem.message() : std::strerror(errno)));
+  if (const std::uint64_t free = free_bytes(folder); free < config.recorder.margin_bytes) {
+    throw core::MissingError(folder.string() + ": only " + std::to_string(free / 1'000'000) +
+                             " MB are free; allowed: more than disk.margin_MB, which is " +
+                             std::to_string(config.recorder.margin_bytes / 1'000'000));
+  }
+  setpriority(PRIO_PROCESS, 0, kNiceness);
+  RecordSession session(request, deployment, config);
+  return session.run();
+}
+
+}  // namespace phantom::dds_recorder

@@ -1,0 +1,163 @@
+// info, check and convert on files.
+#include "components/dds_recorder/convert.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "common/core/errors.hpp"
+#include "common/dds/cdr.hpp"
+#include "components/dds_recorder/info.hpp"
+#include "components/dds_recorder/tests/fake_world.hpp"
+
+namespace phantom::dds_recorder {
+namespace {
+
+using testing::HasSubstr;
+constexpr auto kSecond = FakeWorld::kSecond;
+constexpr auto kMs = core::kNsPerMillisecond;
+
+class Files : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::create_directories(folder);
+    RecorderSettings settings;
+    settings.split_ns = 6 * kSecond;
+    settings.chunk_bytes = 4'000;
+    const auto owner = world.recorder(settings);
+    Recorder& recorder = *owner;
+    recorder.tick(0);
+    recorder.take(world.sample(world.brick, 1, 0, {1, 1}));
+    for (std::uint64_t i = 0; i < 100; ++i) {
+      const auto now_ns = static_cast<core::Nanoseconds>(i) * 100 * kMs;
+      recorder.take(
+          world.sample(world.state, 1 + i + (i > 50 ? 7 : 0), now_ns, std::vector<std::uint8_t>(100)));
+      if (i == 30) recorder.trigger("hit alert 3 (gripper)", now_ns);
+      recorder.tick(now_ns);
+    }
+    recorder.finish(10 * kSecond);
+    for (const auto& [path, sink] : world.files) {
+      const auto file = folder / std::filesystem::path(path).filename();
+      std::ofstream(file, std::ios::binary)
+          .write(reinterpret_cast<const char*>(sink->bytes().data()),
+                 static_cast<std::streamsize>(sink->bytes().size()));
+      files.push_back(file);
+    }
+    ASSERT_EQ(files.size(), 2u);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder); }
+  std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("dds_recorder_files_" + std::to_string(getpid()));
+  FakeWorld world;
+  std::vector<std::filesystem::path> files;
+  std::ostringstream said;
+};
+
+TEST_F(Files, InfoTellsTopicsCountsRatesRangeEventsAndLosses) {
+  EXPECT_EQ(run_info({folder}, false, said), 0);
+  EXPECT_THAT(said.str(),
+              AllOf(HasSubstr("state"), HasSubstr("T\n"), HasSubstr("event: hit alert 3 (gripper)"),
+                    HasSubstr("2023-11-14 22:13:20.000 UTC"), HasSubstr("ended: split")));
+  std::ostringstream json_text;
+  EXPECT_EQ(run_info(files, true, json_text), 0);
+  const auto json = nlohmann::json::parse(json_text.str());
+  ASSERT_EQ(json.size(), 2u);
+  EXPECT_EQ(json[0]["topics"]["state"]["samples"], 61);
+  EXPECT_EQ(json[0]["topics"]["state"]["missing"], 7);
+  EXPECT_NEAR(json[0]["topics"]["state"]["rate_hz"], 10.0, 0.5);
+  EXPECT_EQ(json[0]["about"]["host"], "test");
+  EXPECT_EQ(json[1]["topics"]["brick"]["carried_over"], 1);
+  EXPECT_EQ(json[1]["ended"], "stopped");
+  EXPECT_TRUE(json[1]["complete"]);
+}
+
+TEST_F(Files, CheckFindsAWrongByteAndSaysWhatHelps) {
+  EXPECT_EQ(run_check(files, false, said), 0);
+  EXPECT_THAT(said.str(), HasSubstr("all well"));
+  std::fstream file(files[0], std::ios::in | std::ios::out | std::ios::binary);
+  file.seekp(3000);
+  file.put('!');
+  file.close();
+  std::ostringstream again;
+  EXPECT_EQ(run_check(files, false, again), 1);
+  EXPECT_THAT(again.str(), AllOf(HasSubstr("byte "), HasSubstr("convert")));
+}
+
+TEST_F(Files, ConvertJoinsASeriesIntoOneFileThatIsWhole) {
+  const auto out = folder / "all.mcap";
+  EXPECT_EQ(run_convert({.files = files, .out = out}, said), 0);
+  EXPECT_TRUE(recording::check(out)->ok());
+  const auto opened = open_recordings({out});
+  EXPECT_EQ(numbers(opened[0].reader, "state").size(), 100u);
+  EXPECT_EQ(numbers(opened[0].reader, "brick").size(), 1u);
+  EXPECT_EQ(opened[0].reader.channels().size(), 2u) << "the same topic and writer stay one channel";
+  EXPECT_EQ(opened[0].reader.metadata(kTriggerRecord).size(), 1u);
+  EXPECT_THROW(run_convert({.files = files, .out = out}, said), core::ConfigError)
+      << "nothing is overwritten";
+}
+
+TEST_F(Files, ConvertMakesAWholeFileOfADamagedOne) {
+  std::filesystem::resize_file(files[0], std::filesystem::file_size(files[0]) / 2);
+  const auto out = folder / "mended.mcap";
+  EXPECT_EQ(run_convert({.files = {files[0]}, .out = out}, said), 0);
+  EXPECT_THAT(said.str(), HasSubstr("ends in the middle of a record"));
+  EXPECT_TRUE(recording::check(out)->ok());
+  EXPECT_GT(numbers(open_recordings({out})[0].reader, "state").size(), 10u);
+}
+
+TEST_F(Files, ConvertTakesAPartWithTheStateThatHoldsInIt) {
+  const auto out = folder / "part.mcap";
+  ConvertRequest request{.files = files, .out = out};
+  request.range = {2.0, 3.0};
+  EXPECT_EQ(run_convert(request, said), 0);
+  const auto opened = open_recordings({out});
+  EXPECT_EQ(numbers(opened[0].reader, "state").size(), 10u);
+  EXPECT_EQ(numbers(opened[0].reader, "brick").size(), 1u);
+}
+
+TEST_F(Files, ConvertToJsonDecodesTheProjectsTypes) {
+  msg::OperatorCommand command;
+  command.kind(msg::COMMAND_SET_PERCEPT_GAIN);
+  command.value(2.5);
+  command.issuer("me");
+  std::vector<std::uint8_t> bytes;
+  ASSERT_TRUE(dds::CdrCodec(dds::kOperatorCommand).encode(&command, bytes));
+  FakeWorld other;
+  const auto owner = other.recorder({});
+  Recorder& recorder = *owner;
+  const TopicNumber topic = recorder.add_topic(
+      {"operator_command", dds::kOperatorCommand.type_name, false, false, "omgidl", "", {}});
+  recorder.tick(0);
+  recorder.take(other.sample(topic, 1, kMs, bytes));
+  recorder.take(other.sample(other.state, 1, kMs));
+  recorder.finish(kSecond);
+  const auto file = folder / "commands.mcap", out = folder / "commands.jsonl";
+  const auto& sink = other.files.begin()->second->bytes();
+  std::ofstream(file, std::ios::binary)
+      .write(reinterpret_cast<const char*>(sink.data()), static_cast<std::streamsize>(sink.size()));
+  EXPECT_EQ(run_convert({.files = {file}, .out = out}, said), 0);
+  std::ifstream lines(out);
+  std::string line;
+  ASSERT_TRUE(std::getline(lines, line));
+  const auto json = nlohmann::json::parse(line);
+  EXPECT_EQ(json["topic"], "operator_command");
+  EXPECT_EQ(json["sample"]["value"], 2.5);
+  EXPECT_EQ(json["sample"]["issuer"], "me");
+  ASSERT_TRUE(std::getline(lines, line));
+  EXPECT_EQ(nlohmann::json::parse(line)["bytes"], 3) << "a type that is not known is told by its size";
+}
+
+TEST_F(Files, WhatIsMissingOrNoRecordingIsNamed) {
+  EXPECT_THROW(run_info({"/nowhere/x.mcap"}, false, said), core::MissingError);
+  std::filesystem::create_directories(folder / "empty");
+  EXPECT_THROW(run_info({folder / "empty"}, false, said), core::MissingError);
+  std::ofstream(folder / "text.mcap") << "this is no recording";
+  EXPECT_THROW(run_info({folder / "text.mcap"}, false, said), core::ConfigError);
+  EXPECT_THROW(run_convert({.files = files, .out = folder / "x.bag"}, said), core::ConfigError);
+}
+
+}  // namespace
+}  // namespace phantom::dds_recorder
