@@ -27,6 +27,12 @@ class LocalBus::Node final : public CanBus {
   }
 
   bool receive(Received& received) noexcept override {
+    if (overflow_to_report_) {
+      overflow_to_report_ = false;
+      ++counters_.errors;
+      received = {.frame = {}, .errors = kErrorOverflow, .state = state_, .time_ns = bus_.now_ns_};
+      return true;
+    }
     while (count_ > 0) {
       received = ring_[first_];
       first_ = (first_ + 1) % kReceiveFrames;
@@ -41,7 +47,7 @@ class LocalBus::Node final : public CanBus {
     return false;
   }
 
-  bool wait(core::Nanoseconds) noexcept override { return count_ > 0; }
+  bool wait(core::Nanoseconds) noexcept override { return count_ > 0 || overflow_to_report_; }
 
   core::Status set_filters(std::span<const CanFilter> filters) override {
     filters_.assign(filters.begin(), filters.end());
@@ -61,6 +67,7 @@ class LocalBus::Node final : public CanBus {
   void deliver(const Received& received) noexcept {
     if (count_ == kReceiveFrames) {
       ++counters_.lost;
+      overflow_to_report_ = true;
       return;
     }
     ring_[(first_ + count_++) % kReceiveFrames] = received;
@@ -74,7 +81,7 @@ class LocalBus::Node final : public CanBus {
   std::vector<Received> ring_;
   std::size_t first_ = 0, count_ = 0;
   std::vector<CanFilter> filters_;
-  bool everything_ = true;
+  bool everything_ = true, overflow_to_report_ = false;
   BusState state_ = BusState::kActive;
   BusCounters counters_;
 };

@@ -66,6 +66,19 @@ void SimulatedDrive::build_profile_objects() {
   od_.add(0x6502, 0, 4, 0x380, false);  // cyclic synchronous position, velocity, torque
 }
 
+// A bus carries many times more than one drive needs: the rest is left to the controller's filters.
+void SimulatedDrive::listen_to_own() {
+  const auto node = static_cast<std::uint32_t>(options_.node);
+  std::vector<std::uint32_t> ids{0, static_cast<std::uint32_t>(od_.value(0x1005) & 0x7FF), 0x600U + node,
+                                 0x700U + static_cast<std::uint32_t>(od_.value(0x1016, 1) >> 16 & 0x7F)};
+  for (std::uint16_t i = 0; i < 4; ++i) {
+    if (const Pdo rpdo = pdo(static_cast<std::uint16_t>(0x1400 + i)); rpdo.on) ids.push_back(rpdo.cob);
+  }
+  std::vector<can::CanFilter> filters;
+  for (const std::uint32_t id : ids) filters.push_back({.id = id, .mask = 0x7FF});
+  static_cast<void>(bus_->set_filters(filters));  // without them everything comes, and is passed over
+}
+
 SimulatedDrive::Pdo SimulatedDrive::pdo(std::uint16_t communication) const {
   Pdo pdo;
   const std::int64_t cob = od_.value(communication, 1);
@@ -107,6 +120,8 @@ AbortCode SimulatedDrive::write_object(std::uint16_t index, std::uint8_t sub,
   }
   const AbortCode code = od_.write(index, sub, bytes);
   if (code == kNoAbort && index == 0x1017) heartbeat_ns_ = now_ns_;
+  const bool is_address = index == 0x1005 || index == 0x1016 || (index >= 0x1400 && index < 0x1404 && sub == 1);
+  if (code == kNoAbort && is_address) listen_to_own();
   return code;
 }
 

@@ -34,6 +34,7 @@ void SimulatedDrive::boot() {
   for (auto& latch : latched_) latch.clear();
   master_heard_ns_ = -1;
   build_communication_objects();
+  listen_to_own();
   booted_ = true;
   heartbeat_ns_ = now_ns_;
   send(0x700U + static_cast<std::uint32_t>(options_.node), {0});

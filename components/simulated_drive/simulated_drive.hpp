@@ -72,6 +72,7 @@ class SimulatedDrive {
     std::vector<std::uint32_t> mapping;
   };
   void build_communication_objects();
+  void listen_to_own();
   void build_profile_objects();
   void boot();
   AbortCode write_object(std::uint16_t index, std::uint8_t sub, const std::vector<std::uint8_t>& bytes);
