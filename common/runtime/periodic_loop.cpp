@@ -38,6 +38,8 @@ void PeriodicLoop::set_up_thread() {
   if (scheduling_.lock_memory && mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
     notice_ += std::string("memory not locked (") + std::strerror(errno) + "); ";
   }
+  if (!notice_.empty()) notice_.resize(notice_.size() - 2);
+  set_up_.store(true, std::memory_order_release);
 }
 
 void PeriodicLoop::publish(core::Nanoseconds start_ns) noexcept {

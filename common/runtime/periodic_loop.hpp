@@ -35,8 +35,8 @@ class PeriodicLoop {
   void stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
 
   /// What was refused or unavailable when the thread was set up (e.g. no right to SCHED_FIFO); empty if
-  /// nothing.
-  const std::string& notice() const { return notice_; }
+  /// nothing, or not set up yet. Thread-safe.
+  std::string notice() const { return set_up_.load(std::memory_order_acquire) ? notice_ : std::string(); }
   /// Newest statistics. One reader thread.
   core::LoopStatistics statistics();
 
@@ -51,7 +51,8 @@ class PeriodicLoop {
   std::string name_;
   double period_s_;
   LoopScheduling scheduling_;
-  std::string notice_;
+  std::string notice_;  // once set_up_ is true it stays as it is
+  std::atomic<bool> set_up_{false};
   std::atomic<bool> stop_{false};
   core::DurationHistogram lateness_, work_;
   std::uint64_t ticks_ = 0, slips_ = 0;

@@ -45,13 +45,17 @@ class ServoRunner {
     if (with_bare_loop_) all.push_back(bare_.statistics());
     return all;
   }
-  /// What the servo's thread was refused; call it after stop().
-  const std::string& notice() const { return servo_.notice(); }
+  /// What the servo's thread was refused, once: empty if nothing (yet), or if it was asked for before.
+  std::string take_notice() {
+    std::string notice = notice_taken_ ? std::string() : servo_.notice();
+    notice_taken_ = notice_taken_ || !notice.empty();
+    return notice;
+  }
 
  private:
   PeriodicLoop servo_, bare_;
   std::function<void(double)> tick_;
-  bool with_bare_loop_ = false;
+  bool with_bare_loop_ = false, notice_taken_ = false;
   std::jthread servo_thread_, bare_thread_;
 };
 

@@ -203,12 +203,12 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   };
   do {
     adapter.publish_health(health());
+    if (const std::string refused = loops.take_notice(); !refused.empty()) spdlog::warn("servo thread: {}", refused);
   } while (runtime::sleep_unless_stopped(kHealthPeriod_s));
 
   loops.stop();
   publisher.request_stop();
   publisher.join();
-  if (!loops.notice().empty()) spdlog::warn("servo thread: {}", loops.notice());
   auto last = health();
   last.state = core::ComponentState::kStopped;
   last.message = "ended";

@@ -135,11 +135,11 @@ std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config&
       }
     }
     adapter.publish_health(health_of(now(), driver, loops.statistics()));
+    if (const std::string refused = loops.take_notice(); !refused.empty()) spdlog::warn("servo thread: {}", refused);
   } while (runtime::sleep_unless_stopped(kHealthPeriod_s));
   loops.stop();
   publisher.request_stop();
   publisher.join();
-  if (!loops.notice().empty()) spdlog::warn("servo thread: {}", loops.notice());
   return loops.statistics();
 }
 

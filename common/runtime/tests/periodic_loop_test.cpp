@@ -1,9 +1,12 @@
 #include "common/runtime/periodic_loop.hpp"
 
 #include <gtest/gtest.h>
+#include <pthread.h>
 
 #include <cmath>
 #include <optional>
+#include <string>
+#include <thread>
 
 #include "common/core/clock.hpp"
 #include "tests/support/heap_guard.hpp"
@@ -57,6 +60,29 @@ TEST(PeriodicLoop, AllocatesNothingOnceItRuns) {
   });
   guard.reset();
   EXPECT_EQ(ticks, 2100);
+}
+
+// While it runs, not only at its end: a person must know early that slips are to be expected.
+TEST(PeriodicLoop, SaysAtItsStartThatRealTimePriorityWasRefused) {
+  const auto granted = [] {
+    bool yes = false;
+    std::thread([&] {
+      sched_param parameters{};
+      parameters.sched_priority = 1;
+      yes = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
+    }).join();
+    return yes;
+  }();
+  PeriodicLoop loop("test", 0.001, {.fifo_priority = 1});
+  std::string notice;
+  std::thread([&] { loop.run([&](double) {
+    notice = loop.notice();
+    return false;
+  }); }).join();
+  EXPECT_EQ(notice.empty(), granted) << notice;
+  if (!granted) {
+    EXPECT_NE(notice.find("CAP_SYS_NICE"), std::string::npos);
+  }
 }
 
 TEST(PeriodicLoop, StopEndsIt) {

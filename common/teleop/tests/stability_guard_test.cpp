@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <deque>
+
+#include "common/teleop/master_plant.hpp"
+#include "common/teleop/percept_rendering.hpp"
 
 namespace phantom::teleop {
 namespace {
@@ -27,6 +31,41 @@ TEST(StabilityGuard, DampingAtTheLimitIsStableForEveryDelay) {
     EXPECT_TRUE(settles(0.02, 0.98 * limit, 0.001, delay)) << delay;
     EXPECT_FALSE(settles(0.02, 1.35 * limit, 0.001, delay)) << delay;
   }
+}
+
+// The simulated device with encoder steps, velocity filter and a sample of delay, in drag of the percept's greatest gain:
+// a hand gives it a push and lets go. What remains of its motion, rad/s?
+double speed_long_after_a_push(const core::JointArray& damping_limit) {
+  MasterPlantParameters device{.joint_count = 1, .velocity_filter_s = 0.002};
+  device.joints[0] = {.inertia = 0.05, .viscous = 0.02, .coulomb = 0.0};
+  device.torque_limit_Nm[0] = 8.0;
+  device.encoder_resolution[0] = 2e-5;
+  MasterPlant plant(device, {});
+  PerceptParameters parameters{.joint_count = 1};
+  parameters.torque_cap_Nm[0] = 8.0;
+  parameters.damping_limit_Nms_per_rad = damping_limit;
+  PerceptRenderer renderer(parameters);
+  DragCoefficients drag{.valid = true};
+  drag.plus[0] = drag.minus[0] = 5.0;
+  double greatest = 0.0;
+  for (int i = 0; i < 3000; ++i) {
+    const auto percept = renderer.step(drag, true, true, 20.0, plant.velocity(), 0.001);
+    core::JointArray hand{};
+    hand[0] = i >= 500 && i < 520 ? 1.0 : 0.0;  // once the percept is fully there
+    plant.step(hand, percept.torque_Nm, 0.001);
+    if (i >= 2500) greatest = std::max(greatest, std::abs(plant.true_velocity()[0]));
+  }
+  return greatest;
+}
+
+TEST(StabilityGuard, AnUnlimitedDragGainMakesTheDeviceOscillateAndTheGuardedOneDoesNot) {
+  core::JointArray unlimited{};
+  unlimited.fill(1e9);
+  EXPECT_GT(speed_long_after_a_push(unlimited), 0.1) << "it shakes for ever";
+  DeviceDamping device{.joint_count = 1, .period_s = 0.001, .delay_samples = 1 + filter_delay_samples(0.002, 0.001)};
+  device.inertia[0] = 0.05;
+  device.damping_cap[0] = 1e9;
+  EXPECT_LT(speed_long_after_a_push(usable_damping(device)), 0.01) << "an encoder step in the filter's time";
 }
 
 TEST(StabilityGuard, WithoutDelayTheLimitIsTwoMassesPerPeriod) {
