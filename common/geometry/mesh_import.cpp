@@ -6,11 +6,14 @@
 
 #include <Eigen/LU>
 #include <assimp/Importer.hpp>
+#include <algorithm>
+#include <cctype>
 #include <cmath>
-#include <cstring>
-#include <unordered_map>
+#include <fstream>
 
+#include "common/geometry/joined_corners.hpp"
 #include "common/geometry/mesh_frame.hpp"
+#include "common/geometry/stl.hpp"
 
 namespace phantom::geometry::detail {
 namespace {
@@ -21,48 +24,6 @@ Eigen::Vector3d at(const Affine& to_scene, const aiVector3D& p) {
   const aiVector3t<double> q = to_scene * aiVector3t<double>(p.x, p.y, p.z);
   return {q.x, q.y, q.z};
 }
-
-/// Collects triangles and gives equal corners one vertex.
-class MeshBuilder {
- public:
-  explicit MeshBuilder(TriangleMesh& mesh) : mesh_(mesh) {}
-
-  std::uint32_t vertex(const Eigen::Vector3d& p_m) {
-    Eigen::Vector3f position_m = p_m.cast<float>();
-    finite_ = finite_ && position_m.allFinite();
-    position_m.array() += 0.0F;  // −0 and 0 are one place
-    const auto [entry, is_new] =
-        known_.try_emplace(position_m, static_cast<std::uint32_t>(mesh_.vertices_m.size()));
-    if (is_new) mesh_.vertices_m.push_back(position_m);
-    return entry->second;
-  }
-  void triangle(const std::array<std::uint32_t, 3>& corners) {
-    if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) {
-      ++collapsed_;
-    } else {
-      mesh_.triangles.push_back(corners);
-    }
-  }
-
-  bool finite() const { return finite_; }
-  std::size_t collapsed() const { return collapsed_; }
-
- private:
-  struct HashBits {
-    std::size_t operator()(const Eigen::Vector3f& v) const {
-      std::uint32_t bits[3];
-      std::memcpy(bits, v.data(), sizeof bits);
-      std::uint64_t h = bits[0] * 0x9e3779b97f4a7c15ULL;
-      h = (h ^ (h >> 32) ^ bits[1]) * 0xff51afd7ed558ccdULL;
-      h = (h ^ (h >> 32) ^ bits[2]) * 0xc4ceb9fe1a85ec53ULL;
-      return h ^ (h >> 29);
-    }
-  };
-  TriangleMesh& mesh_;
-  std::unordered_map<Eigen::Vector3f, std::uint32_t, HashBits> known_;
-  bool finite_ = true;
-  std::size_t collapsed_ = 0;
-};
 
 /// Calls visit(corner, corner, corner) with every triangle of the node and its children, in the scene's
 /// coordinates and outward where the mesh itself is; false and why if the scene is damaged or too large.
@@ -113,9 +74,10 @@ std::array<double, 3> extents_of(const aiScene& scene, const Eigen::Matrix3d& to
 
 const char* axis_name(UpAxis up) { return up == UpAxis::kX ? "+x" : up == UpAxis::kY ? "+y" : "+z"; }
 
-/// Settles scale and up-axis: the caller's word, else the file's, else a guess with a note.
-void settle_frame(const MeshImportOptions& options, const aiScene& scene, const SceneFrame& frame,
-                  LoadedMesh& mesh) {
+/// Settles scale and up-axis: the caller's word, else the file's, else a guess with a note. `extents`: gives those of the
+/// mesh in the file's units.
+template <class Extents>
+void settle_frame(const MeshImportOptions& options, const SceneFrame& frame, const Extents& extents, LoadedMesh& mesh) {
   mesh.format = frame.format;
   if (options.scale) {
     mesh.scale = *options.scale;
@@ -123,7 +85,7 @@ void settle_frame(const MeshImportOptions& options, const aiScene& scene, const 
     mesh.scale = *frame.declared.scale;
     mesh.scale_from = KnownFrom::kFile;
   } else {
-    const UnitGuess guess = guess_unit(extents_of(scene, frame.to_file));
+    const UnitGuess guess = guess_unit(extents());
     mesh.scale = guess.scale;
     mesh.scale_from = KnownFrom::kGuess;
     mesh.notes.push_back("declares no unit: " + guess.why);
@@ -152,30 +114,9 @@ const aiScene* read_scene(Assimp::Importer& importer, const std::filesystem::pat
       path.string(), aiProcess_ValidateDataStructure | aiProcess_RemoveComponent | aiProcess_Triangulate);
 }
 
-}  // namespace
-
-bool import_mesh_unguarded(const std::filesystem::path& path, const MeshImportOptions& options,
-                           LoadedMesh& mesh, std::string& problem) {
-  Assimp::Importer importer;
-  const aiScene* scene = read_scene(importer, path);
-  if (scene == nullptr || scene->mRootNode == nullptr) {
-    problem = std::string("is not a readable mesh: ") + importer.GetErrorString();
-    return false;
-  }
-  const SceneFrame frame = scene_frame(*scene, path);
-  settle_frame(options, *scene, frame, mesh);
-  const Eigen::Matrix3d to_metres = mesh.scale * to_z_up(mesh.up) * frame.to_file;
-  MeshBuilder builder(mesh);
-  std::uint64_t left = options.max_triangles;
-  if (!for_each_triangle(*scene, *scene->mRootNode, {}, left, problem,
-                         [&](const auto& a, const auto& b, const auto& c) {
-                           builder.triangle({builder.vertex(to_metres * a), builder.vertex(to_metres * b),
-                                             builder.vertex(to_metres * c)});
-                         })) {
-    if (left == 0) problem = "has more than " + std::to_string(options.max_triangles) + " triangles";
-    return false;
-  }
-  if (!builder.finite()) {
+/// What is said of every outcome; false and why if there is none.
+bool settle(bool finite, std::size_t collapsed, LoadedMesh& mesh, std::string& problem) {
+  if (!finite) {
     problem = "has a coordinate that is not a finite number";
     return false;
   }
@@ -183,9 +124,83 @@ bool import_mesh_unguarded(const std::filesystem::path& path, const MeshImportOp
     problem = "holds no triangles";
     return false;
   }
-  if (builder.collapsed() > 0)
-    mesh.notes.push_back(std::to_string(builder.collapsed()) + " triangles without extent were left out");
+  if (collapsed > 0) mesh.notes.push_back(std::to_string(collapsed) + " triangles without extent were left out");
   return true;
+}
+
+std::string too_many(const MeshImportOptions& options) { return "has more than " + std::to_string(options.max_triangles) + " triangles"; }
+
+bool is_stl(const std::filesystem::path& path) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending == ".stl";
+}
+
+/// The file, if it is a binary STL; empty if it is not, or has too many triangles.
+std::vector<std::uint8_t> binary_stl_in(const std::filesystem::path& path, const MeshImportOptions& options, std::string& problem) {
+  std::vector<std::uint8_t> bytes(kStlHeadBytes);
+  std::ifstream file(path, std::ios::binary);
+  const auto read = [&](std::size_t from) {
+    file.read(reinterpret_cast<char*>(bytes.data() + from), static_cast<std::streamsize>(bytes.size() - from));
+    return static_cast<bool>(file);
+  };
+  std::error_code none;
+  const auto size = std::filesystem::file_size(path, none);
+  const auto triangles = !none && read(0) ? binary_stl_triangles(bytes, size) : std::nullopt;
+  if (!triangles) return {};
+  if (*triangles > options.max_triangles) {
+    problem = too_many(options);
+    return {};
+  }
+  bytes.resize(size);
+  if (!read(kStlHeadBytes)) return {};
+  return bytes;
+}
+
+/// Binary STLs, by far the most of a workshop's files, are read here: assimp takes several times as long for them.
+bool import_binary_stl(const std::vector<std::uint8_t>& bytes, const MeshImportOptions& options, LoadedMesh& mesh, std::string& problem) {
+  StlMesh stl = read_binary_stl(bytes);
+  SceneFrame frame;
+  frame.format = "Stereolithography (STL) Importer";
+  settle_frame(options, frame, [&] {
+    const BoundingBox box = stl.bounding_box();
+    const Eigen::Vector3d extent = box.empty() ? Eigen::Vector3d::Zero() : Eigen::Vector3d((box.max_m - box.min_m).cast<double>());
+    return std::array{extent.x(), extent.y(), extent.z()};
+  }, mesh);
+  const Eigen::Matrix3d to_metres = mesh.scale * to_z_up(mesh.up);
+  for (Eigen::Vector3f& v : stl.vertices_m) v = (to_metres * v.cast<double>()).cast<float>();
+  static_cast<TriangleMesh&>(mesh) = std::move(stl);
+  return settle(mesh.all_finite(), stl.collapsed, mesh, problem);
+}
+
+bool import_by_assimp(const std::filesystem::path& path, const MeshImportOptions& options, LoadedMesh& mesh, std::string& problem) {
+  Assimp::Importer importer;
+  const aiScene* scene = read_scene(importer, path);
+  if (scene == nullptr || scene->mRootNode == nullptr) {
+    problem = std::string("is not a readable mesh: ") + importer.GetErrorString();
+    return false;
+  }
+  const SceneFrame frame = scene_frame(*scene, path);
+  settle_frame(options, frame, [&] { return extents_of(*scene, frame.to_file); }, mesh);
+  const Eigen::Matrix3d to_metres = mesh.scale * to_z_up(mesh.up) * frame.to_file;
+  JoinedCorners corners(mesh);
+  std::uint64_t left = options.max_triangles;
+  const auto vertex = [&](const Eigen::Vector3d& p) { return corners.vertex((to_metres * p).cast<float>()); };
+  if (!for_each_triangle(*scene, *scene->mRootNode, {}, left, problem,
+                         [&](const auto& a, const auto& b, const auto& c) { corners.triangle({vertex(a), vertex(b), vertex(c)}); })) {
+    if (left == 0) problem = too_many(options);
+    return false;
+  }
+  return settle(corners.finite(), corners.collapsed(), mesh, problem);
+}
+
+}  // namespace
+
+bool import_mesh_unguarded(const std::filesystem::path& path, const MeshImportOptions& options,
+                           LoadedMesh& mesh, std::string& problem) {
+  const std::vector<std::uint8_t> stl = is_stl(path) ? binary_stl_in(path, options, problem) : std::vector<std::uint8_t>{};
+  if (!problem.empty()) return false;
+  return stl.empty() ? import_by_assimp(path, options, mesh, problem) : import_binary_stl(stl, options, mesh, problem);
 }
 
 }  // namespace phantom::geometry::detail

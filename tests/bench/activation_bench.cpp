@@ -1,9 +1,12 @@
 // Mesh → solid → layers → workspace: the rows of rows/activation.json.
 
 #include <benchmark/benchmark.h>
+#include <sys/mman.h>
 
 #include <cstring>
+#include <new>
 
+#include "common/geometry/stl.hpp"
 #include "tests/bench/bodies.hpp"
 #include "tests/bench/counting_heap.hpp"
 
@@ -22,15 +25,18 @@ Eigen::Vector3d extent_m(const GridSpec& grid) {
   return grid.voxel_size_m * Eigen::Vector3d(grid.size_vox[0], grid.size_vox[1], grid.size_vox[2]);
 }
 
-/// The floor: memory that is there already, written once.
+/// The floor: memory that is there already, plain pages from the system, written once.
 void warm_memset(State& state, std::size_t bytes) {
-  std::vector<char> block(bytes, 1);
+  void* const block = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (block == MAP_FAILED) throw std::bad_alloc();
+  std::memset(block, 1, bytes);
   char value = 0;
   for (auto _ : state) {
-    std::memset(block.data(), ++value, bytes);
-    benchmark::DoNotOptimize(block.data());
+    std::memset(block, ++value, bytes);
+    benchmark::DoNotOptimize(block);
     benchmark::ClobberMemory();
   }
+  ::munmap(block, bytes);
 }
 
 voxel::ActivatedObject activated(const Body& body, const GridSpec& grid, int threads = 1) {
@@ -48,6 +54,18 @@ void activate_sphere(State& state, int edge_vox, std::uint32_t rings, int thread
   body.profile.element = voxel::ShapingElement::kSphere;
   const GridSpec grid = sphere_grid(edge_vox);
   for (auto _ : state) {
+    const auto object = activated(body, grid, threads);
+    benchmark::DoNotOptimize(object.bricks.keys().data());
+  }
+}
+
+/// From the bytes of an STL file.
+void activate_stl(State& state, int edge_vox, std::uint32_t rings, int threads) {
+  Body body = sphere_in_box(edge_vox, rings);
+  const std::vector<std::uint8_t> stl = geometry::binary_stl(body.mesh_W);
+  const GridSpec grid = sphere_grid(edge_vox);
+  for (auto _ : state) {
+    body.mesh_W = geometry::read_binary_stl(stl);
     const auto object = activated(body, grid, threads);
     benchmark::DoNotOptimize(object.bricks.keys().data());
   }
@@ -148,6 +166,7 @@ const bool kRegistered = [] {
     const std::string suffix = "/threads:" + std::to_string(threads);
     RegisterBenchmark(("activate/512/200k" + suffix).c_str(), activate_sphere, 512, kRings200k, threads,
                       voxel::LayerMethod::kDistance)->Unit(fast);
+    RegisterBenchmark(("stl/512/200k" + suffix).c_str(), activate_stl, 512, kRings200k, threads)->Unit(fast);
     RegisterBenchmark(("layers/512/200k" + suffix).c_str(), layers_of_sphere, 512, kRings200k, threads)->Unit(fast);
     RegisterBenchmark(("cell/20/400x400x300" + suffix).c_str(), whole_cell, threads)->Unit(fast);
   }

@@ -6,11 +6,13 @@
 
 #include <Eigen/Geometry>
 
+#include <cstring>
 #include <fstream>
 #include <random>
 #include <string>
 
 #include "common/geometry/primitives.hpp"
+#include "common/geometry/stl.hpp"
 
 namespace phantom::geometry {
 namespace {
@@ -171,6 +173,32 @@ TEST_F(MeshFiles, NamesAMissingFile) {
   ASSERT_FALSE(mesh);
   EXPECT_EQ(mesh.status().code(), core::ErrorCode::kNotFound);
   expect_refused(folder_ / "nowhere.stl", "no such file");
+}
+
+TEST_F(MeshFiles, ReadsABinaryStlAsTheTextOfTheSame) {
+  const TriangleMesh torus = make_torus(200, 51.3, 40, 20);
+  const auto bytes = binary_stl(torus);
+  const std::string binary(bytes.begin(), bytes.end());
+  const MeshImportOptions turned{.scale = 0.0254, .y_up = true};
+  for (const MeshImportOptions& options : {MeshImportOptions{}, turned}) {
+    const auto from_text = load_mesh(write("text.stl", ascii_stl(torus)), options);
+    const auto from_bytes = load_mesh(write("binary.STL", binary), options);
+    ASSERT_TRUE(from_text) << from_text.status().message();
+    ASSERT_TRUE(from_bytes) << from_bytes.status().message();
+    ASSERT_EQ(from_bytes->vertices_m.size(), from_text->vertices_m.size());
+    for (std::size_t i = 0; i < from_text->vertices_m.size(); ++i)  // assimp reads numbers in text to seven digits
+      EXPECT_LT((from_bytes->vertices_m[i] - from_text->vertices_m[i]).norm(), 1e-6F * from_text->vertices_m[i].norm());
+    EXPECT_EQ(from_bytes->triangles, from_text->triangles);
+    EXPECT_EQ(from_bytes->format, from_text->format);
+    EXPECT_EQ(from_bytes->scale, from_text->scale);
+    EXPECT_EQ(from_bytes->up, from_text->up);
+    EXPECT_EQ(from_bytes->notes, from_text->notes);
+  }
+  expect_refused(write("many.stl", binary), "more than 100 triangles", {.max_triangles = 100});
+  std::string broken = binary;
+  std::memset(broken.data() + 84 + 12, 0xff, 4);  // a corner that is not a number
+  expect_refused(write("broken.stl", broken), "not a finite number");
+  expect_refused(write("nothing.stl", std::string(84, '\0')), "holds no triangles");
 }
 
 TEST_F(MeshFiles, RefusesWhatHoldsNoMesh) {

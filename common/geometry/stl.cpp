@@ -1,0 +1,51 @@
+#include "common/geometry/stl.hpp"
+
+#include <cstring>
+
+#include "common/geometry/joined_corners.hpp"
+
+namespace phantom::geometry {
+namespace {
+
+constexpr std::size_t kCountAt = 80, kTriangleBytes = 50, kNormalBytes = 12, kCornerBytes = 12;
+
+}  // namespace
+
+std::optional<std::uint32_t> binary_stl_triangles(std::span<const std::uint8_t> head, std::uint64_t size) {
+  if (head.size() < kStlHeadBytes) return std::nullopt;
+  std::uint32_t count = 0;
+  std::memcpy(&count, head.data() + kCountAt, sizeof count);
+  if (size != kStlHeadBytes + std::uint64_t{kTriangleBytes} * count) return std::nullopt;
+  return count;
+}
+
+StlMesh read_binary_stl(std::span<const std::uint8_t> bytes) {
+  StlMesh mesh;
+  const std::uint32_t count = binary_stl_triangles(bytes, bytes.size()).value_or(0);
+  detail::JoinedCorners corners(mesh);
+  corners.expect(count);
+  const std::uint8_t* at = bytes.data() + kStlHeadBytes + kNormalBytes;
+  for (std::uint32_t i = 0; i < count; ++i, at += kTriangleBytes) {
+    std::array<Eigen::Vector3f, 3> positions;
+    static_assert(sizeof positions == 3 * kCornerBytes);
+    std::memcpy(static_cast<void*>(positions.data()), at, sizeof positions);
+    corners.triangle({corners.vertex(positions[0]), corners.vertex(positions[1]), corners.vertex(positions[2])});
+  }
+  mesh.collapsed = corners.collapsed();
+  mesh.finite = corners.finite();
+  return mesh;
+}
+
+std::vector<std::uint8_t> binary_stl(const TriangleMesh& mesh) {
+  const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
+  std::vector<std::uint8_t> bytes(kStlHeadBytes + kTriangleBytes * mesh.triangles.size(), 0);
+  std::memcpy(bytes.data() + kCountAt, &count, sizeof count);
+  std::uint8_t* at = bytes.data() + kStlHeadBytes;
+  for (const auto& triangle : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) std::memcpy(at + kNormalBytes + k * kCornerBytes, mesh.vertices_m[triangle[k]].data(), kCornerBytes);
+    at += kTriangleBytes;
+  }
+  return bytes;
+}
+
+}  // namespace phantom::geometry
