@@ -79,7 +79,7 @@ std::string Collector::live_line() const {
   if (!percept_.valid) return percept_.t_s > 0.0 ? "no percept" : "no percept yet";
   std::string line = "drag";
   for (const double torque : percept_.torque) line += format(" %+.2f", torque);
-  line += " | ";
+  line += '\n';
   if (percept_.mu_Pa_s_per_m > 0.0) {
     const bool named = percept_.link < link_names_.size();
     line += named ? link_names_[percept_.link] : "link " + std::to_string(percept_.link);

@@ -4,11 +4,12 @@
 #include <unistd.h>
 
 #include <iostream>
+#include <sstream>
 
 namespace phantom::phantom_session {
 namespace {
 
-constexpr const char* kClearLine = "\r\033[K";
+constexpr const char *kClearLine = "\r\033[K", *kLineUp = "\033[A";
 
 std::size_t columns() {
   winsize size{};
@@ -29,18 +30,24 @@ std::string cut(const std::string& text, std::size_t columns) {
 
 Console::Console() : terminal_(isatty(STDOUT_FILENO) == 1) {}
 
+/// The cursor stands in the last of the lines shown.
+void Console::clear() {
+  for (; shown_ > 0; --shown_) std::cout << kClearLine << (shown_ > 1 ? kLineUp : "");
+}
+
 void Console::say(const std::string& line) {
   const std::lock_guard lock(mutex_);
-  if (shown_) std::cout << kClearLine;
-  shown_ = false;
+  clear();
   std::cout << line << std::endl;
 }
 
-void Console::show(const std::string& line) {
+void Console::show(const std::string& lines) {
   if (!terminal_) return;
   const std::lock_guard lock(mutex_);
-  if (shown_ || !line.empty()) std::cout << kClearLine << cut(line, columns()) << std::flush;
-  shown_ = !line.empty();
+  clear();
+  std::istringstream split(lines);
+  for (std::string line; std::getline(split, line); ++shown_) std::cout << (shown_ > 0 ? "\n" : "") << cut(line, columns());
+  std::cout << std::flush;
 }
 
 }  // namespace phantom::phantom_session
