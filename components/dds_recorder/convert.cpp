@@ -116,7 +116,7 @@ class JsonTarget : public Target {
     if (!type) {
       line["type"] = about(channel, "type");
       line["bytes"] = message.data.size();
-    } else if (auto decoded = diagnostics::decode(*type, message.data)) {
+    } else if (auto decoded = diagnostics::decode(*type, message.data, {.most_octets = 0})) {
       line["sample"] = std::move(decoded).value();
     } else {
       line["problem"] = decoded.status().message();

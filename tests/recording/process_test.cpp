@@ -1,0 +1,337 @@
+// The recorder's executable: killed at any moment, read by other people's tools, stopped, triggered,
+// replayed.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <csignal>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <thread>
+
+#include "common/dds/cdr.hpp"
+#include "common/dds/endpoint.hpp"
+#include "common/dds/stamp.hpp"
+#include "common/dds/tests/test_network.hpp"
+#include "common/recording/mcap_check.hpp"
+#include "tests/recording/child_process.hpp"
+
+namespace phantom {
+namespace {
+
+using dds::eventually;
+using dds::test_network;
+using test::Process;
+using test::read_text;
+using testing::HasSubstr;
+
+class Recorded : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder);
+    std::string topology = read_text(PHANTOM_SOURCE_DIR "/deploy/topologies/single_host.yaml");
+    for (auto at = topology.find("../"); at != std::string::npos; at = topology.find("../", at + 1))
+      topology.replace(at, 3, PHANTOM_SOURCE_DIR "/deploy/");
+    std::ofstream(folder / "topology.yaml") << topology;
+    std::ofstream(folder / "config.yaml")
+        << "disk: {margin_MB: 0}\nflush_interval_s: 0.02\nchunk_kB: 4\nqueue_MB: 4\n"
+           "window: {before_s: 5, after_s: 1}\n";
+  }
+  void TearDown() override {
+    if (!HasFailure()) std::filesystem::remove_all(folder);
+  }
+
+  std::vector<std::string> command(const std::string& what, const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> arguments{PHANTOM_BIN_DIR "/dds_recorder",
+                                       what,
+                                       "--domain",
+                                       std::to_string(test_network().domain),
+                                       "--deployment",
+                                       (folder / "topology.yaml").string(),
+                                       "--config",
+                                       (folder / "config.yaml").string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  }
+  int run(const std::string& what, const std::vector<std::string>& more, std::string* output = nullptr) {
+    Process process(command(what, more), folder / (what + ".log"));
+    const int code = process.wait();
+    if (output != nullptr) *output = process.output();
+    return code;
+  }
+  static std::vector<std::filesystem::path> files_in(const std::filesystem::path& where) {
+    std::vector<std::filesystem::path> files;
+    if (!std::filesystem::exists(where)) return files;
+    for (const auto& entry : std::filesystem::directory_iterator(where)) files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    return files;
+  }
+  /// Numbers of the alerts in a file, each of which must be as it was written.
+  static std::vector<std::uint32_t> alerts_in(const recording::McapReader& reader) {
+    std::vector<std::uint32_t> numbers;
+    recording::MessageCursor cursor(reader);
+    for (recording::Message message; cursor.next(message);) {
+      if (reader.channels().at(message.channel_id).topic != "hit_alert") continue;
+      msg::HitAlert alert;
+      EXPECT_TRUE(dds::decode(dds::kHitAlert, message.data, alert));
+      EXPECT_EQ(alert.mu(), 3.0 * alert.alert());
+      EXPECT_EQ(alert.stamp().sequence_number(), alert.alert());
+      numbers.push_back(alert.alert());
+    }
+    EXPECT_TRUE(cursor.problems().empty());
+    return numbers;
+  }
+
+  std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("phantom_recorder_" + std::to_string(getpid()));
+};
+
+/// Writes numbered alerts for as long as it lives.
+class AlertWriter {
+ public:
+  explicit AlertWriter(std::chrono::microseconds period)
+      : thread_([this, period](const std::stop_token& stop) {
+          dds::Stamper stamper(participant_);
+          while (!stop.stop_requested()) {
+            msg::HitAlert alert;
+            alert.stamp(stamper.next());
+            alert.alert(static_cast<std::uint32_t>(alert.stamp().sequence_number()));
+            alert.mu(3.0 * alert.alert());
+            alert.cleared(true);
+            writer_.write(alert);
+            ++written_;
+            std::this_thread::sleep_for(period);
+          }
+        }) {}
+  std::uint32_t matched() const { return writer_.matched(); }
+  std::uint32_t written() const { return written_; }
+
+ private:
+  dds::Participant participant_{"phantom_sensing", test_network()};
+  dds::Writer<msg::HitAlert> writer_{participant_, dds::kHitAlert};
+  std::atomic<std::uint32_t> written_{0};
+  std::jthread thread_;
+};
+
+class Killed : public Recorded {};
+
+TEST_F(Killed, AHundredTimesAtAnyMomentEveryCompletedChunkCanBeRead) {
+  constexpr int kRounds = 20, kAtOnce = 5;
+  AlertWriter writer(std::chrono::microseconds(500));
+  std::mt19937 random(11);
+  std::uint64_t samples = 0, torn = 0, with_samples = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<std::unique_ptr<Process>> recorders;
+    std::vector<std::filesystem::path> folders;
+    for (int i = 0; i < kAtOnce; ++i) {
+      folders.push_back(folder / (std::to_string(round) + "_" + std::to_string(i)));
+      recorders.push_back(std::make_unique<Process>(
+          command("record", {"--folder", folders.back().string(), "--topics", "hit_alert"}),
+          folder / "killed.log"));
+    }
+    const auto size_of = [](const std::filesystem::path& where) {
+      const auto files = files_in(where);
+      return files.empty() ? 0 : std::filesystem::file_size(files[0]);
+    };
+    for (std::size_t i = 0; i < recorders.size(); ++i) {
+      // Any moment from the first bytes on; in most rounds when samples flow.
+      const std::uintmax_t least = random() % 5 == 0 ? 1 : 20'000 + random() % 40'000;
+      ASSERT_TRUE(eventually([&] { return size_of(folders[i]) >= least; }, std::chrono::seconds(60)));
+      std::this_thread::sleep_for(std::chrono::microseconds(random() % 5000));
+      ASSERT_EQ(recorders[i]->end(SIGKILL), 128 + SIGKILL);
+      const auto files = files_in(folders[i]);
+      ASSERT_EQ(files.size(), 1u);
+      const auto reader = recording::McapReader::open(files[0]);
+      if (!reader && std::filesystem::file_size(files[0]) < 100) continue;  // not even the header
+      ASSERT_TRUE(reader) << reader.status().message();
+      EXPECT_FALSE(reader->complete());
+      ASSERT_LE(reader->problems().size(), 1u) << "nothing but a torn end";
+      torn += reader->problems().size();
+      const auto numbers = alerts_in(*reader);
+      for (std::size_t k = 1; k < numbers.size(); ++k)
+        ASSERT_EQ(numbers[k], numbers[k - 1] + 1) << "none is missing between";
+      samples += numbers.size();
+      with_samples += numbers.empty() ? 0 : 1;
+    }
+  }
+  EXPECT_GT(with_samples, 50u);
+  RecordProperty("samples_read", std::to_string(samples));
+  RecordProperty("torn_ends", std::to_string(torn));
+}
+
+class OtherReaders : public Recorded {};
+
+TEST_F(OtherReaders, FindTheSameSamplesAndDecodeThemByTheSchemasInTheFile) {
+  Process recorder(command("record", {"--folder", (folder / "out").string()}), folder / "record.log");
+  dds::Participant there("phantom_sensing", test_network());
+  dds::Writer<msg::HitAlert> alerts(there, dds::kHitAlert);
+  dds::Writer<msg::SlaveState> states(there, dds::kSlaveState);
+  dds::Writer<msg::DragField> fields(there, dds::kDragField);
+  dds::Writer<msg::WorkspaceBrick> bricks(there, dds::kWorkspaceBrick);
+  dds::Writer<msg::WorkspaceVersion> versions(there, dds::kWorkspaceVersion);
+  dds::Writer<msg::InterestPoints> points(there, dds::kInterestPoints);
+  ASSERT_TRUE(eventually(
+      [&] {
+        return alerts.matched() > 0 && states.matched() > 0 && fields.matched() > 0 && points.matched() > 0 &&
+               bricks.matched() > 0 && versions.matched() > 0;
+      },
+      std::chrono::seconds(60)))
+      << recorder.output();
+  dds::Stamper stamper(there);
+  for (int i = 1; i <= 200; ++i) {
+    msg::SlaveState state;
+    state.stamp(stamper.next());
+    state.joint_count(7);
+    for (std::size_t j = 0; j < 7; ++j) state.position_rad()[j] = 0.1 * i + static_cast<double>(j);
+    state.contact(i % 2 == 0);
+    states.write(state);
+    msg::DragField field;
+    field.stamp(stamper.next());
+    for (std::size_t j = 0; j < 136; ++j) field.coupled()[j] = 1.0 / (1.0 + static_cast<double>(j) + i);
+    fields.write(field);
+    msg::InterestPoints sensed;
+    sensed.stamp(stamper.next());
+    sensed.condition(msg::PERCEPT_WORKSPACE_BEHIND);
+    sensed.points().resize(static_cast<std::size_t>(i % 4));
+    for (auto& point : sensed.points()) point.name("elbow"), point.mu(0.5 * i);
+    points.write(sensed);
+    if (i % 10 == 0) {
+      msg::HitAlert alert;
+      alert.stamp(stamper.next());
+      alert.alert(static_cast<std::uint32_t>(i));
+      alert.rule(msg::HIT_FAR_NEARING);
+      alert.link_name("gripper");
+      alerts.write(alert);
+      msg::WorkspaceBrick brick;
+      brick.bx(i);
+      brick.voxels_zstd(std::vector<std::uint8_t>(static_cast<std::size_t>(i), 7));
+      bricks.write(brick);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  msg::WorkspaceVersion version;
+  version.cell("hot_cell");
+  version.version(3);
+  version.palette({0.0F, 9.0F, 32.0F});
+  version.content_hash(0xfedcba9876543210U);
+  versions.write(version);
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  ASSERT_EQ(recorder.end(SIGINT), 0) << recorder.output();
+
+  const auto files = files_in(folder / "out");
+  ASSERT_EQ(files.size(), 1u);
+  EXPECT_TRUE(recording::check(files[0])->ok());
+  std::string said;
+  ASSERT_EQ(run("convert", {files[0].string(), "--out", (folder / "out.jsonl").string()}, &said), 0) << said;
+  setenv("READERS", PHANTOM_READERS, 1);
+  Process reader({PHANTOM_NODE, PHANTOM_SOURCE_DIR "/tests/recording/read_recording.mjs", files[0].string(),
+                  (folder / "out.jsonl").string()},
+                 folder / "node.log");
+  ASSERT_EQ(reader.wait(), 0) << reader.output();
+  const auto report = nlohmann::json::parse(reader.output());
+  EXPECT_GT(report["samples"], 300);
+  EXPECT_GT(report["numbers"], 20'000);
+  EXPECT_EQ(report["attachments"], 2);
+  for (const char* topic : {"hit_alert", "slave_state", "drag_field", "interest_points", "workspace_brick",
+                            "workspace_version", "component_status"})
+    EXPECT_THAT(report["topics"].dump(), HasSubstr(topic));
+}
+
+class Signalled : public Recorded {};
+
+TEST_F(Signalled, OnEventNothingIsWrittenUntilACommandOrASignalComes) {
+  AlertWriter writer(std::chrono::microseconds(5000));
+  Process recorder(
+      command("record", {"--folder", (folder / "out").string(), "--on-event", "--topics", "hit_alert"}),
+      folder / "record.log");
+  ASSERT_TRUE(eventually([&] { return writer.matched() > 0; }, std::chrono::seconds(60)));
+  const std::uint32_t heard = writer.written();
+  ASSERT_TRUE(eventually([&] { return writer.written() > heard + 100; }));
+  EXPECT_TRUE(files_in(folder / "out").empty());
+  std::string said;
+  ASSERT_EQ(run("trigger", {"--by", "the test"}, &said), 0) << said;
+  ASSERT_TRUE(eventually([&] { return files_in(folder / "out").size() == 1; }, std::chrono::seconds(60)))
+      << recorder.output();
+  ASSERT_TRUE(eventually([&] { return recorder.output().find("event over") != std::string::npos; },
+                         std::chrono::seconds(60)));
+  recorder.signal(SIGUSR1);
+  ASSERT_TRUE(eventually([&] { return files_in(folder / "out").size() == 2; }, std::chrono::seconds(60)));
+  EXPECT_EQ(recorder.end(SIGTERM), 0);
+  const auto files = files_in(folder / "out");
+  for (const auto& file : files) EXPECT_TRUE(recording::check(file)->ok()) << file;
+  const auto first = recording::McapReader::open(files[0]), second = recording::McapReader::open(files[1]);
+  EXPECT_THAT(first->metadata("phantom.trigger").at(0).at("reason"), HasSubstr("the test"));
+  EXPECT_EQ(second->metadata("phantom.trigger").at(0).at("reason"), "SIGUSR1");
+  const auto alerts = alerts_in(*first);
+  ASSERT_GT(alerts.size(), 100u);
+  EXPECT_LT(alerts.front(), heard + 100) << "from before the command";
+}
+
+class ReplayedProcess : public Recorded {};
+
+TEST_F(ReplayedProcess, WhatWasRecordedComesAgainToTypedReadersAsIfNew) {
+  std::vector<std::filesystem::path> files;
+  {
+    AlertWriter writer(std::chrono::microseconds(2000));
+    Process recorder(command("record", {"--folder", (folder / "out").string(), "--topics", "hit_alert"}),
+                     folder / "record.log");
+    ASSERT_TRUE(eventually([&] { return writer.matched() > 0; }, std::chrono::seconds(60)));
+    const std::uint32_t heard = writer.written();
+    ASSERT_TRUE(eventually([&] { return writer.written() > heard + 300; }));
+    ASSERT_EQ(recorder.end(SIGINT), 0);
+    files = files_in(folder / "out");
+    ASSERT_EQ(files.size(), 1u);
+    std::string said;
+    EXPECT_EQ(run("replay", {files[0].string()}, &said), 3) << "while the writer is there";
+    EXPECT_THAT(said, HasSubstr("hit_alert is written by"));
+  }
+  const auto recorded = alerts_in(*recording::McapReader::open(files[0]));
+  dds::Participant here("viewer", test_network());
+  dds::Waiter waiter;
+  std::vector<msg::HitAlert> got;
+  dds::SequenceGuard guard;
+  bool in_order = true;
+  dds::Reader<msg::HitAlert> reader(here, dds::kHitAlert,
+                                    [&](const msg::HitAlert& alert, const dds::SampleInfo&) {
+                                      waiter.change([&] {
+                                        in_order = in_order && guard.accept(alert.stamp());
+                                        got.push_back(alert);
+                                      });
+                                    });
+  std::string said;
+  ASSERT_EQ(run("replay", {files[0].string(), "--loops", "2", "--rate", "4", "--wait", "30"}, &said), 0)
+      << said;
+  ASSERT_TRUE(waiter.wait([&] { return got.size() >= 2 * recorded.size(); }));
+  EXPECT_TRUE(in_order) << "receivers that refuse what is not newer accept all, in both turns";
+  for (std::size_t i = 0; i < recorded.size(); ++i) {
+    ASSERT_EQ(got[i].alert(), recorded[i]);
+    ASSERT_EQ(got[recorded.size() + i].alert(), recorded[i]);
+  }
+  EXPECT_LT(std::abs(core::monotonic_ns() - got.back().stamp().monotonic_ns()), 60 * core::kNsPerSecond)
+      << "stamped now";
+}
+
+TEST(CommandLine, WrongRequestsAreNamed) {
+  const auto log = std::filesystem::temp_directory_path() / ("dds_recorder_cli_" + std::to_string(getpid()));
+  const auto run = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{PHANTOM_BIN_DIR "/dds_recorder"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    Process process(arguments, log);
+    const int code = process.wait();
+    return std::pair(code, process.output());
+  };
+  EXPECT_EQ(run({}).first, 2);
+  EXPECT_EQ(run({"info", "/nowhere.mcap"}).first, 3);
+  EXPECT_EQ(run({"replay", "/nowhere.mcap"}).first, 3);
+  EXPECT_EQ(run({"replay", "/nowhere.mcap", "--remap", "x"}).first, 2);
+  EXPECT_EQ(run({"replay", "/nowhere.mcap", "--rate", "-1"}).first, 2);
+  const auto [code, said] = run({"record", "--folder", "/proc/nowhere"});
+  EXPECT_EQ(code, 3);
+  EXPECT_THAT(said, HasSubstr("/proc/nowhere"));
+  std::filesystem::remove(log);
+}
+
+}  // namespace
+}  // namespace phantom
