@@ -14,7 +14,7 @@ constexpr double kAskAgain_s = 0.1;  // an NMT command is not acknowledged
 // once.
 constexpr int kSurplusSyncs = 12;  // of the last 32
 constexpr double kCrowded = 0.65;  // share of the time that a window of heartbeats should take
-constexpr int kMostOwed = 8;  // answers that may still come late: more is not a delay but a loss
+constexpr int kMostOwed = 8;       // answers that may still come late: more is not a delay but a loss
 constexpr int kSurplusSdoReplies = 3;
 
 // So many heartbeats that they cannot come crowded because the oldest was held up, by less than the timeout.

@@ -5,10 +5,10 @@
 
 namespace phantom::dds {
 
-/// Order check of a periodic topic that has one writer at a time, for readers that act on it. Bound to the process
-/// (session) whose sample it accepted first; another's are refused for as long as that one is heard, so that two
-/// writers are never followed in turn. Once it has been silent for `hold`, the next writer is accepted: its own
-/// restart, or a successor. Times are of one host's monotonic clock. Not thread-safe.
+/// Order check of a periodic topic that has one writer at a time, for readers that act on it. Bound to the
+/// process (session) whose sample it accepted first; another's are refused for as long as that one is heard,
+/// so that two writers are never followed in turn. Once it has been silent for `hold`, the next writer is
+/// accepted: its own restart, or a successor. Times are of one host's monotonic clock. Not thread-safe.
 class SourceGuard {
  public:
   /// Longer than a busy host holds up a live writer, shorter than a restart takes.

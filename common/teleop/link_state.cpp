@@ -72,7 +72,8 @@ core::ComponentState component_state(LinkState link) noexcept {
 }
 
 LinkState LinkMonitor::step(const LinkObservation& seen, double dt_s) noexcept {
-  const bool fresh = seen.drives_follow && !seen.answers_another && seen.partner_age_s <= timing_.staleness_s &&
+  const bool fresh = seen.drives_follow && !seen.answers_another &&
+                     seen.partner_age_s <= timing_.staleness_s &&
                      seen.round_trip_s <= timing_.round_trip_limit_s;  // false for NaN too
   fresh_s_ = fresh ? fresh_s_ + dt_s : 0.0;
   agree_s_ = fresh && seen.poses_agree ? agree_s_ + dt_s : 0.0;

@@ -133,8 +133,8 @@ void SlavePlant::step(const core::JointArray& drive_Nm, double dt_s) noexcept {
   encoders_.sample(q_, dt_s);
 }
 
-// What depends on the pose and changes slowly: weight and inertia. A joint keeps its momentum when the links beyond
-// it come nearer or go farther away.
+// What depends on the pose and changes slowly: weight and inertia. A joint keeps its momentum when the links
+// beyond it come nearer or go farther away.
 void SlavePlant::take_pose() noexcept {
   if (!parameters_.balanced) gravity_Nm_ = arm_.gravity_torque(X_WL_);
   if (!parameters_.rotor) return;

@@ -17,8 +17,8 @@ namespace phantom::teleop {
 
 struct SlavePlantParameters {
   ArmMechanics joints{};  ///< their inertia counts if there is no `rotor`
-  /// Inertia of the drives seen at the joints, kg·m² or kg: a joint's inertia is this and that of the links beyond
-  /// it at the present pose. None: constant, as `joints` has it.
+  /// Inertia of the drives seen at the joints, kg·m² or kg: a joint's inertia is this and that of the links
+  /// beyond it at the present pose. None: constant, as `joints` has it.
   std::optional<core::JointArray> rotor;
   core::JointArray encoder_resolution{};  ///< rad or m per count
   double velocity_filter_s = 0.002;
@@ -51,9 +51,9 @@ core::JointArray reflected_inertia(const robot::SerialArm& arm, const core::Join
 ///
 /// Joint-wise dynamics, d(I·v)/dt = torque, with the diagonal I of the mass matrix at the present pose. The
 /// matrix's other entries and the forces that go with speeds of other joints (centrifugal, Coriolis) are left
-/// out: good for servo, feedback and contact at the speeds of telemanipulation, not for fast free motion. Contact is a
-/// spring and damper at the deepest points, frictionless, pushing only. One step costs one distance look-up
-/// per contact point and a few more for those that touch.
+/// out: good for servo, feedback and contact at the speeds of telemanipulation, not for fast free motion.
+/// Contact is a spring and damper at the deepest points, frictionless, pushing only. One step costs one
+/// distance look-up per contact point and a few more for those that touch.
 class SlavePlant {
  public:
   /// Touching points that bear force at the same time; deeper ones first.

@@ -200,7 +200,8 @@ msg::MasterState to_message(const MasterReport& report, std::size_t joint_count)
 }
 
 core::Health with_rival(core::Health health, const char* topic) {
-  const bool worse = health.state == core::ComponentState::kFault || health.state == core::ComponentState::kStopped;
+  const bool worse =
+      health.state == core::ComponentState::kFault || health.state == core::ComponentState::kStopped;
   if (!worse) health.state = core::ComponentState::kDegraded;
   health.message = std::string("two processes send ") + topic + ": only the first is used; end one of them" +
                    (health.message.empty() ? "" : "; " + health.message);
@@ -269,7 +270,9 @@ struct DdsAdapter::Impl {
   const char* topic_with_rival() {
     const core::Nanoseconds now_ns = core::monotonic_ns();
     const std::lock_guard lock(mutex);
-    return slave_source.has_rival(now_ns) ? "slave_state" : field_source.has_rival(now_ns) ? "drag_field" : nullptr;
+    return slave_source.has_rival(now_ns)   ? "slave_state"
+           : field_source.has_rival(now_ns) ? "drag_field"
+                                            : nullptr;
   }
 
   void on_command(const msg::OperatorCommand& sample) {

@@ -117,7 +117,8 @@ std::unique_ptr<Device> make_device(const ArmModel& model, const Config& config,
 }
 
 // Trouble with the device is told before all else.
-void tell_device(const core::ActuatorHealth& device, LinkState link, std::string& said, core::Health& health) {
+void tell_device(const core::ActuatorHealth& device, LinkState link, std::string& said,
+                 core::Health& health) {
   if (device.message != said) {
     said = device.message;
     if (device.fault) {
@@ -149,8 +150,8 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   wishes.law = config.feedback.law;
   DdsAdapter adapter(network, expectations(model, config), wishes, inbox);
   if (config.driver == Driver::kSim) {
-    spdlog::info("law {}, {} reaches, operator {}", teleop::name_of(config.feedback.law), config.labels.size(),
-                 config.operator_model);
+    spdlog::info("law {}, {} reaches, operator {}", teleop::name_of(config.feedback.law),
+                 config.labels.size(), config.operator_model);
   } else {
     spdlog::info("law {}, moved by a person", teleop::name_of(config.feedback.law));
   }
@@ -164,8 +165,9 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
         config.desk, servo.desk,
         DeskInput::Listener{[&] { adapter.emergency_stop("desk"); }, [&] { adapter.reset("desk"); },
                             [](const std::string& what) { spdlog::info("desk: {}", what); }});
-    spdlog::info("desk: {}; Tab or shoulder: other joints, Esc or Select: emergency stop, Enter or Start: reset",
-                 desk->name());
+    spdlog::info(
+        "desk: {}; Tab or shoulder: other joints, Esc or Select: emergency stop, Enter or Start: reset",
+        desk->name());
   }
   std::mutex mutex;
   MasterReport latest;  // under the mutex
@@ -203,7 +205,8 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   };
   do {
     adapter.publish_health(health());
-    if (const std::string refused = loops.take_notice(); !refused.empty()) spdlog::warn("servo thread: {}", refused);
+    if (const std::string refused = loops.take_notice(); !refused.empty())
+      spdlog::warn("servo thread: {}", refused);
   } while (runtime::sleep_unless_stopped(kHealthPeriod_s));
 
   loops.stop();

@@ -18,13 +18,16 @@ enum ObjectType { kVar = 0x7, kArray = 0x8, kRecord = 0x9 };
 struct Entry {
   const char* name;
   ObjectType type = kVar;
-  std::vector<const char*> subs;  ///< from sub-index 0, the last one's for all further ones; # stands for the number
+  std::vector<const char*>
+      subs;  ///< from sub-index 0, the last one's for all further ones; # stands for the number
 };
 
 // Names as in CiA 301 and CiA 402.
 const std::map<int, Entry>& entries() {
-  static const std::vector<const char*> pdo{"Highest sub-index supported", "COB-ID used by PDO", "Transmission type"};
-  static const std::vector<const char*> mapping{"Number of mapped application objects in PDO", "Application object #"};
+  static const std::vector<const char*> pdo{"Highest sub-index supported", "COB-ID used by PDO",
+                                            "Transmission type"};
+  static const std::vector<const char*> mapping{"Number of mapped application objects in PDO",
+                                                "Application object #"};
   static const std::map<int, Entry> all = [] {
     std::map<int, Entry> e{
         {0x1000, {"Device type", kVar, {}}},
@@ -32,7 +35,8 @@ const std::map<int, Entry>& entries() {
         {0x1005, {"COB-ID SYNC", kVar, {}}},
         {0x1008, {"Manufacturer device name", kVar, {}}},
         {0x1014, {"COB-ID EMCY", kVar, {}}},
-        {0x1016, {"Consumer heartbeat time", kArray, {"Highest sub-index supported", "Consumer heartbeat time"}}},
+        {0x1016,
+         {"Consumer heartbeat time", kArray, {"Highest sub-index supported", "Consumer heartbeat time"}}},
         {0x1017, {"Producer heartbeat time", kVar, {}}},
         {0x1018, {"Identity object", kRecord, {"Highest sub-index supported", "Vendor-ID"}}},
         {0x2000, {"User label", kVar, {}}},
@@ -98,7 +102,8 @@ std::string default_value(const ObjectDictionary& of_1, const ObjectDictionary& 
   const Object& object = *of_1.find(index, sub);
   if (data_type(object) == 0x0009) return {object.bytes.begin(), object.bytes.end()};
   const std::int64_t value = of_1.value(index, sub);
-  if (of_2.value(index, sub) == value + 1) return print("$NODEID+0x%llX", static_cast<unsigned long long>(value - 1));
+  if (of_2.value(index, sub) == value + 1)
+    return print("$NODEID+0x%llX", static_cast<unsigned long long>(value - 1));
   return object.is_signed ? print("%lld", static_cast<long long>(value))
                           : print("0x%llX", static_cast<unsigned long long>(value));
 }
@@ -109,7 +114,8 @@ std::string value_lines(const ObjectDictionary& of_1, const ObjectDictionary& of
                            object.writable ? "rw" : "ro");
   if (object.least != INT64_MIN) text += print("LowLimit=%lld\n", static_cast<long long>(object.least));
   if (object.most != INT64_MAX) text += print("HighLimit=%lld\n", static_cast<long long>(object.most));
-  return text + "DefaultValue=" + default_value(of_1, of_2, key) + print("\nPDOMapping=%d\n", object.mappable ? 1 : 0);
+  return text + "DefaultValue=" + default_value(of_1, of_2, key) +
+         print("\nPDOMapping=%d\n", object.mappable ? 1 : 0);
 }
 
 std::string sub_name(const Entry& entry, std::size_t sub) {
@@ -128,7 +134,8 @@ std::string sections(const ObjectDictionary& of_1, const ObjectDictionary& of_2,
   if (entry.type == kVar) return text + value_lines(of_1, of_2, first);
   std::string subs;
   int count = 0;
-  for (auto at = of_1.objects().lower_bound(first); at != of_1.objects().end() && at->first >> 8 == first >> 8; ++at) {
+  for (auto at = of_1.objects().lower_bound(first);
+       at != of_1.objects().end() && at->first >> 8 == first >> 8; ++at) {
     const std::uint32_t sub = at->first & 0xFF;
     subs += print("\n[%Xsub%X]\nParameterName=%s\n", index, sub, sub_name(entry, sub).c_str()) +
             value_lines(of_1, of_2, at->first);
@@ -153,9 +160,11 @@ std::string head(const DriveOptions& options) {
       options.device_name + "\nProductNumber=0x0\nRevisionNumber=0x0\nOrderCode=\n";
   for (const int kbit_s : {10, 20, 50, 125, 250, 500, 800, 1000}) text += print("BaudRate_%d=1\n", kbit_s);
   return text +
-         "SimpleBootUpMaster=0\nSimpleBootUpSlave=1\nGranularity=8\nDynamicChannelsSupported=0\nCompactPDO=0\n"
+         "SimpleBootUpMaster=0\nSimpleBootUpSlave=1\nGranularity=8\nDynamicChannelsSupported=0\nCompactPDO="
+         "0\n"
          "GroupMessaging=0\nNrOfRXPDO=4\nNrOfTXPDO=4\nLSS_Supported=0\n\n"
-         "[DummyUsage]\nDummy0001=0\nDummy0002=0\nDummy0003=0\nDummy0004=0\nDummy0005=0\nDummy0006=0\nDummy0007=0\n\n"
+         "[DummyUsage]\nDummy0001=0\nDummy0002=0\nDummy0003=0\nDummy0004=0\nDummy0005=0\nDummy0006="
+         "0\nDummy0007=0\n\n"
          "[Comments]\nLines=0\n";
 }
 
@@ -176,8 +185,9 @@ std::string eds_text(const DriveOptions& options) {
     if (kind.empty() || kind.back() != index) kind.push_back(index);
   }
   std::string text = head(options);
-  for (const auto& [name, indices] : {std::pair{"MandatoryObjects", mandatory}, std::pair{"OptionalObjects", optional},
-                                      std::pair{"ManufacturerObjects", manufacturer}}) {
+  for (const auto& [name, indices] :
+       {std::pair{"MandatoryObjects", mandatory}, std::pair{"OptionalObjects", optional},
+        std::pair{"ManufacturerObjects", manufacturer}}) {
     text += list(name, indices);
     for (const int index : indices) text += sections(of_1, of_2, index);
   }

@@ -36,7 +36,8 @@ void add_options(CLI::App& app, Options& o) {
       ->check(CLI::Range(0.0, 10000.0));
   app.add_option("--jitter-ms", o.jitter_ms, "and up to so much more, each for itself (userspace bus only)")
       ->check(CLI::Range(0.0, 10000.0));
-  app.add_flag("--eds", o.eds, "print the drives' electronic data sheet (CiA 306), for CANopen tools, and end");
+  app.add_flag("--eds", o.eds,
+               "print the drives' electronic data sheet (CiA 306), for CANopen tools, and end");
   app.add_flag("--serve-only", o.serve_only, "serve the userspace bus, without drives");
 }
 

@@ -18,7 +18,8 @@ double Motor::hand_torque_Nm() const {
   const double rate_rad_s = 2.0 * 3.14159265358979323846 / hand.period_s;
   const double where_rad = parameters_.start_rad + hand.swing_rad * std::sin(rate_rad_s * time_s_);
   const double speed_rad_s = hand.swing_rad * rate_rad_s * std::cos(rate_rad_s * time_s_);
-  return hand.stiffness_Nm_per_rad * (where_rad - q_rad_) + hand.damping_Nms_per_rad * (speed_rad_s - v_rad_s_);
+  return hand.stiffness_Nm_per_rad * (where_rad - q_rad_) +
+         hand.damping_Nms_per_rad * (speed_rad_s - v_rad_s_);
 }
 
 void Motor::step(double mille, double dt_s) {

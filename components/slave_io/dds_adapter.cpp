@@ -73,7 +73,8 @@ msg::SlaveState to_message(const SlaveReport& report, std::size_t joint_count) {
 }
 
 core::Health with_rival(core::Health health) {
-  const bool worse = health.state == core::ComponentState::kFault || health.state == core::ComponentState::kStopped;
+  const bool worse =
+      health.state == core::ComponentState::kFault || health.state == core::ComponentState::kStopped;
   if (!worse) health.state = core::ComponentState::kDegraded;
   health.message = "two processes send master_state: only the first is followed; end one of them" +
                    (health.message.empty() ? "" : "; " + health.message);
@@ -100,7 +101,8 @@ struct DdsAdapter::Impl {
   void on_master(const msg::MasterState& sample, const dds::SampleInfo& info) {
     const char* reason = refusal(sample, joint_count);
     if (reason == nullptr) reason = judge(sample.stamp(), info.received_ns);
-    if (reason == nullptr) return inbox.master.write(to_sample(sample, info.received_ns, participant.session()));
+    if (reason == nullptr)
+      return inbox.master.write(to_sample(sample, info.received_ns, participant.session()));
     master.count_refused();
     if (info.received_ns < quiet_until_ns) return;
     quiet_until_ns = info.received_ns + kWarnEvery_ns;

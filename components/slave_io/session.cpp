@@ -75,7 +75,8 @@ void write_report(const std::filesystem::path& file, const std::vector<core::Loo
 }
 
 // What is told twice a second: trouble with the drives before the state of the link.
-core::Health health_of(const SlaveOutputs& now, const core::ActuatorHealth& driver, std::vector<core::LoopStatistics> loops) {
+core::Health health_of(const SlaveOutputs& now, const core::ActuatorHealth& driver,
+                       std::vector<core::LoopStatistics> loops) {
   core::ComponentState state = component_state(now.state);
   std::string message = sentence(now);
   if (driver.fault) {
@@ -135,7 +136,8 @@ std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config&
       }
     }
     adapter.publish_health(health_of(now(), driver, loops.statistics()));
-    if (const std::string refused = loops.take_notice(); !refused.empty()) spdlog::warn("servo thread: {}", refused);
+    if (const std::string refused = loops.take_notice(); !refused.empty())
+      spdlog::warn("servo thread: {}", refused);
   } while (runtime::sleep_unless_stopped(kHealthPeriod_s));
   loops.stop();
   publisher.request_stop();
@@ -143,8 +145,9 @@ std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config&
   return loops.statistics();
 }
 
-void finish(DdsAdapter& adapter, const std::vector<core::LoopStatistics>& loops, const SimulatedArm* simulated,
-            const runtime::CellConfig& cell, const std::filesystem::path& report_dir) {
+void finish(DdsAdapter& adapter, const std::vector<core::LoopStatistics>& loops,
+            const SimulatedArm* simulated, const runtime::CellConfig& cell,
+            const std::filesystem::path& report_dir) {
   adapter.publish_health({core::ComponentState::kStopped, "ended", loops, {}});
   if (!report_dir.empty()) write_report(report_dir / "slave_io.json", loops, simulated, cell);
 }

@@ -1,8 +1,9 @@
-// slave_io and master_io as they run, both with their drives on CAN: two simulated_drive processes for the arm, two for
-// the master arm (whose hand swings two of its joints). On userspace buses, and on the SocketCAN interfaces that
-// PHANTOM_CAN_ARM_BUSES names: four buses separated by ',', the arm's two first; of a bus with two controllers
-// ("can0+can1") the drives have the second; several sets are separated by ';'. On the real clock, with times that a busy
-// machine can keep.
+// slave_io and master_io as they run, both with their drives on CAN: two simulated_drive processes for the
+// arm, two for the master arm (whose hand swings two of its joints). On userspace buses, and on the SocketCAN
+// interfaces that PHANTOM_CAN_ARM_BUSES names: four buses separated by ',', the arm's two first; of a bus
+// with two controllers
+// ("can0+can1") the drives have the second; several sets are separated by ';'. On the real clock, with times
+// that a busy machine can keep.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -55,7 +56,8 @@ class Processes {
     std::filesystem::create_directories(folder_);
     const char* names[] = {"user:hot_cell_a", "user:hot_cell_b", "user:master_a", "user:master_b"};
     std::string slave = shipped("hot_cell_slave_io.yaml"), master = shipped("hot_cell_master_io.yaml");
-    const char* drives[] = {"hot_cell_drives_a", "hot_cell_drives_b", "hot_cell_master_drives_a", "hot_cell_master_drives_b"};
+    const char* drives[] = {"hot_cell_drives_a", "hot_cell_drives_b", "hot_cell_master_drives_a",
+                            "hot_cell_master_drives_b"};
     for (std::size_t b = 0; b < 4; ++b) {
       const auto ends = split(buses.at(b), '+');
       std::string& arm = b < 2 ? slave : master;
@@ -79,7 +81,8 @@ class Processes {
   ~Processes() {
     for (const auto& [name, pid] : pids_) kill(pid, SIGKILL), waitpid(pid, nullptr, 0);
     if (testing::Test::HasFailure()) {
-      for (const auto& [name, pid] : pids_) std::cerr << "---- " << name << '\n' << read_text(folder_ / (name + ".log"));
+      for (const auto& [name, pid] : pids_)
+        std::cerr << "---- " << name << '\n' << read_text(folder_ / (name + ".log"));
     }
     std::filesystem::remove_all(folder_);
   }
@@ -94,7 +97,9 @@ class Processes {
   }
 
  private:
-  static std::string shipped(const std::string& file) { return read_text(PHANTOM_SOURCE_DIR "/deploy/can/" + file); }
+  static std::string shipped(const std::string& file) {
+    return read_text(PHANTOM_SOURCE_DIR "/deploy/can/" + file);
+  }
   void write(const std::string& file, const std::string& text) { std::ofstream(folder_ / file) << text; }
   void start(const std::string& name, const std::string& component, const std::string& config) {
     const std::string program = PHANTOM_BIN_DIR "/" + component, file = (folder_ / config).string(),
@@ -107,8 +112,9 @@ class Processes {
     const int out = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
     dup2(out, STDOUT_FILENO);
     dup2(out, STDERR_FILENO);
-    execl(program.c_str(), program.c_str(), "--config", file.c_str(), "--domain", domain_.c_str(), "--deployment",
-          PHANTOM_SOURCE_DIR "/deploy/topologies/can_drives.yaml", static_cast<char*>(nullptr));
+    execl(program.c_str(), program.c_str(), "--config", file.c_str(), "--domain", domain_.c_str(),
+          "--deployment", PHANTOM_SOURCE_DIR "/deploy/topologies/can_drives.yaml",
+          static_cast<char*>(nullptr));
     _exit(127);
   }
   std::filesystem::path folder_ =
@@ -131,23 +137,27 @@ class ArmOnCan : public testing::TestWithParam<std::string> {
     participant_.emplace("arm_on_can_test", network);
     stamper_.emplace(*participant_);
     commands_.emplace(*participant_, dds::kOperatorCommand);
-    statuses_.emplace(*participant_, dds::kComponentStatus, [this](const msg::ComponentStatus& s, const dds::SampleInfo&) {
-      waiter_.change([&] { told_[s.component_name().to_string()] = s; });
-    });
-    slaves_.emplace(*participant_, dds::kSlaveState, [this](const msg::SlaveState& s, const dds::SampleInfo&) {
-      waiter_.change([&] {
-        for (std::size_t j = 0; slave_ && j < 7; ++j)
-          greatest_step_ = std::max(greatest_step_, std::abs(s.position_rad()[j] - slave_->position_rad()[j]));
-        slave_ = s;
-      });
-    });
-    masters_.emplace(*participant_, dds::kMasterState, [this](const msg::MasterState& m, const dds::SampleInfo&) {
-      waiter_.change([&] { master_ = m; });
-    });
+    statuses_.emplace(*participant_, dds::kComponentStatus,
+                      [this](const msg::ComponentStatus& s, const dds::SampleInfo&) {
+                        waiter_.change([&] { told_[s.component_name().to_string()] = s; });
+                      });
+    slaves_.emplace(
+        *participant_, dds::kSlaveState, [this](const msg::SlaveState& s, const dds::SampleInfo&) {
+          waiter_.change([&] {
+            for (std::size_t j = 0; slave_ && j < 7; ++j)
+              greatest_step_ =
+                  std::max(greatest_step_, std::abs(s.position_rad()[j] - slave_->position_rad()[j]));
+            slave_ = s;
+          });
+        });
+    masters_.emplace(
+        *participant_, dds::kMasterState,
+        [this](const msg::MasterState& m, const dds::SampleInfo&) { waiter_.change([&] { master_ = m; }); });
   }
   bool eventually(const std::function<bool()>& holds) { return waiter_.wait(holds, kPatience); }
   bool both(msg::LinkState state) {
-    return eventually([&] { return slave_ && master_ && slave_->state() == state && master_->state() == state; });
+    return eventually(
+        [&] { return slave_ && master_ && slave_->state() == state && master_->state() == state; });
   }
   bool told(const std::string& component, msg::ComponentState state, const std::string& words) {
     return eventually([&] {
@@ -163,8 +173,9 @@ class ArmOnCan : public testing::TestWithParam<std::string> {
       command.kind(msg::COMMAND_RESET);
       command.stamp(stamper_->next());
       commands_->write(command);
-      if (waiter_.wait([&] { return slave_->state() == msg::LINK_COUPLED && master_->state() == msg::LINK_COUPLED; },
-                       std::chrono::seconds(4)))
+      if (waiter_.wait(
+              [&] { return slave_->state() == msg::LINK_COUPLED && master_->state() == msg::LINK_COUPLED; },
+              std::chrono::seconds(4)))
         return true;
     }
     return false;
@@ -185,7 +196,8 @@ class ArmOnCan : public testing::TestWithParam<std::string> {
 };
 
 TEST_P(ArmOnCan, TheArmFollowsTheHandAndFaultsOfEitherSidesDrivesStopItUntilAReset) {
-  ASSERT_TRUE(both(msg::LINK_COUPLED)) << "master " << told_["master_io"].message() << ", slave " << told_["slave_io"].message();
+  ASSERT_TRUE(both(msg::LINK_COUPLED))
+      << "master " << told_["master_io"].message() << ", slave " << told_["slave_io"].message();
   core::JointArray before{};
   waiter_.change([&] { before = master_->position_rad(), greatest_step_ = 0.0; });
   EXPECT_TRUE(eventually([&] {
@@ -195,13 +207,17 @@ TEST_P(ArmOnCan, TheArmFollowsTheHandAndFaultsOfEitherSidesDrivesStopItUntilARes
   })) << "the hand moves the master, and the arm follows";
 
   processes_->signal("hot_cell_master_drives_a", SIGSTOP);
-  EXPECT_TRUE(eventually([&] { return master_->stop_cause() == msg::STOP_DRIVE_FAULT && slave_->state() == msg::LINK_DEGRADED; }));
+  EXPECT_TRUE(eventually([&] {
+    return master_->stop_cause() == msg::STOP_DRIVE_FAULT && slave_->state() == msg::LINK_DEGRADED;
+  }));
   EXPECT_TRUE(told("master_io", msg::COMPONENT_FAULT, "the drives coast until a reset"));
   processes_->signal("hot_cell_master_drives_a", SIGCONT);
   ASSERT_TRUE(couples_after_a_reset());
 
   processes_->signal("hot_cell_drives_b", SIGSTOP);
-  EXPECT_TRUE(eventually([&] { return slave_->stop_cause() == msg::STOP_DRIVE_FAULT && master_->state() == msg::LINK_DEGRADED; }));
+  EXPECT_TRUE(eventually([&] {
+    return slave_->stop_cause() == msg::STOP_DRIVE_FAULT && master_->state() == msg::LINK_DEGRADED;
+  }));
   EXPECT_TRUE(told("slave_io", msg::COMPONENT_FAULT, "the drives hold until a reset"));
   processes_->signal("hot_cell_drives_b", SIGCONT);
   ASSERT_TRUE(couples_after_a_reset());

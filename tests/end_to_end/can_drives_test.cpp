@@ -30,15 +30,16 @@ class CanDrives : public testing::Test {
                         const std::lock_guard lock(mutex_);
                         if (s.component_name() == "slave_io") status_ = s;
                       });
-    masters_.emplace(*participant_, dds::kMasterState, [this](const msg::MasterState& m, const dds::SampleInfo&) {
-      const std::lock_guard lock(mutex_);
-      master_ = m;
-      if (m.state() != msg::LINK_COUPLED) return;
-      for (std::size_t j = 0; j < 7; ++j) {
-        const double power_W = m.percept_torque_Nm()[j] * m.velocity_rad_s()[j];
-        greatest_drag_power_W_ = std::max(greatest_drag_power_W_, power_W);
-      }
-    });
+    masters_.emplace(*participant_, dds::kMasterState,
+                     [this](const msg::MasterState& m, const dds::SampleInfo&) {
+                       const std::lock_guard lock(mutex_);
+                       master_ = m;
+                       if (m.state() != msg::LINK_COUPLED) return;
+                       for (std::size_t j = 0; j < 7; ++j) {
+                         const double power_W = m.percept_torque_Nm()[j] * m.velocity_rad_s()[j];
+                         greatest_drag_power_W_ = std::max(greatest_drag_power_W_, power_W);
+                       }
+                     });
     slaves_.emplace(*participant_, dds::kSlaveState,
                     [this](const msg::SlaveState& s, const dds::SampleInfo&) { on_slave(s); });
   }
@@ -51,10 +52,12 @@ class CanDrives : public testing::Test {
     slave_ = s;
   }
   bool slave_reaches(msg::LinkState state) {
-    return eventually([&] {
-      const std::lock_guard lock(mutex_);
-      return slave_ && slave_->state() == state;
-    }, 60.0);
+    return eventually(
+        [&] {
+          const std::lock_guard lock(mutex_);
+          return slave_ && slave_->state() == state;
+        },
+        60.0);
   }
   bool told(msg::ComponentState state, const std::string& words) {
     return eventually([&] {
@@ -102,7 +105,7 @@ class CanDrives : public testing::Test {
   std::optional<msg::ComponentStatus> status_;
   std::optional<msg::SlaveState> slave_;
   std::optional<msg::MasterState> master_;
-  double greatest_drag_power_W_ = -1.0;  // while coupled, of any joint
+  double greatest_drag_power_W_ = -1.0;         // while coupled, of any joint
   double greatest_step_ = 0.0, fastest_ = 0.0;  // between two samples; of any joint
   pid_t drives_ = 0;
   std::optional<RunningSystem> system_;
@@ -176,7 +179,8 @@ TEST_F(CanDrives, TheSessionTellsThatItsDrivesDied) {
   EXPECT_THAT(system_->output(), HasSubstr("drives_a ended unexpectedly with code 137"));
 }
 
-// The other side: the master arm has the drives, a hand moves it, the simulated arm follows, and drag is felt.
+// The other side: the master arm has the drives, a hand moves it, the simulated arm follows, and drag is
+// felt.
 TEST_F(CanDrives, AMasterArmWithDrivesMovesTheArmAndRendersTheDrag) {
   run(0.0, "", "can_master");
   ASSERT_TRUE(slave_reaches(msg::LINK_COUPLED));
@@ -185,11 +189,14 @@ TEST_F(CanDrives, AMasterArmWithDrivesMovesTheArmAndRendersTheDrag) {
     const std::lock_guard lock(mutex_);
     before = slave_->position_rad();
   }
-  EXPECT_TRUE(eventually([&] {
-    const std::lock_guard lock(mutex_);
-    const double moved = std::abs(slave_->position_rad()[1] - before[1]);
-    return moved > 0.15 && std::abs(slave_->position_rad()[1] - master_->position_rad()[1]) < 0.03;
-  }, 60.0)) << "the arm follows the hand";
+  EXPECT_TRUE(eventually(
+      [&] {
+        const std::lock_guard lock(mutex_);
+        const double moved = std::abs(slave_->position_rad()[1] - before[1]);
+        return moved > 0.15 && std::abs(slave_->position_rad()[1] - master_->position_rad()[1]) < 0.03;
+      },
+      60.0))
+      << "the arm follows the hand";
   const pid_t drives = system_->process("hot_cell_master_drives_b");
   ASSERT_GT(drives, 0);
   kill(drives, SIGSTOP);
@@ -199,11 +206,13 @@ TEST_F(CanDrives, AMasterArmWithDrivesMovesTheArmAndRendersTheDrag) {
   }));
   EXPECT_TRUE(slave_reaches(msg::LINK_DEGRADED)) << "the arm holds";
   kill(drives, SIGCONT);
-  EXPECT_TRUE(eventually([&] {
-    reset();
-    const std::lock_guard lock(mutex_);
-    return master_->state() == msg::LINK_COUPLED && slave_->state() == msg::LINK_COUPLED;
-  }, 60.0));
+  EXPECT_TRUE(eventually(
+      [&] {
+        reset();
+        const std::lock_guard lock(mutex_);
+        return master_->state() == msg::LINK_COUPLED && slave_->state() == msg::LINK_COUPLED;
+      },
+      60.0));
   {
     const std::lock_guard lock(mutex_);
     EXPECT_LE(greatest_drag_power_W_, 0.0) << "drag takes energy, always";

@@ -1,6 +1,6 @@
-// Every fault of the drives in every state of the link: the state that slave and master come to, how long that takes,
-// what the operator is told, what the drives do, and that nothing jumps, neither then nor after the reset. Leaves the
-// table as Markdown.
+// Every fault of the drives in every state of the link: the state that slave and master come to, how long
+// that takes, what the operator is told, what the drives do, and that nothing jumps, neither then nor after
+// the reset. Leaves the table as Markdown.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ using can::FaultReaction;
 using teleop::LinkState;
 using teleop::StopCause;
 using Power = simulated_drive::SimulatedDrive::Power;
-constexpr std::size_t kAxis = 3;  // j4_elbow, on bus 0
+constexpr std::size_t kAxis = 3;   // j4_elbow, on bus 0
 constexpr std::size_t kSound = 1;  // j2_yaw: a drive without a fault of its own
 
 struct Fault {
@@ -36,24 +36,50 @@ can::LocalBus& bus(Pair& p) { return *p.rig->buses[0]; }
 const std::vector<Fault>& faults() {
   static const auto nothing = [](Pair&) {};
   static const std::vector<Fault> all{
-      {"over-current in a drive", [](Pair& p) { p.rig->drives[kAxis]->trip(0x2310); }, nothing, {"over-current (0x2310)"}},
+      {"over-current in a drive",
+       [](Pair& p) { p.rig->drives[kAxis]->trip(0x2310); },
+       nothing,
+       {"over-current (0x2310)"}},
       {"emergency message", [](Pair& p) { p.rig->drives[kAxis]->warn(0x4310); }, nothing, {"(0x4310)"}},
-      {"a drive's heartbeat stops", [](Pair& p) { misbehaviour(p).mute_heartbeat = true; },
-       [](Pair& p) { misbehaviour(p).mute_heartbeat = false; }, {"its heartbeat stopped"}},
-      {"a drive falls silent", [](Pair& p) { p.rig->frozen[kAxis] = true; },
-       [](Pair& p) { p.rig->frozen[kAxis] = false; }, {"leaves SYNCs without an answer"}},
-      {"a drive reports another mode", [](Pair& p) { misbehaviour(p).shown_mode = 1; },
-       [](Pair& p) { misbehaviour(p).shown_mode = 0; }, {"reports mode of operation 1"}},
-      {"a PDO of the wrong length", [](Pair& p) { misbehaviour(p).cut_pdo_bytes = 1; },
-       [](Pair& p) { misbehaviour(p).cut_pdo_bytes = 0; }, {"PDO of another length"}},
-      {"a node id twice on the bus", [](Pair& p) { p.rig->add_twin(kAxis); }, [](Pair& p) { p.rig->remove_twin(); },
-       {"shares its node id", "started anew by itself"}, 300},
-      {"a drive starts anew", [](Pair& p) { p.rig->drives[kAxis]->power_cycle(); }, nothing, {"started anew by itself"}},
-      {"a power stage goes off", [](Pair& p) { p.rig->drives[kAxis]->cut_power(); }, nothing,
-       {"switched its power off by itself"}, 100, true},
-      {"bus-off of our controller", [](Pair& p) { bus(p).set_bus_off(*p.rig->ports[0]); }, nothing, {"(bus-off)"}},
-      {"the bus is cut", [](Pair& p) { bus(p).set_plugged(*p.rig->ports[0], false); },
-       [](Pair& p) { bus(p).set_plugged(*p.rig->ports[0], true); }, {"leaves SYNCs without an answer"}},
+      {"a drive's heartbeat stops",
+       [](Pair& p) { misbehaviour(p).mute_heartbeat = true; },
+       [](Pair& p) { misbehaviour(p).mute_heartbeat = false; },
+       {"its heartbeat stopped"}},
+      {"a drive falls silent",
+       [](Pair& p) { p.rig->frozen[kAxis] = true; },
+       [](Pair& p) { p.rig->frozen[kAxis] = false; },
+       {"leaves SYNCs without an answer"}},
+      {"a drive reports another mode",
+       [](Pair& p) { misbehaviour(p).shown_mode = 1; },
+       [](Pair& p) { misbehaviour(p).shown_mode = 0; },
+       {"reports mode of operation 1"}},
+      {"a PDO of the wrong length",
+       [](Pair& p) { misbehaviour(p).cut_pdo_bytes = 1; },
+       [](Pair& p) { misbehaviour(p).cut_pdo_bytes = 0; },
+       {"PDO of another length"}},
+      {"a node id twice on the bus",
+       [](Pair& p) { p.rig->add_twin(kAxis); },
+       [](Pair& p) { p.rig->remove_twin(); },
+       {"shares its node id", "started anew by itself"},
+       300},
+      {"a drive starts anew",
+       [](Pair& p) { p.rig->drives[kAxis]->power_cycle(); },
+       nothing,
+       {"started anew by itself"}},
+      {"a power stage goes off",
+       [](Pair& p) { p.rig->drives[kAxis]->cut_power(); },
+       nothing,
+       {"switched its power off by itself"},
+       100,
+       true},
+      {"bus-off of our controller",
+       [](Pair& p) { bus(p).set_bus_off(*p.rig->ports[0]); },
+       nothing,
+       {"(bus-off)"}},
+      {"the bus is cut",
+       [](Pair& p) { bus(p).set_plugged(*p.rig->ports[0], false); },
+       [](Pair& p) { bus(p).set_plugged(*p.rig->ports[0], true); },
+       {"leaves SYNCs without an answer"}},
   };
   return all;
 }
@@ -72,7 +98,9 @@ class MotionWatch {
     }
     started_ = true;
   }
-  double greatest_dv() const { return greatest_dv_; }  ///< change of speed within a millisecond ÷ greatest speed
+  double greatest_dv() const {
+    return greatest_dv_;
+  }  ///< change of speed within a millisecond ÷ greatest speed
 
  private:
   const Pair& pair_;
@@ -85,9 +113,9 @@ struct Outcome {
   Reaction master, slave;
   StopCause cause{};
   std::string message;
-  double moved_mrad = 0.0;       // of the sound drive, from the fault on
-  double speed_at_end = 0.0;     // of the sound drive, before the reset, rad/s
-  bool holds = false;            // its power stage
+  double moved_mrad = 0.0;    // of the sound drive, from the fault on
+  double speed_at_end = 0.0;  // of the sound drive, before the reset, rad/s
+  bool holds = false;         // its power stage
   double greatest_dv = 0.0;
 };
 
@@ -104,7 +132,8 @@ Outcome run(const Fault& fault, LinkState state, FaultReaction reaction) {
   for (int ms = 1; ms <= 600; ++ms) {
     pair.step();
     watch.look();
-    if (!out.master.after_ms) out.master.see(pair.master_state(), ms);  // what it does first; it may get ready again
+    if (!out.master.after_ms)
+      out.master.see(pair.master_state(), ms);  // what it does first; it may get ready again
     out.slave.see(pair.slave_state(), ms);
   }
   EXPECT_NE(pair.master_state(), LinkState::kCoupled);
@@ -114,7 +143,8 @@ Outcome run(const Fault& fault, LinkState state, FaultReaction reaction) {
   out.speed_at_end = std::abs(pair.rig->velocity(kSound));
   out.holds = pair.rig->drives[kSound]->power() == Power::kQuickStop;
   fault.end(pair);
-  for (int ms = 0; ms < 300; ++ms) {  // what had piled up goes over the bus, and nothing follows without a reset
+  for (int ms = 0; ms < 300;
+       ++ms) {  // what had piled up goes over the bus, and nothing follows without a reset
     pair.step();
     watch.look();
   }
@@ -134,13 +164,15 @@ Outcome run(const Fault& fault, LinkState state, FaultReaction reaction) {
 
 // Gravest first: what may never be, and what must be.
 void judge(const Fault& fault, LinkState state, FaultReaction reaction, const Outcome& out) {
-  // 20 rad/s² is the drives' quick stop, 150 that of the gantry's; a jump would be the greatest speed at once.
+  // 20 rad/s² is the drives' quick stop, 150 that of the gantry's; a jump would be the greatest speed at
+  // once.
   EXPECT_LT(out.greatest_dv, 0.15);
   const bool found = !(fault.only_powered && state == LinkState::kStopped);
   if (found) {
-    EXPECT_THAT(fault.told, testing::Contains(testing::ResultOf(
-                                [&](const std::string& words) { return out.message.find(words) != std::string::npos; },
-                                testing::IsTrue())))
+    EXPECT_THAT(fault.told,
+                testing::Contains(testing::ResultOf(
+                    [&](const std::string& words) { return out.message.find(words) != std::string::npos; },
+                    testing::IsTrue())))
         << out.message;
     EXPECT_EQ(out.slave.reached, LinkState::kStopped);
     EXPECT_EQ(out.cause, state == LinkState::kStopped ? StopCause::kEmergency : StopCause::kDriveFault);
@@ -163,8 +195,9 @@ void judge(const Fault& fault, LinkState state, FaultReaction reaction, const Ou
 
 std::string row(const Fault& fault, LinkState state, const Outcome& out) {
   std::ostringstream line;
-  line << "| " << fault.name << " | " << name_of(state) << " | " << text(out.slave) << " | " << text(out.master) << " | "
-       << name_of(out.cause) << " | " << out.message << " | " << std::round(10.0 * out.moved_mrad) / 10.0 << " |\n";
+  line << "| " << fault.name << " | " << name_of(state) << " | " << text(out.slave) << " | "
+       << text(out.master) << " | " << name_of(out.cause) << " | " << out.message << " | "
+       << std::round(10.0 * out.moved_mrad) / 10.0 << " |\n";
   return line.str();
 }
 
@@ -174,7 +207,8 @@ TEST_P(DriveFaultTable, EveryFaultInEveryStateIsNamedAndHeldOrCoastedWithoutAJum
   const bool hold = GetParam() == FaultReaction::kHold;
   std::ostringstream table;
   table << "Drives on CAN at 500 Hz, reaction " << (hold ? "hold" : "coast")
-        << ": the fault is one drive's (or its bus's); how far a sound drive went on within 0.6 s is in the last column.\n\n"
+        << ": the fault is one drive's (or its bus's); how far a sound drive went on within 0.6 s is in the "
+           "last column.\n\n"
         << "| fault | master was | slave | master | cause | told | mrad |\n|---|---|---|---|---|---|---|\n";
   for (const Fault& fault : faults()) {
     for (const LinkState state : kStates) {
@@ -185,12 +219,15 @@ TEST_P(DriveFaultTable, EveryFaultInEveryStateIsNamedAndHeldOrCoastedWithoutAJum
       ASSERT_FALSE(testing::Test::HasFailure());
     }
   }
-  std::ofstream(std::string(PHANTOM_REPORT_DIR) + (hold ? "/fault_table_drives_hold.md" : "/fault_table_drives_coast.md"))
+  std::ofstream(std::string(PHANTOM_REPORT_DIR) +
+                (hold ? "/fault_table_drives_hold.md" : "/fault_table_drives_coast.md"))
       << table.str();
 }
 
-INSTANTIATE_TEST_SUITE_P(Reactions, DriveFaultTable, testing::Values(FaultReaction::kHold, FaultReaction::kCoast),
-                         [](const auto& made) { return made.param == FaultReaction::kHold ? "Hold" : "Coast"; });
+INSTANTIATE_TEST_SUITE_P(Reactions, DriveFaultTable,
+                         testing::Values(FaultReaction::kHold, FaultReaction::kCoast), [](const auto& made) {
+                           return made.param == FaultReaction::kHold ? "Hold" : "Coast";
+                         });
 
 // A process that dies leaves the drives to themselves; a new one finds the arm where it is.
 TEST(DriveFaults, DrivesWhoseSlaveIoDiesHoldByThemselvesAndItsSuccessorCouplesAfresh) {
@@ -217,17 +254,21 @@ TEST(DriveFaults, ConfigurationsThatCannotServeAreRefusedByFileLineAndKey) {
     const char *name, *from, *to, *words;
   };
   const Case cases[] = {
-      {"torque constant 0", "torque_constant_Nm_per_A: 0.25, rated_current_A: 8", "torque_constant_Nm_per_A: 0, rated_current_A: 8",
-       "torque_constant_Nm_per_A: '0' is out of range"},
-      {"torque constant NaN", "torque_constant_Nm_per_A: 0.25,", "torque_constant_Nm_per_A: .nan,", "'.nan' is out of range"},
-      {"gains that are NaN", "gravity_feed_forward: false", "gravity_feed_forward: false\n  joints: {j2_yaw: {k_p: .nan, k_v: 1}}\n#",
+      {"torque constant 0", "torque_constant_Nm_per_A: 0.25, rated_current_A: 8",
+       "torque_constant_Nm_per_A: 0, rated_current_A: 8", "torque_constant_Nm_per_A: '0' is out of range"},
+      {"torque constant NaN", "torque_constant_Nm_per_A: 0.25,", "torque_constant_Nm_per_A: .nan,",
+       "'.nan' is out of range"},
+      {"gains that are NaN", "gravity_feed_forward: false",
+       "gravity_feed_forward: false\n  joints: {j2_yaw: {k_p: .nan, k_v: 1}}\n#",
        "servo.joints.j2_yaw.k_p: '.nan' is out of range"},
-      {"bandwidth that is NaN", "bandwidth_Hz: 8", "bandwidth_Hz: .nan", "bandwidth_Hz: '.nan' is out of range"},
+      {"bandwidth that is NaN", "bandwidth_Hz: 8", "bandwidth_Hz: .nan",
+       "bandwidth_Hz: '.nan' is out of range"},
       {"a node id twice", "bus: 0, node: 2", "bus: 0, node: 1", "that of j1_gantry on the same bus"},
       {"a bus over its budget", "rate_Hz: 500 ", "rate_Hz: 1000 ", "at most 85 %"},
   };
   std::ofstream table(std::string(PHANTOM_REPORT_DIR) + "/fault_table_refused.md");
-  table << "Refused at the start (exit code 2), before any drive is spoken to.\n\n| fault | told |\n|---|---|\n";
+  table << "Refused at the start (exit code 2), before any drive is spoken to.\n\n| fault | told "
+           "|\n|---|---|\n";
   for (const Case& c : cases) {
     const auto file = slave_io::changed(c.from, c.to, slave_io::kCanFile);
     try {

@@ -1,5 +1,5 @@
-// Every fault in every state: the state that master and slave come to, how long that takes, and that neither the
-// hand nor the arm is ever jerked. Leaves the table as Markdown and CSV.
+// Every fault in every state: the state that master and slave come to, how long that takes, and that neither
+// the hand nor the arm is ever jerked. Leaves the table as Markdown and CSV.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,25 +36,29 @@ const std::vector<Fault>& faults() {
        [](Pair& p) { p.slave_life = Life::kRuns; }, true, false},
       {"network cut", [](Pair& p) { p.up.cut = p.down.cut = p.drag.cut = true; },
        [](Pair& p) { p.up.cut = p.down.cut = p.drag.cut = false; }, true, true},
-      {"master to slave cut", [](Pair& p) { p.up.cut = true; }, [](Pair& p) { p.up.cut = false; }, false, true},
-      {"slave to master cut", [](Pair& p) { p.down.cut = true; }, [](Pair& p) { p.down.cut = false; }, true, false},
+      {"master to slave cut", [](Pair& p) { p.up.cut = true; }, [](Pair& p) { p.up.cut = false; }, false,
+       true},
+      {"slave to master cut", [](Pair& p) { p.down.cut = true; }, [](Pair& p) { p.down.cut = false; }, true,
+       false},
       {"phantom_sensing killed", [](Pair& p) { p.phantom_life = Life::kGone; },
        [](Pair& p) { p.phantom_life = Life::kRuns; }, false, false},
-      {"everything 100 ms late", [](Pair& p) { p.up.delay_ns = p.down.delay_ns = p.drag.delay_ns = 100 * kTick_ns; },
+      {"everything 100 ms late",
+       [](Pair& p) { p.up.delay_ns = p.down.delay_ns = p.drag.delay_ns = 100 * kTick_ns; },
        [](Pair& p) { p.up.delay_ns = p.down.delay_ns = p.drag.delay_ns = kTick_ns / 5; }, true, true},
       {"half of all samples lost", [](Pair& p) { p.up.loss = p.down.loss = p.drag.loss = 0.5; },
        [](Pair& p) { p.up.loss = p.down.loss = p.drag.loss = 0.0; }, false, false},
       {"every sample twice", [](Pair& p) { p.up.duplicate = p.down.duplicate = p.drag.duplicate = true; },
-       [](Pair& p) { p.up.duplicate = p.down.duplicate = p.drag.duplicate = false; }, false, false, false, true},
+       [](Pair& p) { p.up.duplicate = p.down.duplicate = p.drag.duplicate = false; }, false, false, false,
+       true},
       {"samples overtake each other (jitter 8 ms)",
        [](Pair& p) { p.up.jitter_ns = p.down.jitter_ns = p.drag.jitter_ns = 8 * kTick_ns; },
        [](Pair& p) { p.up.jitter_ns = p.down.jitter_ns = p.drag.jitter_ns = 0; }, false, false},
-      {"master_state with NaN", [](Pair& p) { p.spoil_master = true; }, [](Pair& p) { p.spoil_master = false; },
-       false, true},
-      {"slave_state with infinity", [](Pair& p) { p.spoil_slave = true; }, [](Pair& p) { p.spoil_slave = false; },
-       true, false},
-      {"drag_field with NaN", [](Pair& p) { p.spoil_drag = true; }, [](Pair& p) { p.spoil_drag = false; }, false,
-       false},
+      {"master_state with NaN", [](Pair& p) { p.spoil_master = true; },
+       [](Pair& p) { p.spoil_master = false; }, false, true},
+      {"slave_state with infinity", [](Pair& p) { p.spoil_slave = true; },
+       [](Pair& p) { p.spoil_slave = false; }, true, false},
+      {"drag_field with NaN", [](Pair& p) { p.spoil_drag = true; }, [](Pair& p) { p.spoil_drag = false; },
+       false, false},
       {"samples of another arm (6 joints)", [](Pair& p) { p.wrong_joints = true; },
        [](Pair& p) { p.wrong_joints = false; }, true, true},
       {"a second master_io, of another pose", [](Pair& p) { p.second_master = true; },
@@ -75,7 +79,8 @@ struct Outcome {
 /// Watches for jerks: torque on the hand and motion of the arm from one tick to the next.
 class JerkWatch {
  public:
-  explicit JerkWatch(const Pair& pair) : torque_Nm_(pair.master_now.outputs.motor_Nm), q_(pair.slave_now.position) {
+  explicit JerkWatch(const Pair& pair)
+      : torque_Nm_(pair.master_now.outputs.motor_Nm), q_(pair.slave_now.position) {
     const auto& master = Pair::master_config();
     const double ramp_s = std::min(master.percept.ramp_down_s, master.feedback.ramp_down_s);
     for (std::size_t j = 0; j < kJoints; ++j) {
@@ -87,10 +92,12 @@ class JerkWatch {
   }
   void look(const Pair& pair) {
     for (std::size_t j = 0; j < kJoints; ++j) {
-      // While coupled the hand feels what the slave feels, a knock included; the ramps govern everything else.
+      // While coupled the hand feels what the slave feels, a knock included; the ramps govern everything
+      // else.
       const bool coupled = pair.master_state() == LinkState::kCoupled;
       if (pair.master_life == Life::kRuns && master_ran_ && !coupled) {
-        EXPECT_LE(std::abs(pair.master_now.outputs.motor_Nm[j] - torque_Nm_[j]), step_Nm_[j]) << "joint " << j;
+        EXPECT_LE(std::abs(pair.master_now.outputs.motor_Nm[j] - torque_Nm_[j]), step_Nm_[j])
+            << "joint " << j;
       }
       EXPECT_LE(std::abs(pair.slave_now.position[j] - q_[j]), step_q_[j]) << "joint " << j;
       EXPECT_TRUE(std::isfinite(pair.slave_now.outputs.torque.drive_Nm[j]));
@@ -143,7 +150,8 @@ struct Table {
 };
 
 TEST(FaultTable, EveryFaultInEveryStateEndsInADefinedStateInBoundedTimeWithoutAJerk) {
-  // Staleness, one tick of the network and two periods; regular but late samples are found by their round trip.
+  // Staleness, one tick of the network and two periods; regular but late samples are found by their round
+  // trip.
   const auto limit_ms = [](const teleop::LinkTiming& link) {
     return static_cast<int>(1000 * std::max(link.staleness_s, link.round_trip_limit_s)) + 4;
   };

@@ -1,7 +1,8 @@
 #pragma once
 
-// Master and slave as they run, servo, controllers, plants and the topics' conversions, on a simulated clock and a
-// network that does what a test wants. The slave's arm is simulated, or has simulated drives on CAN buses.
+// Master and slave as they run, servo, controllers, plants and the topics' conversions, on a simulated clock
+// and a network that does what a test wants. The slave's arm is simulated, or has simulated drives on CAN
+// buses.
 
 #include <algorithm>
 #include <deque>
@@ -31,8 +32,8 @@ template <class Message>
 class Channel {
  public:
   bool cut = false;
-  double loss = 0.0;             ///< probability
-  bool duplicate = false;        ///< every sample comes twice, the second 3 ms later
+  double loss = 0.0;       ///< probability
+  bool duplicate = false;  ///< every sample comes twice, the second 3 ms later
   core::Nanoseconds delay_ns = 200'000, jitter_ns = 0;
 
   void send(const Message& message, core::Nanoseconds now_ns) {
@@ -56,7 +57,9 @@ class Channel {
   };
   double share() { return static_cast<double>(random_()) / 4294967296.0; }
   void put(const Message& message, core::Nanoseconds now_ns) {
-    under_way_.push_back({now_ns + delay_ns + static_cast<core::Nanoseconds>(share() * static_cast<double>(jitter_ns)), message});
+    under_way_.push_back(
+        {now_ns + delay_ns + static_cast<core::Nanoseconds>(share() * static_cast<double>(jitter_ns)),
+         message});
   }
   std::deque<UnderWay> under_way_;
   std::mt19937 random_{7};
@@ -72,8 +75,9 @@ class Pair {
   Channel<msg::DragField> drag;
   Life master_life = Life::kRuns, slave_life = Life::kRuns, phantom_life = Life::kRuns;
   bool spoil_master = false, spoil_slave = false, spoil_drag = false;  ///< numbers that are none
-  bool wrong_joints = false;                                          ///< both report another arm
-  bool second_master = false, second_slave = false;  ///< another process sends the same topic, of another pose
+  bool wrong_joints = false;                                           ///< both report another arm
+  bool second_master = false,
+       second_slave = false;  ///< another process sends the same topic, of another pose
   teleop::StopRequests requests;
 
   Pair() : slave_config_(slave_io::shipped_config()) {
@@ -81,7 +85,8 @@ class Pair {
     start_slave();
   }
   /// With drives on CAN in torque mode.
-  explicit Pair(can::FaultReaction reaction) : slave_config_(slave_io::can_config(can::DriveMode::kTorque, reaction)) {
+  explicit Pair(can::FaultReaction reaction)
+      : slave_config_(slave_io::can_config(can::DriveMode::kTorque, reaction)) {
     rig = std::make_unique<slave_io::DriveRig>(slave_config_, slave_io::shipped_arm().home);
     start_master();
     start_slave();

@@ -11,12 +11,12 @@
 
 namespace phantom::faults {
 
-inline constexpr teleop::LinkState kStates[] = {teleop::LinkState::kInit,    teleop::LinkState::kReady,
-                                                teleop::LinkState::kAligned, teleop::LinkState::kCoupled,
+inline constexpr teleop::LinkState kStates[] = {teleop::LinkState::kInit,     teleop::LinkState::kReady,
+                                                teleop::LinkState::kAligned,  teleop::LinkState::kCoupled,
                                                 teleop::LinkState::kDegraded, teleop::LinkState::kStopped};
 
-/// Brings the pair to where the master is in `state`, with drives that follow if there are any; coupled: with the hand
-/// under way.
+/// Brings the pair to where the master is in `state`, with drives that follow if there are any; coupled: with
+/// the hand under way.
 inline void bring_to(Pair& pair, teleop::LinkState state) {
   if (pair.rig || state == teleop::LinkState::kInit) {  // nobody has been heard for longer than staleness
     pair.up.cut = pair.down.cut = true;

@@ -1,5 +1,6 @@
-// What no emulated controller does: bus errors, error states and bus-off, on the kernel's serial-line driver (slcan).
-// The test is the adapter at the other end of the line. Needs root and the modules; scripts/test_can_vm has both.
+// What no emulated controller does: bus errors, error states and bus-off, on the kernel's serial-line driver
+// (slcan). The test is the adapter at the other end of the line. Needs root and the modules;
+// scripts/test_can_vm has both.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <linux/can.h>
@@ -137,9 +138,9 @@ TEST_F(SlCan, FramesGoBothWays) {
 }
 
 TEST_F(SlCan, BusErrorsAreToldByTheirKind) {
-  const std::pair<const char*, std::uint16_t> cases[] = {
-      {"e1a", kErrorNoAck}, {"e1f", kErrorProtocol}, {"e1s", kErrorProtocol},
-      {"e1b", kErrorProtocol}, {"e1c", kErrorProtocol}, {"e1o", kErrorOverflow}};
+  const std::pair<const char*, std::uint16_t> cases[] = {{"e1a", kErrorNoAck},    {"e1f", kErrorProtocol},
+                                                         {"e1s", kErrorProtocol}, {"e1b", kErrorProtocol},
+                                                         {"e1c", kErrorProtocol}, {"e1o", kErrorOverflow}};
   for (const auto& [line, wanted] : cases) {
     adapter_->says(line);
     EXPECT_TRUE(errors_until(wanted) & wanted) << line;

@@ -96,7 +96,8 @@ struct Pair {
     for (double t = 0; t < duration_s; t += 0.001) {
       const LinkState m = master.state(), s = slave.state();
       age_s = connected ? 0.001 : age_s + 0.001;
-      master.step({.partner_age_s = age_s, .partner = s, .poses_agree = agree, .requests = master_requests}, 0.001);
+      master.step({.partner_age_s = age_s, .partner = s, .poses_agree = agree, .requests = master_requests},
+                  0.001);
       slave.step({.partner_age_s = age_s, .partner = m, .poses_agree = agree, .requests = {}}, 0.001);
     }
   }
@@ -140,7 +141,8 @@ TEST(LinkMonitor, AgesThatAreNotNumbersAreStale) {
   LinkMonitor monitor(LinkTiming{});
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(monitor.step({.partner_age_s = nan, .partner = kCoupled, .poses_agree = true}, 0.001), kInit);
-  EXPECT_EQ(monitor.step({.partner_age_s = 0.0, .round_trip_s = nan, .partner = kCoupled, .poses_agree = true}, 0.001),
+  EXPECT_EQ(monitor.step(
+                {.partner_age_s = 0.0, .round_trip_s = nan, .partner = kCoupled, .poses_agree = true}, 0.001),
             kInit);
 }
 
@@ -148,7 +150,8 @@ TEST(LinkMonitor, SamplesThatComeRegularlyButLateAreStale) {
   const LinkTiming timing{.staleness_s = 0.02, .round_trip_limit_s = 0.1};
   for (const bool late : {false, true}) {
     LinkMonitor monitor(timing);
-    const LinkObservation in_time{.partner_age_s = 0.001, .round_trip_s = 0.004, .partner = kCoupled, .poses_agree = true};
+    const LinkObservation in_time{
+        .partner_age_s = 0.001, .round_trip_s = 0.004, .partner = kCoupled, .poses_agree = true};
     for (int i = 0; i < 500; ++i) monitor.step(in_time, 0.001);
     ASSERT_EQ(monitor.state(), kCoupled);
     LinkObservation now = in_time;
@@ -159,7 +162,8 @@ TEST(LinkMonitor, SamplesThatComeRegularlyButLateAreStale) {
 
 TEST(LinkMonitor, NothingIsCoupledWhileTheDrivesDoNotFollow) {
   LinkMonitor monitor{LinkTiming{}};
-  LinkObservation seen{.partner_age_s = 0.001, .partner = kCoupled, .poses_agree = true, .drives_follow = false};
+  LinkObservation seen{
+      .partner_age_s = 0.001, .partner = kCoupled, .poses_agree = true, .drives_follow = false};
   for (int i = 0; i < 500; ++i) EXPECT_EQ(monitor.step(seen, 0.001), kInit);
   seen.drives_follow = true;
   for (int i = 0; i < 500; ++i) monitor.step(seen, 0.001);
@@ -192,7 +196,8 @@ TEST(LinkMonitor, TheCauseOfAStopIsToldForAsLongAsItLasts) {
   EXPECT_EQ(monitor.stop_cause(), StopCause::kDriveFault);
   seen.requests.stop();
   monitor.step(seen, 0.001);
-  EXPECT_EQ(monitor.stop_cause(), StopCause::kEmergency) << "somebody pressed the button: that is what counts";
+  EXPECT_EQ(monitor.stop_cause(), StopCause::kEmergency)
+      << "somebody pressed the button: that is what counts";
   seen.requests.reset();
   monitor.step(seen, 0.001);
   EXPECT_EQ(monitor.state(), kStopped);
@@ -205,7 +210,8 @@ TEST(LinkMonitor, TheCauseOfAStopIsToldForAsLongAsItLasts) {
 
 TEST(LinkMonitor, WhoAnswersAnotherIsNoPartner) {
   LinkMonitor monitor{LinkTiming{}};
-  LinkObservation seen{.partner_age_s = 0.001, .answers_another = true, .partner = kCoupled, .poses_agree = true};
+  LinkObservation seen{
+      .partner_age_s = 0.001, .answers_another = true, .partner = kCoupled, .poses_agree = true};
   for (int i = 0; i < 500; ++i) EXPECT_EQ(monitor.step(seen, 0.001), kInit);
   seen.answers_another = false;
   for (int i = 0; i < 500; ++i) monitor.step(seen, 0.001);

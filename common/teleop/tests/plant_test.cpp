@@ -114,7 +114,8 @@ TEST(SlavePlant, AJointKeepsItsMomentumWhenTheLinksBeyondItMove) {
   const auto arm = robot::test_arms::planar();
   HalfSpace far(Eigen::Vector3d::UnitX(), -100);
   auto parameters = slave_parameters(arm);
-  for (auto& joint : parameters.joints) joint.coulomb = joint.viscous = 0.0, joint.lower = -10.0, joint.upper = 10.0;
+  for (auto& joint : parameters.joints)
+    joint.coulomb = joint.viscous = 0.0, joint.lower = -10.0, joint.upper = 10.0;
   core::JointArray rotor{};
   rotor.fill(0.1);
   parameters.rotor = rotor;

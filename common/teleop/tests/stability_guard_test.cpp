@@ -33,8 +33,8 @@ TEST(StabilityGuard, DampingAtTheLimitIsStableForEveryDelay) {
   }
 }
 
-// The simulated device with encoder steps, velocity filter and a sample of delay, in drag of the percept's greatest gain:
-// a hand gives it a push and lets go. What remains of its motion, rad/s?
+// The simulated device with encoder steps, velocity filter and a sample of delay, in drag of the percept's
+// greatest gain: a hand gives it a push and lets go. What remains of its motion, rad/s?
 double speed_long_after_a_push(const core::JointArray& damping_limit) {
   MasterPlantParameters device{.joint_count = 1, .velocity_filter_s = 0.002};
   device.joints[0] = {.inertia = 0.05, .viscous = 0.02, .coulomb = 0.0};
@@ -62,7 +62,8 @@ TEST(StabilityGuard, AnUnlimitedDragGainMakesTheDeviceOscillateAndTheGuardedOneD
   core::JointArray unlimited{};
   unlimited.fill(1e9);
   EXPECT_GT(speed_long_after_a_push(unlimited), 0.1) << "it shakes for ever";
-  DeviceDamping device{.joint_count = 1, .period_s = 0.001, .delay_samples = 1 + filter_delay_samples(0.002, 0.001)};
+  DeviceDamping device{
+      .joint_count = 1, .period_s = 0.001, .delay_samples = 1 + filter_delay_samples(0.002, 0.001)};
   device.inertia[0] = 0.05;
   device.damping_cap[0] = 1e9;
   EXPECT_LT(speed_long_after_a_push(usable_damping(device)), 0.01) << "an encoder step in the filter's time";

@@ -144,7 +144,8 @@ TEST(MasterAdapter, ASecondWriterIsToldWithoutHidingAFault) {
   const core::Health running = with_rival({core::ComponentState::kRunning, "", {}, {}}, "slave_state");
   EXPECT_EQ(running.state, core::ComponentState::kDegraded);
   EXPECT_EQ(running.message, "two processes send slave_state: only the first is used; end one of them");
-  const core::Health fault = with_rival({core::ComponentState::kFault, "j1 is in fault", {}, {}}, "slave_state");
+  const core::Health fault =
+      with_rival({core::ComponentState::kFault, "j1 is in fault", {}, {}}, "slave_state");
   EXPECT_EQ(fault.state, core::ComponentState::kFault);
   EXPECT_THAT(fault.message, HasSubstr("j1 is in fault"));
 }

@@ -1,5 +1,5 @@
-// A gamepad that the kernel believes in: made by this test through /dev/uinput, found, read and made to rumble through
-// /dev/input as any other. Needs root and the modules; scripts/test_can_vm has both.
+// A gamepad that the kernel believes in: made by this test through /dev/uinput, found, read and made to
+// rumble through /dev/input as any other. Needs root and the modules; scripts/test_can_vm has both.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <linux/uinput.h>
@@ -57,7 +57,8 @@ class Gamepad {
     fd_ = -1;
   }
   void says(std::uint16_t type, std::uint16_t code, int value) {
-    for (const auto& [t, c, v] : {std::tuple{type, code, value}, std::tuple<std::uint16_t, std::uint16_t, int>{EV_SYN, SYN_REPORT, 0}}) {
+    for (const auto& [t, c, v] : {std::tuple{type, code, value},
+                                  std::tuple<std::uint16_t, std::uint16_t, int>{EV_SYN, SYN_REPORT, 0}}) {
       input_event e{};
       e.type = t, e.code = c, e.value = v;
       ASSERT_EQ(write(fd_, &e, sizeof e), static_cast<ssize_t>(sizeof e));
@@ -116,10 +117,12 @@ TEST(Uinput, AGamepadIsFoundReadAndRumblesUntilItIsPulledOut) {
   std::atomic<int> stops{0}, resets{0};
   std::mutex mutex;
   std::string told;
-  DeskInput input(first_joints(), state, {[&] { ++stops; }, [&] { ++resets; }, [&](const std::string& what) {
-                                            const std::lock_guard lock(mutex);
-                                            told += what + '\n';
-                                          }});
+  DeskInput input(first_joints(), state,
+                  {[&] { ++stops; }, [&] { ++resets; },
+                   [&](const std::string& what) {
+                     const std::lock_guard lock(mutex);
+                     told += what + '\n';
+                   }});
   EXPECT_EQ(input.name().rfind("Test gamepad (/dev/input/event", 0), 0U) << input.name();
   DeskState now;
   const auto axis_is = [&](std::size_t axis, double value) {

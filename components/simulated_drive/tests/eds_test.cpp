@@ -97,7 +97,8 @@ TEST(Eds, EveryObjectAnswersOverTheBusAsTheFileSays) {
     SCOPED_TRACE(name);
     const auto index = static_cast<std::uint16_t>(std::stoi(name, nullptr, 16));
     const auto at = name.find("sub");
-    const auto sub = static_cast<std::uint8_t>(at == std::string::npos ? 0 : std::stoi(name.substr(at + 3), nullptr, 16));
+    const auto sub =
+        static_cast<std::uint8_t>(at == std::string::npos ? 0 : std::stoi(name.substr(at + 3), nullptr, 16));
     client.start_read(index, sub, desk.now_ns);
     desk.finish(client);
     ASSERT_EQ(client.state(), can::SdoClient::State::kDone);
@@ -108,16 +109,19 @@ TEST(Eds, EveryObjectAnswersOverTheBusAsTheFileSays) {
     } else {
       ASSERT_EQ(value.size(), bytes_of(type));
       const std::int64_t due = number(section.at("DefaultValue"));
-      for (std::size_t i = 0; i < value.size(); ++i) EXPECT_EQ(value[i], static_cast<std::uint8_t>(due >> (8 * i)));
+      for (std::size_t i = 0; i < value.size(); ++i)
+        EXPECT_EQ(value[i], static_cast<std::uint8_t>(due >> (8 * i)));
     }
     ++asked;
-    if (value.empty()) continue;  // an empty label
+    if (value.empty()) continue;                         // an empty label
     client.start_write(index, sub, value, desk.now_ns);  // what it has already
     desk.finish(client);
-    const bool read_only = client.state() == can::SdoClient::State::kAborted && client.abort_code() == 0x06010002;
+    const bool read_only =
+        client.state() == can::SdoClient::State::kAborted && client.abort_code() == 0x06010002;
     EXPECT_EQ(read_only, section.at("AccessType") == "ro") << std::hex << client.abort_code();
   }
-  EXPECT_EQ(asked, static_cast<int>(desk.drive->dictionary().objects().size())) << "every object is in the file";
+  EXPECT_EQ(asked, static_cast<int>(desk.drive->dictionary().objects().size()))
+      << "every object is in the file";
 }
 
 TEST(Eds, ListsNameEverySectionOnce) {

@@ -78,7 +78,9 @@ TEST(SlaveAdapter, ReorderedAndRepeatedSamplesAreRefusedARestartedMasterIsNot) {
   dds::SourceGuard source;
   auto master = good();
   core::Nanoseconds now_ns = core::kNsPerSecond;
-  const auto takes = [&] { return source.judge(master.stamp(), now_ns) == dds::SourceGuard::Verdict::kAccepted; };
+  const auto takes = [&] {
+    return source.judge(master.stamp(), now_ns) == dds::SourceGuard::Verdict::kAccepted;
+  };
   EXPECT_TRUE(takes());
   EXPECT_FALSE(takes());
   master.stamp().sequence_number(5);
@@ -132,7 +134,8 @@ TEST(SlaveAdapter, OfTwoMastersOnTheTopicOnlyTheFirstIsFollowed) {
     }
     return false;
   };
-  ASSERT_TRUE(until([&] { write(*first_writer, first_stamper, 1.0); }, [&] { return sample.position[0] == 1.0; }));
+  ASSERT_TRUE(
+      until([&] { write(*first_writer, first_stamper, 1.0); }, [&] { return sample.position[0] == 1.0; }));
   ASSERT_TRUE(until(
       [&] {
         write(*first_writer, first_stamper, 1.0);
@@ -145,7 +148,8 @@ TEST(SlaveAdapter, OfTwoMastersOnTheTopicOnlyTheFirstIsFollowed) {
       }));
   EXPECT_EQ(sample.position[0], 1.0) << "whoever came first";
   first_writer.reset();
-  EXPECT_TRUE(until([&] { write(second_writer, second_stamper, 2.0); }, [&] { return sample.position[0] == 2.0; }))
+  EXPECT_TRUE(
+      until([&] { write(second_writer, second_stamper, 2.0); }, [&] { return sample.position[0] == 2.0; }))
       << "it takes the first one's place";
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
-// The drives of the hot cell's arm on CAN buses in this process, as deploy/can/hot_cell_slave_io.yaml has them.
+// The drives of the hot cell's arm on CAN buses in this process, as deploy/can/hot_cell_slave_io.yaml has
+// them.
 
 #include <memory>
 #include <vector>
@@ -52,7 +53,8 @@ class DriveRig {
     const auto& axes = config.can->group.axes;
     for (std::size_t j = 0; j < axes.size(); ++j) {
       drives.push_back(std::make_unique<simulated_drive::SimulatedDrive>(
-          drive_like(axes[j], start[j], config.plant.joints[j].inertia), buses[axes[j].bus]->connect(axes[j].name)));
+          drive_like(axes[j], start[j], config.plant.joints[j].inertia),
+          buses[axes[j].bus]->connect(axes[j].name)));
     }
     frozen.resize(drives.size());
   }
@@ -79,8 +81,8 @@ class DriveRig {
   /// A further drive with joint `j`'s node id on its bus.
   void add_twin(std::size_t j) {
     const can::AxisConfig& axis = config.can->group.axes[j];
-    drives.push_back(std::make_unique<simulated_drive::SimulatedDrive>(simulated_drive::DriveOptions{.node = axis.node},
-                                                                       buses[axis.bus]->connect("twin")));
+    drives.push_back(std::make_unique<simulated_drive::SimulatedDrive>(
+        simulated_drive::DriveOptions{.node = axis.node}, buses[axis.bus]->connect("twin")));
     frozen.push_back(false);
   }
   void remove_twin() {
