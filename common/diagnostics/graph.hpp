@@ -25,7 +25,8 @@ bool same_host(const Guid& a, const Guid& b);
 struct ParticipantInfo {
   Guid guid{};
   std::string name;     ///< the component's, for this project's
-  std::string host;     ///< as announced, or as its addresses tell; empty: unknown
+  std::string host;     ///< its name as announced, or its address; empty: unknown
+  std::string machine;  ///< tells hosts of one name apart; the host's name where nothing better is announced
   std::string user;     ///< empty: not announced
   std::string process;  ///< process id; empty: not announced
   std::string vendor;

@@ -9,7 +9,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kWidest = 110;  // columns of what is put on one line
+constexpr std::size_t kWidest = 130;  // columns of what is put on one line
 constexpr std::size_t kRun = 4;       // equal neighbours that are counted instead of written
 
 std::string scalar(const Json& value) {

@@ -64,10 +64,12 @@ diagnostics::ParticipantInfo info_of(const rtps::ParticipantProxyData& data) {
         info.host = rtps::IPLocator::toIPv4string(locator);
     }
   }
+  info.machine = info.host;
+  info.host = info.host.substr(0, info.host.find(':'));  // Fast DDS announces "name:number of the machine"
   return info;
 }
 
-std::string announced_host(const edds::DomainParticipant& participant) {
+std::string announced_machine(const edds::DomainParticipant& participant) {
   for (const auto& property : participant.get_qos().properties().properties()) {
     if (property.name() == edds::parameter_policy_physical_data_host) return property.value();
   }
@@ -139,7 +141,8 @@ struct Observer::Ear : edds::DomainParticipantListener {
                                                                                : Presence::kLost;
     tell([&](DiscoveryListener& to) { to.on_participant(info_of(info.info), presence); });
   }
-  void on_publisher_discovery(edds::DomainParticipant* participant, rtps::WriterDiscoveryInfo&& info) override {
+  void on_publisher_discovery(edds::DomainParticipant* participant,
+                              rtps::WriterDiscoveryInfo&& info) override {
     if (is_own(participant, info.info.guid())) return;
     using Status = rtps::WriterDiscoveryInfo;
     auto endpoint = endpoint_info(info.info, true);
@@ -150,7 +153,8 @@ struct Observer::Ear : edds::DomainParticipantListener {
                                                                           : Presence::kLeft;
     tell([&](DiscoveryListener& to) { to.on_endpoint(endpoint, presence); });
   }
-  void on_subscriber_discovery(edds::DomainParticipant* participant, rtps::ReaderDiscoveryInfo&& info) override {
+  void on_subscriber_discovery(edds::DomainParticipant* participant,
+                               rtps::ReaderDiscoveryInfo&& info) override {
     if (is_own(participant, info.info.guid())) return;
     using Status = rtps::ReaderDiscoveryInfo;
     auto endpoint = endpoint_info(info.info, false);
@@ -170,7 +174,7 @@ Observer::Observer(const std::string& component, const core::NetworkOptions& net
         return ear;
       }()),
       participant_(component, network, ear_),
-      host_(announced_host(*participant_.impl()->participant)) {}
+      machine_(announced_machine(*participant_.impl()->participant)) {}
 
 Observer::~Observer() {
   const std::lock_guard lock(ear_->mutex);
@@ -178,7 +182,7 @@ Observer::~Observer() {
 }
 
 dds::Participant& Observer::participant() { return participant_; }
-const std::string& Observer::host() const { return host_; }
+const std::string& Observer::machine() const { return machine_; }
 diagnostics::Guid Observer::guid() const { return guid_of(participant_.impl()->participant->guid()); }
 
 }  // namespace phantom::observation

@@ -38,14 +38,14 @@ class Observer {
 
   dds::Participant& participant();
   diagnostics::Guid guid() const;
-  /// The name of this host as participants of this library announce it.
-  const std::string& host() const;
+  /// This host as participants of this library announce it in ParticipantInfo::machine; empty: they do not.
+  const std::string& machine() const;
 
  private:
   struct Ear;
   std::shared_ptr<Ear> ear_;
   dds::Participant participant_;
-  std::string host_;
+  std::string machine_;
 };
 
 }  // namespace phantom::observation

@@ -134,12 +134,12 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
     return participant == nullptr ? std::string() : participant->name;
   }
 
-  // The prefix's host part is a short hash: where both announce the host's name, that must agree, too.
+  // The prefix's host part is a short hash: where both announce the machine, that must agree, too.
   bool on_this_host(const Guid& writer) const {
     const auto* other = view.graph().participant(writer);
-    const std::string& mine = observer.host();
+    const std::string& mine = observer.machine();
     return diagnostics::same_host(writer, observer.guid()) &&
-           (other == nullptr || other->host.empty() || mine.empty() || other->host == mine);
+           (other == nullptr || other->machine.empty() || mine.empty() || other->machine == mine);
   }
 
   std::map<std::string, ReadingPlan> plans() {

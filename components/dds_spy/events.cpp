@@ -29,6 +29,23 @@ constexpr std::array kNames{"participant_joined",
                             "component_state",
                             "component_counter"};
 
+/// Whether many alike can come at once: those that come at a topic's rate.
+bool comes_in_bursts(EventKind kind) {
+  switch (kind) {
+    case EventKind::kGap:
+    case EventKind::kSkip:
+    case EventKind::kDeadlineMissed:
+    case EventKind::kDeadlineMet:
+    case EventKind::kLivelinessLost:
+    case EventKind::kLivelinessBack:
+    case EventKind::kUndecodable:
+    case EventKind::kInstanceGone:
+      return true;
+    default:
+      return false;
+  }
+}
+
 std::string clock_text(core::Nanoseconds utc_ns) {
   const std::time_t seconds = utc_ns / core::kNsPerSecond;
   std::tm local{};
@@ -60,6 +77,7 @@ EventLog::EventLog(std::size_t most, double quiet_s, Tell tell)
 
 void EventLog::add(Event event) {
   totals_[event.kind] += event.count;
+  if (!comes_in_bursts(event.kind)) return tell(event);
   Held& held = held_[{event.kind, event.topic, event.who}];
   if (held.told_ns != 0 && event.utc_ns - held.told_ns < quiet_ns_) {
     held.count += event.count;

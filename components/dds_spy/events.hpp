@@ -52,9 +52,9 @@ struct Event {
 std::string event_line(const Event& event);
 nlohmann::ordered_json event_json(const Event& event);
 
-/// Tells events, the first of its kind, topic and participant at once; those that follow within a quiet time
-/// are counted and told together when it is over, with the newest one's text. Keeps the newest `most`. Not
-/// thread-safe.
+/// Tells events. Of those that come at a topic's rate (gaps, deadlines …), the first of its kind, topic and
+/// participant at once; those that follow within a quiet time are counted and told together when it is over,
+/// with the newest one's text. Keeps the newest `most`. Not thread-safe.
 class EventLog {
  public:
   using Tell = std::function<void(const Event&)>;

@@ -53,10 +53,7 @@ std::string silent_line(const ReportInput& input) {
 std::string type_note(const ReportInput& input, const Row& row) {
   const auto* endpoint = input.view.graph().endpoint(*row.guid);
   if (endpoint == nullptr) return "";
-  const auto contract = input.contracts.find(endpoint->topic);
-  return contract != input.contracts.end() && contract->second.type == endpoint->type
-             ? ""
-             : endpoint->type + " (foreign)";
+  return is_project_type(input, endpoint->type) ? "" : endpoint->type + " (foreign)";
 }
 
 std::string in_ms(double value_s) { return fmt::format("{:.3f}", 1e3 * value_s); }

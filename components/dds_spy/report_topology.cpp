@@ -29,12 +29,6 @@ std::map<std::string, TopicEnds> topics_of(const ReportInput& input) {
   return topics;
 }
 
-/// Of the project: its name and type are those of a contract.
-bool is_ours(const ReportInput& input, const std::string& topic, const std::string& type) {
-  const auto contract = input.contracts.find(topic);
-  return contract != input.contracts.end() && contract->second.type == type;
-}
-
 std::string joined(const std::set<std::string>& names, const char* between) {
   std::string text;
   for (const auto& name : names) text += (text.empty() ? "" : between) + name;
@@ -78,8 +72,8 @@ Json endpoint_list(const ReportInput& input, const std::vector<const EndpointInf
 std::map<std::string, std::vector<const ParticipantInfo*>> by_host(const ReportInput& input) {
   std::map<std::string, std::vector<const ParticipantInfo*>> hosts;
   for (const auto& [guid, participant] : input.view.graph().participants())
-    hosts[participant.host.empty() ? "unknown host" : participant.host].push_back(&participant);
-  for (auto& [host, list] : hosts) {
+    hosts[participant.machine].push_back(&participant);
+  for (auto& [machine, list] : hosts) {
     std::sort(list.begin(), list.end(), [](const auto* a, const auto* b) {
       return std::tie(a->name, a->guid) < std::tie(b->name, b->guid);
     });
@@ -87,14 +81,16 @@ std::map<std::string, std::vector<const ParticipantInfo*>> by_host(const ReportI
   return hosts;
 }
 
-/// Fast DDS announces "name:number of the machine"; people know it by the name.
-std::string host_name(const std::string& announced) { return announced.substr(0, announced.find(':')); }
-
 std::string counted(std::size_t count, const char* what) {
   return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
 }  // namespace
+
+bool is_project_type(const ReportInput& input, const std::string& type) {
+  return std::any_of(input.contracts.begin(), input.contracts.end(),
+                     [&](const auto& contract) { return contract.second.type == type; });
+}
 
 Json topology_json(const ReportInput& input) {
   const auto& graph = input.view.graph();
@@ -116,7 +112,7 @@ Json topology_json(const ReportInput& input) {
     const auto& first = ends.writers.empty() ? *ends.readers.front() : *ends.writers.front();
     topics.push_back({{"name", name},
                       {"types", ends.types},
-                      {"foreign", !is_ours(input, name, first.type)},
+                      {"foreign", !is_project_type(input, first.type)},
                       {"keyed", first.keyed},
                       {"writers", endpoint_list(input, ends.writers)},
                       {"readers", endpoint_list(input, ends.readers)}});
@@ -139,8 +135,9 @@ std::string topology_text(const ReportInput& input) {
                   counted(graph.participants().size(), "participant"), counted(hosts.size(), "host"),
                   counted(topics.size(), "topic"), counted(static_cast<std::size_t>(writers), "writer"),
                   counted(graph.endpoints().size() - static_cast<std::size_t>(writers), "reader"));
-  for (const auto& [host, participants] : hosts) {
-    text += fmt::format("\nhost {}\n", host_name(host));
+  for (const auto& [machine, participants] : hosts) {
+    text += fmt::format("\nhost {}\n",
+                        participants.front()->host.empty() ? "unknown" : participants.front()->host);
     for (const auto* participant : participants) {
       std::set<std::string> locators(participant->locators.begin(), participant->locators.end());
       text +=
@@ -158,7 +155,7 @@ std::string topology_text(const ReportInput& input) {
   Table table({"TOPIC", "TYPE", "WRITERS", "READERS"});
   for (const auto& [name, ends] : topics) {
     const auto& first = ends.writers.empty() ? *ends.readers.front() : *ends.writers.front();
-    table.add({name, joined(ends.types, " | ") + (is_ours(input, name, first.type) ? "" : " (foreign)"),
+    table.add({name, joined(ends.types, " | ") + (is_project_type(input, first.type) ? "" : " (foreign)"),
                names(input, ends.writers), names(input, ends.readers)});
   }
   if (!table.empty()) text.append("\n").append(table.text());

@@ -19,6 +19,9 @@ struct ReportInput {
   double seconds = 0.0;  ///< since the spy joined, or since counts were reset
 };
 
+/// Whether the type is that of one of the project's topics.
+bool is_project_type(const ReportInput& input, const std::string& type);
+
 // Each report as JSON, and as text for people. Pure.
 
 /// Hosts, participants with their processes, topics with type, writers and readers.

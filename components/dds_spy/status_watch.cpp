@@ -7,14 +7,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Counter {
-  const char* member;
-  const char* text;
-};
-constexpr Counter kCounters[] = {{"deadline_missed", "deadlines missed"},
-                                 {"liveliness_lost", "losses of liveliness"},
-                                 {"incompatible_qos", "endpoints refused for their QoS"},
-                                 {"refused", "samples refused as stale, out of order or invalid"}};
+constexpr const char* kCounters[] = {"deadline_missed", "liveliness_lost", "incompatible_qos", "refused"};
 
 }  // namespace
 
@@ -36,16 +29,15 @@ std::vector<Event> StatusWatch::take(const Json& status) {
     for (const Json& endpoint : status.at("topics")) {
       const auto topic = endpoint.at("topic").get<std::string>();
       const bool writer = endpoint.at("writer").get<bool>();
-      for (const Counter& counter : kCounters) {
-        const auto value = endpoint.at(counter.member).get<std::uint64_t>();
-        const auto [place, first] = counters_.try_emplace({who, topic, writer, counter.member}, value);
+      for (const char* counter : kCounters) {
+        const auto value = endpoint.at(counter).get<std::uint64_t>();
+        const auto [place, first] = counters_.try_emplace({who, topic, writer, counter}, value);
         if (!first && value > place->second) {
-          events.push_back(
-              {.kind = EventKind::kComponentCounter,
-               .topic = topic,
-               .who = who,
-               .text = fmt::format("its {} counts {} {} ({} in all)", writer ? "writer" : "reader",
-                                   value - place->second, counter.text, value)});
+          events.push_back({.kind = EventKind::kComponentCounter,
+                            .topic = topic,
+                            .who = who,
+                            .text = fmt::format("its {}'s {} rose by {} to {}", writer ? "writer" : "reader",
+                                                counter, value - place->second, value)});
         }
         place->second = value;
       }

@@ -48,6 +48,7 @@ TEST(Observer, TellsParticipantsEndpointsTheirQosAndTheirLeaving) {
     EXPECT_EQ(participant.process, std::to_string(getpid()));
     EXPECT_EQ(participant.vendor, "Fast DDS");
     EXPECT_FALSE(participant.host.empty());
+    EXPECT_EQ(participant.host.find(':'), std::string::npos);
     EXPECT_TRUE(diagnostics::same_host(participant.guid, observer.guid()));
     for (const auto& [guid, endpoint] : notes.graph.endpoints()) {
       if (endpoint.writer) {

@@ -86,7 +86,7 @@ TEST(StatusWatch, TellsChangesOfStateAndRisingCounters) {
   EXPECT_EQ(events[0].kind, EventKind::kComponentState);
   EXPECT_EQ(events[0].text, "COMPONENT_RUNNING → COMPONENT_DEGRADED");
   EXPECT_EQ(events[1].topic, "drag_field");
-  EXPECT_EQ(events[1].text, "its reader counts 3 deadlines missed (8 in all)");
+  EXPECT_EQ(events[1].text, "its reader's deadline_missed rose by 3 to 8");
 }
 
 TEST(StatusWatch, ARestartedComponentCountsFromZeroWithoutNews) {

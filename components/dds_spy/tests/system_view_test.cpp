@@ -27,7 +27,8 @@ ParticipantInfo participant(std::uint8_t number, const std::string& name) {
   info.guid = guid(number, 1);
   info.name = name;
   info.process = std::to_string(1000 + number);
-  info.host = "desk:77";
+  info.host = "desk";
+  info.machine = "desk:77";
   info.vendor = "Fast DDS";
   info.lease_ns = 5'000 * kMs;
   return info;
