@@ -95,7 +95,7 @@ class ViewerLoop {
   std::array<ViewPainter, kViews.size()> painters_;
   std::vector<geometry::BoundingBox> link_boxes_;
   Recorder recorder_;
-  std::vector<HitSample> unseen_;         // alerts of which there is no picture yet
+  std::deque<HitSample> unseen_;         // alerts of which there is no picture yet
   std::deque<HitSample> unphotographed_;  // alerts for the report
   core::Nanoseconds lively_until_ns_ = 0, first_object_ns_ = 0;
   bool saved_start_ = false, saved_hit_ = false, saved_contact_ = false;

@@ -10,6 +10,7 @@ namespace phantom::synthetic_viewer {
 namespace {
 
 constexpr std::size_t kHitJpegs = ViewerState::kMaxHits;
+constexpr int kFirstPicturesARound = 3;
 constexpr double kHitZone_m = 0.02;  // radius of what a view of a hit zone should see
 
 Eigen::Vector3d eigen(const Vector3& v) { return {v[0], v[1], v[2]}; }
@@ -81,8 +82,12 @@ void ViewerLoop::show_first(const HitSample& hit) {
 }
 
 void ViewerLoop::show_hit() {
-  for (const HitSample& hit : unseen_) show_first(hit);
-  unseen_.clear();
+  // A flood of alerts must not stop the live views: some a round, and those that nobody would see any more not at all.
+  while (unseen_.size() > ViewerState::kMaxHits) unseen_.pop_front();
+  for (int k = 0; k < kFirstPicturesARound && !unseen_.empty(); ++k) {
+    show_first(unseen_.front());
+    unseen_.pop_front();
+  }
   ViewOutput& output = page_.view(View::kHit);
   if (hit_.alert == 0) {
     output.jpeg.clear();

@@ -1,6 +1,5 @@
 // Drawing the shipped cell, encoding and serving it, and how soon an alert has its picture.
 #include <benchmark/benchmark.h>
-#include <httplib.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -14,6 +13,9 @@
 #include "components/synthetic_viewer/still_scene.hpp"
 #include "components/synthetic_viewer/view_painter.hpp"
 #include "components/synthetic_viewer/viewer_loop.hpp"
+
+// Last: it brings a macro (_res) that Eigen's names do not survive.
+#include <httplib.h>
 
 namespace {
 

@@ -75,6 +75,29 @@ TEST_F(Rendering, ABoxCoversThePixelsBetweenItsProjectedCorners) {
   EXPECT_LE((drawn_high - high).cwiseAbs().maxCoeff(), 1.0);
 }
 
+// A fine mesh is drawn coarser from afar; its outline stays where it is.
+TEST_F(Rendering, LevelsOfDetailKeepTheOutline) {
+  const double radius_m = 0.15;
+  const MeshHandle fine = renderer_.upload(geometry::make_sphere(radius_m, 6));  // 81,920 triangles
+  for (const double distance_m : {0.5, 2.0, 8.0}) {
+    Frame frame;
+    frame.camera = {{0, -distance_m, 0}, {0, 0, 0}, 2.4 * radius_m / distance_m, 0.05, 20};
+    frame.items = {red_item(fine, {})};
+    const Image image = renderer_.render(frame, kFormat);
+    int top = 240, bottom = 0;
+    for (int y = 0; y < 240; ++y) {
+      if (!is_red(image, 160, y)) continue;
+      top = std::min(top, y);
+      bottom = std::max(bottom, y + 1);
+    }
+    // The outline of a ball: where a ray from the eye touches it.
+    const double touch = std::asin(radius_m / distance_m);
+    const double half_px = 120 * std::tan(touch) / std::tan(frame.camera.vertical_fov_rad / 2);
+    EXPECT_NEAR(top, 120 - half_px, 1.5) << distance_m;
+    EXPECT_NEAR(bottom, 120 + half_px, 1.5) << distance_m;
+  }
+}
+
 TEST_F(Rendering, TheNearerOfTwoHidesTheOther) {
   const MeshHandle ball = renderer_.upload(geometry::make_sphere(0.1, 3));
   Frame frame;
