@@ -8,6 +8,7 @@
 #include <mutex>
 #include <optional>
 
+#include "common/dds/source_guard.hpp"
 #include "common/dds/status_reporter.hpp"
 #include "components/phantom_sensing/dds_adapter_messages.hpp"
 
@@ -57,7 +58,7 @@ Answer carry_out(const msg::SensingCommand& command, const DdsAdapter::Handlers&
 struct DdsAdapter::Impl {
   struct Readers {
     Readers(Impl& owner, SensingLoop& loop, WorkspaceKeeper& workspace);
-    dds::SequenceGuard order;
+    dds::SourceGuard source;
     std::atomic<bool> ready{false};  // the first sample may come before the reader's constructor is through
     dds::Reader<msg::SlaveState> slave;
     dds::Reader<msg::WorkspaceVersion> version;
@@ -122,9 +123,9 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
             [&owner, &loop, this](const msg::SlaveState& state, const dds::SampleInfo& info) {
               if (!ready.load(std::memory_order_acquire)) return;
               std::string why = refusal(state, owner.model.arm);
-              if (why.empty() && !order.accept(state.stamp())) {
-                why = "stamp.sequence_number " + std::to_string(state.stamp().sequence_number()) +
-                      " is not above the one before; allowed: rising numbers";
+              if (why.empty()) {
+                const char* refused = dds::reason(source.judge(state.stamp(), info.received_ns));
+                if (refused != nullptr) why = refused;
               }
               if (why.empty()) {
                 const SlaveSample sample = sample_of(state, info.received_ns);
