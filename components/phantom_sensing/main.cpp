@@ -4,6 +4,7 @@
 #include "common/dds/participant.hpp"
 #include "common/runtime/process.hpp"
 #include "components/phantom_sensing/command.hpp"
+#include "components/phantom_sensing/dds_adapter_replay.hpp"
 #include "components/phantom_sensing/model.hpp"
 #include "components/phantom_sensing/probe.hpp"
 #include "components/phantom_sensing/self_test.hpp"
@@ -13,7 +14,8 @@ int main(int argc, char** argv) {
   using namespace phantom;
   phantom_sensing::ProbeRequest request;
   phantom_sensing::CommandRequest wish;
-  CLI::App *probe = nullptr, *command = nullptr;
+  phantom_sensing::ReplayRequest recorded;
+  CLI::App *probe = nullptr, *command = nullptr, *replay = nullptr;
   runtime::ProcessDescription description;
   description.name = "phantom_sensing";
   description.summary =
@@ -23,20 +25,21 @@ int main(int argc, char** argv) {
       "In: slave_state, workspace_brick, workspace_version, workspace_object, sensing_command. Out: drag_field, percept, "
       "interest_points, hit_alert, sensing_reply, component_status.\n"
       "Example while it runs: phantom_sensing command allow --object gate_valve --link gripper --for-s 60\n"
-      "Example without DDS: phantom_sensing probe --cell deploy/cells/hot_cell/cell.yaml --joints poses.csv "
-      "--out drag.csv";
+      "Example without DDS: phantom_sensing probe --cell deploy/cells/hot_cell/cell.yaml --joints poses.csv --out drag.csv";
   description.add_options = [&](CLI::App& app) {
-    probe = app.add_subcommand("probe", "sense poses from a CSV file (t, q1…qn, v1…vn) instead of from DDS");
-    probe->fallthrough();
-    phantom_sensing::add_options(*probe, request);
-    command = app.add_subcommand(
-        "command", "tell the running phantom_sensing of the deployment what may be touched, or to test itself");
-    command->fallthrough();
-    phantom_sensing::add_options(*command, wish);
+    const auto add = [&app](const char* name, const char* what, auto& options) {
+      CLI::App* added = app.add_subcommand(name, what)->fallthrough();
+      phantom_sensing::add_options(*added, options);
+      return added;
+    };
+    probe = add("probe", "sense poses from a CSV file (t, q1…qn, v1…vn) instead of from DDS", request);
+    replay = add("replay", "make the percepts of a recording again, and compare them with those that were recorded", recorded);
+    command = add("command", "tell the running phantom_sensing what may be touched, or to test itself", wish);
   };
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto config = phantom_sensing::load_config(options.config);
     if (probe->parsed()) return phantom_sensing::run_probe(request, config);
+    if (replay->parsed()) return phantom_sensing::run_replay(recorded, config);
     const auto deployment = runtime::load_deployment(options);
     if (command->parsed()) return phantom_sensing::run_command(wish, deployment.network, std::cout);
     const auto cell = runtime::load_cell(deployment.cell);

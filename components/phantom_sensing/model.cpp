@@ -51,8 +51,7 @@ PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
   return {std::move(arm), std::move(skin), std::move(points)};
 }
 
-percept::AllowedContact allowed_contact(const runtime::CellConfig& cell, const Config& config,
-                                        const PhantomModel& model) {
+ContactDesk contact_desk(const runtime::CellConfig& cell, const Config& config, const PhantomModel& model) {
   ContactDesk desk(model.arm);
   std::map<std::uint16_t, std::string> names;
   for (std::size_t i = 0; i < cell.objects.size(); ++i)
@@ -62,7 +61,12 @@ percept::AllowedContact allowed_contact(const runtime::CellConfig& cell, const C
     const Answer answer = desk.handle({.allow = true, .object = contact.object, .link = contact.link}, 0);
     if (!answer.done) throw ConfigError(cell.file.string() + ": allowed_contact: " + answer.message);
   }
-  return desk.permits().at(0);
+  return desk;
+}
+
+percept::AllowedContact allowed_contact(const runtime::CellConfig& cell, const Config& config,
+                                        const PhantomModel& model) {
+  return contact_desk(cell, config, model).permits().at(0);
 }
 
 TickTime predict_tick(const runtime::CellConfig& cell, const Config& config, const PhantomModel& model) {

@@ -3,6 +3,7 @@
 #include "common/core/network.hpp"
 #include "common/runtime/cell.hpp"
 #include "components/phantom_sensing/config.hpp"
+#include "components/phantom_sensing/contact_desk.hpp"
 #include "components/phantom_sensing/tick_time.hpp"
 
 namespace phantom::phantom_sensing {
@@ -10,6 +11,10 @@ namespace phantom::phantom_sensing {
 /// Arm and skin of the cell's arm `config.arm`. Throws ConfigError naming the cell's file and what is wrong.
 /// Logs what was left out or is coarser than the rule.
 PhantomModel load_model(const runtime::CellConfig& cell, const Config& config);
+
+/// A desk that allows what the cell's file allows the arm `config.arm`, and knows the file's objects. Throws ConfigError as
+/// allowed_contact(). The model outlives it.
+ContactDesk contact_desk(const runtime::CellConfig& cell, const Config& config, const PhantomModel& model);
 
 /// The contacts that the cell's file allows the arm `config.arm`. Throws ConfigError naming an object or link that is not
 /// there.

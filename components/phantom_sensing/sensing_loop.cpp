@@ -83,11 +83,9 @@ void SensingLoop::turn(core::Nanoseconds now_ns) {
   }
 }
 
-/// Time between two states by their writer's clock, so that a replay gives the same; 0 across a restart of
-/// the writer.
-double SensingLoop::elapsed_s(const SlaveSample& sample) const noexcept {
-  if (sample.id.session != ticked_.id.session || ticked_.id.sequence_number == 0) return 0.0;
-  return std::clamp(core::seconds(sample.id.monotonic_ns - ticked_.id.monotonic_ns), 0.0, 1.0);
+double elapsed_s(const SlaveSample& before, const SlaveSample& sample) noexcept {
+  if (sample.id.session != before.id.session || before.id.sequence_number == 0) return 0.0;
+  return std::clamp(core::seconds(sample.id.monotonic_ns - before.id.monotonic_ns), 0.0, 1.0);
 }
 
 void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspace, PerceptCondition condition) {
@@ -98,7 +96,7 @@ void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspac
   if (inputs.state_valid) {
     inputs.position = newest_.position;
     inputs.velocity = newest_.velocity;
-    inputs.dt_s = elapsed_s(newest_);
+    inputs.dt_s = elapsed_s(ticked_, newest_);
     ticked_ = newest_;
   }
   const core::Nanoseconds start_ns = core::monotonic_ns();

@@ -31,6 +31,10 @@ struct SlaveSample {
   core::JointArray position{}, velocity{};
 };
 
+/// Time between two states that are ticked one after the other, by their writer's clock, so that a replay gives the same; 0
+/// at the first and across a restart of the writer. Real-time safe: yes.
+double elapsed_s(const SlaveSample& before, const SlaveSample& sample) noexcept;
+
 /// What is published besides the step's outputs.
 struct TickInfo {
   SlaveSample slave;         ///< that the tick rests on; id 0: none came yet
@@ -95,7 +99,6 @@ class SensingLoop {
  private:
   PerceptCondition judge(std::uint64_t workspace_version, core::Nanoseconds now_ns) noexcept;
   void tick(core::Nanoseconds now_ns, const SensedWorkspace& workspace, PerceptCondition condition);
-  double elapsed_s(const SlaveSample& sample) const noexcept;
   void publish(core::Nanoseconds now_ns, const TickInfo& info);
   void publish_figures();
 

@@ -1,0 +1,288 @@
+#include "components/phantom_sensing/dds_adapter_replay.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <deque>
+#include <iostream>
+#include <map>
+#include <optional>
+#include <variant>
+
+#include "common/core/errors.hpp"
+#include "common/dds/cdr.hpp"
+#include "common/recording/mcap_reader.hpp"
+#include "common/runtime/cell.hpp"
+#include "common/runtime/process.hpp"
+#include "components/phantom_sensing/dds_adapter_messages.hpp"
+#include "components/phantom_sensing/model.hpp"
+
+namespace phantom::phantom_sensing {
+namespace {
+
+constexpr std::size_t kMostStates = 5000, kMostVersions = 4, kMostDifferences = 10;
+constexpr std::uint64_t kPatience_ns =
+    500'000'000;  // topics are recorded side by side: one may come before what it rests on
+
+using Name = std::pair<std::uint64_t, std::uint64_t>;  // of a stamp: session, number
+
+/// What the component sent, in the order in which it did.
+struct Output {
+  std::variant<msg::DragField, msg::Percept, msg::InterestPoints, msg::SensingReply> sample;
+  std::vector<std::uint8_t> bytes;
+  std::uint64_t log_time_ns = 0;
+  const msg::Stamp& stamp() const {
+    return std::visit([](const auto& s) -> const msg::Stamp& { return s.stamp(); }, sample);
+  }
+};
+
+class Replay {
+ public:
+  Replay(const PhantomModel& model, const PerceptSettings& settings, ContactDesk desk)
+      : model_(model), settings_(settings), desk_(std::move(desk)) {}
+
+  void take(const std::string& topic, const recording::Message& message) {
+    if (topic == dds::kSlaveState.name) {
+      if (const auto state = decoded(dds::kSlaveState, message)) keep_state(*state);
+    } else if (topic == dds::kWorkspaceBrick.name) {
+      if (const auto brick = decoded(dds::kWorkspaceBrick, message))
+        (void)assembler_.put_brick({brick->bx(), brick->by(), brick->bz()}, brick->version(),
+                                   brick->voxels_zstd());
+      keep_version();
+    } else if (topic == dds::kWorkspaceVersion.name) {
+      if (const auto version = decoded(dds::kWorkspaceVersion, message))
+        (void)assembler_.commit(description_of(*version));
+      keep_version();
+    } else if (topic == dds::kSensingCommand.name) {
+      if (const auto command = decoded(dds::kSensingCommand, message))
+        commands_[{command->stamp().session(), command->stamp().sequence_number()}] = *command;
+    } else if (!await(dds::kDragField, topic, message) && !await(dds::kPercept, topic, message) &&
+               !await(dds::kInterestPoints, topic, message)) {
+      await(dds::kSensingReply, topic, message);
+    }
+    settle(message.log_time_ns > kPatience_ns ? message.log_time_ns - kPatience_ns : 0);
+  }
+
+  ReplayReport finish() {
+    settle(~0ULL);
+    return std::move(report_);
+  }
+
+ private:
+  template <class T>
+  static std::optional<T> decoded(const dds::TopicSpec<T>& topic, const recording::Message& message) {
+    static const dds::CdrCodec codec(topic);
+    T sample;
+    if (!codec.decode(message.data, &sample)) return {};
+    return sample;
+  }
+
+  void keep_state(const msg::SlaveState& state) {
+    const Name name{state.stamp().session(), state.stamp().sequence_number()};
+    if (states_.emplace(name, sample_of(state, 0)).second) state_order_.push_back(name);
+    if (state_order_.size() <= kMostStates) return;
+    states_.erase(state_order_.front());
+    state_order_.pop_front();
+  }
+
+  void keep_version() {
+    const auto& current = assembler_.current();
+    if (!current || (!versions_.empty() && versions_.back().voxels == current)) return;
+    versions_.push_back({current, assembler_.greatest_neighbour_mu()});
+    if (versions_.size() > kMostVersions) versions_.pop_front();
+  }
+
+  template <class T>
+  bool await(const dds::TopicSpec<T>& spec, const std::string& topic, const recording::Message& message) {
+    if (topic != spec.name) return false;
+    if (auto sample = decoded(spec, message))
+      waiting_.push_back(
+          {std::move(*sample), {message.data.begin(), message.data.end()}, message.log_time_ns});
+    return true;
+  }
+
+  /// Works off what was recorded until then, by the component's own clock.
+  void settle(std::uint64_t until_ns) {
+    if (waiting_.empty() || waiting_.front().log_time_ns >= until_ns) return;
+    std::stable_sort(waiting_.begin(), waiting_.end(), [](const Output& a, const Output& b) {
+      return a.stamp().session() == b.stamp().session() &&
+             a.stamp().monotonic_ns() < b.stamp().monotonic_ns();
+    });
+    std::size_t done = 0;
+    for (; done < waiting_.size() && waiting_[done].log_time_ns < until_ns; ++done)
+      std::visit([&](const auto& sample) { work_off(sample, waiting_[done]); }, waiting_[done].sample);
+    waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(done));
+  }
+
+  void work_off(const msg::SensingReply& reply, const Output&) {
+    const auto command = commands_.find({reply.command().session(), reply.command().sequence_number()});
+    const bool contact =
+        reply.request() == msg::SENSING_ALLOW_CONTACT || reply.request() == msg::SENSING_FORBID_CONTACT;
+    if (reply.done() && contact && command != commands_.end())
+      desk_.handle(wish_of(command->second), reply.stamp().monotonic_ns());
+  }
+
+  void work_off(const msg::DragField& field, const Output& output) {
+    if (!tick(field.slave_echo(), field.workspace_version(), field.valid(), field.stamp(), false)) {
+      ++report_.drag_field.without_inputs;
+      return;
+    }
+    msg::DragField made;
+    info_.model_age_s = field.model_age_s();
+    fill(made, outputs_, info_, model_.arm.joint_count());
+    compare(dds::kDragField, made, field.stamp(), output, report_.drag_field);
+  }
+
+  void work_off(const msg::Percept& percept, const Output& output) {
+    if (!tick(percept.slave_echo(), percept.workspace_version(), percept.valid(), percept.stamp(), true)) {
+      ++report_.percept.without_inputs;
+      return;
+    }
+    msg::Percept made;
+    fill(made, outputs_, info_, model_.arm.joint_count());
+    made.tick_s(percept.tick_s());
+    made.condition(percept.condition());
+    compare(dds::kPercept, made, percept.stamp(), output, report_.percept);
+  }
+
+  void work_off(const msg::InterestPoints& points, const Output& output) {
+    if (!tick(points.slave_echo(), points.workspace_version(), points.valid(), points.stamp(), true)) {
+      ++report_.interest_points.without_inputs;
+      return;
+    }
+    msg::InterestPoints made;
+    fill(made, outputs_, info_, model_);
+    made.condition(points.condition());
+    compare(dds::kInterestPoints, made, points.stamp(), output, report_.interest_points);
+  }
+
+  /// Makes the tick that `echo` names; false if its inputs are not there. A percept belongs to the tick of
+  /// the drag field before it (`same_tick`), unless that one was lost.
+  bool tick(const msg::Echo& echo, std::uint64_t version, bool valid, const msg::Stamp& stamp,
+            bool same_tick) {
+    const Name name{echo.session(), echo.sequence_number()};
+    if (same_tick && ticked_ && name == *ticked_ && outputs_.valid == valid &&
+        outputs_.workspace_version == version)
+      return true;
+    if (stamp.session() != session_) {  // another start of the component
+      session_ = stamp.session();
+      sensing_.emplace(model_, settings_);
+      before_ = {};
+    }
+    ticked_.reset();
+    const auto state = states_.find(name);
+    const SensedWorkspace workspace = version_of(version);
+    if ((name.second != 0 && state == states_.end()) || (version != 0 && workspace.voxels == nullptr))
+      return false;
+    desk_.end_old(stamp.monotonic_ns());
+    StepInputs inputs;
+    inputs.workspace = workspace;
+    inputs.state_valid = valid;
+    inputs.allowed = desk_.permits().at(stamp.monotonic_ns());
+    info_ = {};
+    if (state != states_.end()) info_.slave = state->second;
+    info_.allowed_contacts = inputs.allowed.size();
+    if (valid) {
+      inputs.position = info_.slave.position;
+      inputs.velocity = info_.slave.velocity;
+      inputs.dt_s = elapsed_s(before_, info_.slave);
+      before_ = info_.slave;
+    }
+    sensing_->step(inputs, outputs_);
+    ticked_ = name;
+    return true;
+  }
+
+  SensedWorkspace version_of(std::uint64_t version) const {
+    for (const Version& kept : versions_) {
+      if (kept.voxels->version == version) return {kept.voxels.get(), kept.greatest_neighbour_mu};
+    }
+    return {};
+  }
+
+  template <class T>
+  void compare(const dds::TopicSpec<T>& topic, T& made, const msg::Stamp& stamp, const Output& recorded,
+               ReplayedTopic& counts) {
+    static const dds::CdrCodec codec(topic);
+    made.stamp(stamp);
+    std::vector<std::uint8_t> bytes;
+    if (codec.encode(&made, bytes) && bytes == recorded.bytes) {
+      ++counts.equal;
+      return;
+    }
+    if (counts.different++ > 0 || report_.differences.size() >= kMostDifferences) return;
+    const std::size_t common = std::min(bytes.size(), recorded.bytes.size());
+    const auto at = std::mismatch(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(common),
+                                  recorded.bytes.begin());
+    report_.differences.push_back(std::string(topic.name) + " " + std::to_string(stamp.sequence_number()) +
+                                  " is the first that differs, from byte " +
+                                  std::to_string(at.first - bytes.begin()) + " of " +
+                                  std::to_string(recorded.bytes.size()) + " on");
+  }
+
+  struct Version {
+    std::shared_ptr<const voxel::Workspace> voxels;
+    double greatest_neighbour_mu;
+  };
+  const PhantomModel& model_;
+  const PerceptSettings& settings_;
+  ContactDesk desk_;
+  std::optional<PhantomSensing> sensing_;
+  voxel::WorkspaceAssembler assembler_;
+  std::deque<Version> versions_;
+  std::map<Name, SlaveSample> states_;
+  std::deque<Name> state_order_;
+  std::map<Name, msg::SensingCommand> commands_;
+  std::deque<Output> waiting_;
+  std::uint64_t session_ = 0;
+  std::optional<Name> ticked_;  // the tick that outputs_ and info_ are of
+  SlaveSample before_;
+  StepOutputs outputs_;
+  TickInfo info_;
+  ReplayReport report_;
+};
+
+void print(const char* topic, const ReplayedTopic& counts) {
+  std::cout << "  " << topic << ": " << counts.equal << " equal bit for bit, " << counts.different
+            << " different, " << counts.without_inputs << " without their inputs in the recording\n";
+}
+
+}  // namespace
+
+ReplayReport replay_recording(const std::vector<std::filesystem::path>& files, const PhantomModel& model,
+                              const PerceptSettings& settings, ContactDesk desk) {
+  Replay replay(model, settings, std::move(desk));
+  for (const auto& file : files) {
+    const auto reader = recording::McapReader::open(file);
+    if (!reader && reader.status().code() == core::ErrorCode::kNotFound)
+      throw core::MissingError(reader.status().message());
+    if (!reader) throw core::ConfigError(reader.status().message());
+    recording::MessageCursor cursor(*reader);
+    for (recording::Message message; cursor.next(message);)
+      replay.take(reader->channels().at(message.channel_id).topic, message);
+  }
+  return replay.finish();
+}
+
+void add_options(CLI::App& app, ReplayRequest& request) {
+  app.add_option("--recording", request.recordings, "MCAP files of dds_recorder, in their order")->required();
+  app.add_option("--cell", request.cell, "cell file, as it was when the recording was made")->required();
+  app.add_option("--arm", request.arm, "arm of the cell, if it has several");
+}
+
+int run_replay(const ReplayRequest& request, Config config) {
+  if (!request.arm.empty()) config.arm = request.arm;
+  const auto cell = runtime::load_cell(request.cell);
+  const auto model = load_model(cell, config);
+  const ReplayReport report =
+      replay_recording(request.recordings, model, config.percept, contact_desk(cell, config, model));
+  std::cout << (report.ok() ? "as recorded\n" : "not as recorded\n");
+  print("drag_field", report.drag_field);
+  print("percept", report.percept);
+  print("interest_points", report.interest_points);
+  for (const std::string& difference : report.differences) std::cout << "  " << difference << '\n';
+  if (report.drag_field.different + report.percept.different > 0)
+    std::cout << "  are cell, arm and parameters those of the recording?\n";
+  return report.ok() ? runtime::kExitDone : runtime::kExitFailed;
+}
+
+}  // namespace phantom::phantom_sensing

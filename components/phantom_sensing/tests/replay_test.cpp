@@ -1,0 +1,199 @@
+// A session is recorded, and the recording gives the same samples again, to the bit.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <functional>
+
+#include "common/core/errors.hpp"
+#include "common/dds/cdr.hpp"
+#include "common/recording/byte_sink.hpp"
+#include "common/recording/mcap_writer.hpp"
+#include "components/phantom_sensing/dds_adapter_messages.hpp"
+#include "components/phantom_sensing/dds_adapter_replay.hpp"
+#include "components/phantom_sensing/tests/rig.hpp"
+
+namespace phantom::phantom_sensing {
+namespace {
+
+/// Puts samples into a file, as a recorder does.
+class Tape {
+ public:
+  explicit Tape(const std::filesystem::path& path)
+      : sink_(recording::FileSink::create(path)), writer_(**sink_, {}) {}
+  template <class T>
+  void put(const dds::TopicSpec<T>& topic, const T& sample) {
+    std::vector<std::uint8_t> bytes;
+    EXPECT_TRUE(dds::CdrCodec(topic).encode(&sample, bytes));
+    if (!channels_.contains(topic.name))
+      channels_[topic.name] = *writer_.add_channel({0, 0, topic.name, "cdr", {}});
+    EXPECT_TRUE(writer_.write(recording::Message{channels_[topic.name], ++sequence_, now_ns, now_ns, bytes}));
+  }
+  void finish() { EXPECT_TRUE(writer_.finish()); }
+  std::uint64_t now_ns = 1'000'000'000'000;
+
+ private:
+  core::Expected<std::unique_ptr<recording::FileSink>> sink_;
+  recording::McapWriter writer_;
+  std::map<std::string, std::uint16_t> channels_;
+  std::uint32_t sequence_ = 0;
+};
+
+/// What the component publishes, written down.
+struct TapeSink : PerceptSink {
+  TapeSink(Tape& to, const PhantomModel& of) : tape(to), model(of) {}
+  template <class T>
+  void put(const dds::TopicSpec<T>& topic, T& sample) {
+    sample.stamp().sequence_number(++number);
+    sample.stamp().monotonic_ns(clock_ns += 1000);
+    sample.stamp().session(77);
+    if (!lose || !lose(topic.name)) tape.put(topic, sample);
+  }
+  void on_drag(const StepOutputs& outputs, const TickInfo& info) override {
+    msg::DragField field;
+    fill(field, outputs, info, model.arm.joint_count());
+    put(dds::kDragField, field);
+    felt = felt || outputs.drag.plus[0] > 0.0;
+  }
+  void on_percept(const StepOutputs& outputs, const TickInfo& info) override {
+    msg::Percept percept;
+    fill(percept, outputs, info, model.arm.joint_count());
+    put(dds::kPercept, percept);
+    msg::InterestPoints points;
+    fill(points, outputs, info, model);
+    put(dds::kInterestPoints, points);
+  }
+  void on_alert(const percept::Alert&, bool) override { ++alerts; }
+  Tape& tape;
+  const PhantomModel& model;
+  std::uint64_t number = 0;
+  core::Nanoseconds clock_ns = 0;
+  int alerts = 0;
+  bool felt = false;
+  std::function<bool(const std::string&)> lose;
+};
+
+class RecordedSession : public testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::remove(path); }
+  void TearDown() override { std::filesystem::remove(path); }
+
+  void put_workspace(Tape& tape, WorkspaceKeeper& keeper) {
+    const voxel::Workspace& world = test::wall();
+    msg::WorkspaceVersion version;
+    version.version(world.version);
+    version.origin_m().x(world.grid().origin_m.x());
+    version.origin_m().y(world.grid().origin_m.y());
+    version.origin_m().z(world.grid().origin_m.z());
+    version.voxel_size_m(world.grid().voxel_size_m);
+    version.size_x_vox(static_cast<std::uint32_t>(world.grid().size_vox[0]));
+    version.size_y_vox(static_cast<std::uint32_t>(world.grid().size_vox[1]));
+    version.size_z_vox(static_cast<std::uint32_t>(world.grid().size_vox[2]));
+    version.palette(world.palette());
+    std::uint32_t bricks = 0;
+    for (const auto& key : world.bricks()) {
+      msg::WorkspaceBrick brick;
+      brick.bx(key.x);
+      brick.by(key.y);
+      brick.bz(key.z);
+      brick.version(world.version);
+      brick.voxels_zstd(voxel::encode_brick(world.brick(key)));
+      tape.put(dds::kWorkspaceBrick, brick);
+      keeper.put_brick(key, world.version, brick.voxels_zstd());
+      ++bricks;
+    }
+    version.brick_count(bricks);
+    version.content_hash(world.content_hash());
+    tape.put(dds::kWorkspaceVersion, version);
+    keeper.commit(description_of(version));
+    while (keeper.version() == 0) usleep(1000);
+  }
+
+  /// Half a second at 1 kHz towards the wall and back, with gaps; the workspace comes after 50 ms.
+  void record(const std::function<bool(const std::string&)>& lose = {}) {
+    Tape tape(path);
+    TapeSink sink(tape, model);
+    sink.lose = lose;
+    WorkspaceKeeper keeper([](const std::string& why) { ADD_FAILURE() << why; });
+    SensingLoop loop(model, config, keeper, sink);
+    core::Nanoseconds now_ns = 5'000'000'000;
+    for (std::uint64_t i = 1; i <= 500; ++i) {
+      now_ns += i == 300 ? 200'000'000 : 1'000'000;  // once the state is stale for a while
+      tape.now_ns += 1'000'000;
+      sink.clock_ns = now_ns;
+      if (i == 50) put_workspace(tape, keeper);
+      if (i == 300) loop.turn(now_ns);
+      msg::SlaveState state;
+      state.stamp().sequence_number(i);
+      state.stamp().monotonic_ns(now_ns - 300'000);
+      state.stamp().session(4);
+      state.joint_count(static_cast<std::uint32_t>(model.arm.joint_count()));
+      const double t = 0.001 * static_cast<double>(i);
+      state.position_rad()[0] = 0.1 + 0.12 * std::sin(6.0 * t);
+      state.velocity_rad_s()[0] = 0.72 * std::cos(6.0 * t);
+      if (!lose || !lose("slave_state")) tape.put(dds::kSlaveState, state);
+      if (i % 7 == 0) continue;  // the loop was late: the newest counts
+      loop.offer(sample_of(state, now_ns));
+      loop.turn(now_ns + 100'000);
+    }
+    tape.finish();
+    EXPECT_TRUE(sink.felt) << "the arm was in the fluid";
+    EXPECT_GT(sink.alerts, 0);
+  }
+  ReplayReport replayed(const PerceptSettings& settings) {
+    return replay_recording({path}, model, settings, ContactDesk(model.arm));
+  }
+
+  PhantomModel model = test::suspended_model();
+  Config config;
+  std::filesystem::path path =
+      std::filesystem::temp_directory_path() / ("phantom_replay_" + std::to_string(getpid()) + ".mcap");
+};
+
+TEST_F(RecordedSession, GivesEveryDragFieldAndPerceptAgainBitForBit) {
+  record();
+  const ReplayReport report = replayed(config.percept);
+  for (const auto& difference : report.differences) ADD_FAILURE() << difference;
+  EXPECT_TRUE(report.ok());
+  EXPECT_GT(report.drag_field.equal, 350u);
+  EXPECT_GT(report.percept.equal, 40u);
+  EXPECT_GT(report.interest_points.equal, 40u);
+  EXPECT_EQ(report.drag_field.without_inputs + report.percept.without_inputs, 0u);
+}
+
+TEST_F(RecordedSession, AlsoWithSensorsThatRemember) {
+  config.percept.memory = {1.0, 0.5, 0.25};
+  record();
+  const ReplayReport report = replayed(config.percept);
+  for (const auto& difference : report.differences) ADD_FAILURE() << difference;
+  EXPECT_TRUE(report.ok());
+}
+
+TEST_F(RecordedSession, OtherParametersAreFound) {
+  record();
+  PerceptSettings other = config.percept;
+  other.cluster_reach_vox += 1;
+  const ReplayReport report = replayed(other);
+  EXPECT_FALSE(report.ok());
+  EXPECT_GT(report.percept.different, 0u);
+  ASSERT_FALSE(report.differences.empty());
+  EXPECT_THAT(report.differences[0], testing::HasSubstr("percept"));
+}
+
+TEST_F(RecordedSession, LostSamplesAreToldAndTheRestStaysEqual) {
+  int count = 0;
+  record([&](const std::string& topic) {
+    return topic != "percept" && topic != "interest_points" && ++count % 9 == 0;
+  });
+  const ReplayReport report = replayed(config.percept);
+  EXPECT_TRUE(report.ok());
+  EXPECT_GT(report.drag_field.without_inputs, 10u);
+}
+
+TEST_F(RecordedSession, AFileThatIsNotThereIsNamed) {
+  EXPECT_THROW(replayed(config.percept), core::MissingError);
+}
+
+}  // namespace
+}  // namespace phantom::phantom_sensing
