@@ -7,14 +7,18 @@
 namespace phantom::dds_spy {
 
 void add_options(CLI::App& app, Request& request) {
+  // A list takes one value each time it is named: what follows may be a topic.
+  const auto list = [](CLI::App& of, const char* name, std::vector<std::string>& values,
+                       const std::string& summary) {
+    return of.add_option(name, values, summary)->take_all()->allow_extra_args(false);
+  };
   app.add_option("--seconds", request.seconds, "how long to look or listen; 0: until Ctrl-C")
       ->check(CLI::Range(0.0, 1e9));
   app.add_flag("--json", request.json, "JSON: one object a line");
-  app.add_option(
-      "--instance", request.instances,
-      "echo, hz: only instances whose key is like PATTERN, e.g. 'id=3' or 'component_name=slave_*'");
-  app.add_option("--writer", request.writers,
-                 "only samples of participants whose name is like PATTERN, e.g. slave_io");
+  list(app, "--instance", request.instances,
+       "echo, hz: only instances whose key is like PATTERN, e.g. 'id=3' or 'component_name=slave_*'");
+  list(app, "--writer", request.writers,
+       "only samples of participants whose name is like PATTERN, e.g. slave_io");
   app.add_flag("--reliable", request.reliable,
                "ask writers to send lost samples again, where they offer that");
   app.add_flag("--history", request.history,
@@ -44,7 +48,7 @@ void add_options(CLI::App& app, Request& request) {
   CLI::App* events =
       sub("events", "joins, losses, gaps, missed deadlines, lost liveliness, mismatches, as they happen",
           Command::kEvents);
-  events->add_option("--kind", request.kinds, "only these kinds")->check(CLI::IsMember(event_kind_names()));
+  list(*events, "--kind", request.kinds, "only these kinds")->check(CLI::IsMember(event_kind_names()));
   sub("types", "the project's types as IDL (no DDS)", Command::kTypes)
       ->add_option("types", request.topics, "names or patterns, e.g. '*Percept'; none: every topic's");
   app.require_subcommand(0, 1);

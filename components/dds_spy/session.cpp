@@ -71,7 +71,7 @@ class Session {
       case Command::kEvents:
         return events();
       default:
-        return Terminal::available() && !request_.json ? live() : live_as_text();
+        return on_screen_ ? live() : live_as_text();
     }
   }
 
@@ -87,7 +87,9 @@ class Session {
   }
 
   void tell(const Event& event) {
-    if (request_.command != Command::kEvents || !event_kinds_.keeps(name_of(event.kind))) return;
+    const bool asked =
+        request_.command == Command::kEvents || (request_.command == Command::kLive && !on_screen_);
+    if (!asked || !event_kinds_.keeps(name_of(event.kind))) return;
     if (!event.topic.empty() && !topics_.keeps(event.topic)) return;
     lines_.put(request_.json ? to_line(event_json(event)) + "\n" : event_line(event) + "\n");
   }
@@ -192,16 +194,23 @@ class Session {
     return runtime::kExitDone;
   }
 
-  /// Without a terminal: the table of rates again and again.
+  /// Without a terminal: events as they come, and the figures again and again.
   int live_as_text() {
     set_limit(0.0);
     double next_s = config_.refresh_s;
     while (look()) {
       if (elapsed_s() < next_s) continue;
-      print(&rates_json, &rates_text);
+      print(&all_streams_json, &all_streams_text);
       next_s += config_.refresh_s;
     }
     return runtime::kExitDone;
+  }
+
+  static nlohmann::ordered_json all_streams_json(const ReportInput& input) {
+    return {{"rates", rates_json(input)}, {"latency", latency_json(input)}};
+  }
+  static std::string all_streams_text(const ReportInput& input) {
+    return fmt::format("\n{}\n{}", rates_text(input), latency_text(input));
   }
 
   std::string body(const LiveView& live) {
@@ -260,6 +269,7 @@ class Session {
   const int domain_;
   std::ostream& out_;
   const diagnostics::NameFilter event_kinds_, topics_;
+  const bool on_screen_ = request_.command == Command::kLive && !request_.json && Terminal::available();
   const core::Nanoseconds start_ns_ = core::monotonic_ns();
   double limit_s_ = 0.0;
   LineQueue lines_{kMostLines};

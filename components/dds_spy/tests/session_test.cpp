@@ -10,8 +10,10 @@
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
+#include <future>
 #include <sstream>
 #include <thread>
+#include <utility>
 
 #include "common/dds/endpoint.hpp"
 #include "common/dds/participant_impl.hpp"
@@ -276,6 +278,37 @@ TEST(Spy, FollowsAWriterWithWeakerQosThatComesLater) {
   EXPECT_TRUE(spy.told(EventKind::kUndecodable, "slave_state", "acme"));
   const auto before = spy.samples("slave_state");
   EXPECT_TRUE(spy.hears("slave_state", before + 10)) << "both are heard";
+}
+
+/// A reader that stands still in its first sample until it is let go.
+struct Standing : observation::PayloadListener {
+  std::promise<void> entered, let_go;
+  bool first = true;
+  void on_payload(const observation::Payload&) override {
+    if (!std::exchange(first, false)) return;
+    entered.set_value();
+    let_go.get_future().wait();
+  }
+};
+
+TEST(Spy, AReaderOfItsThatHangsHoldsNoWriterUp) {
+  for (const bool reliable : {false, true}) {
+    dds::Participant there("phantom_sensing", dds::test_network()), here("dds_spy", dds::test_network());
+    dds::Writer<msg::HitAlert> writer(there, dds::kHitAlert);
+    Standing standing;
+    observation::PayloadReader reader(here, {dds::kHitAlert.name, dds::kHitAlert.type_name, false},
+                                      {.reliable = reliable}, standing);
+    ASSERT_TRUE(dds::eventually([&] { return writer.matched() == 1 && reader.matched() == 1; }));
+    const msg::HitAlert alert;
+    ASSERT_TRUE(writer.write(alert));
+    standing.entered.get_future().wait();
+    auto writing = std::async(std::launch::async, [&] {
+      for (int i = 0; i < 1000; ++i) writer.write(alert);  // many times what its history holds
+    });
+    EXPECT_EQ(writing.wait_for(std::chrono::seconds(30)), std::future_status::ready)
+        << (reliable ? "reliable" : "best effort");
+    standing.let_go.set_value();
+  }
 }
 
 TEST(Types, ArePrintedAsIdlWithoutDds) {
