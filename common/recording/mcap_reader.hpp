@@ -95,9 +95,9 @@ struct MessageFilter {
   std::uint64_t until_ns = std::numeric_limits<std::uint64_t>::max();  ///< … and before this
 };
 
-/// Goes through the messages in the order of their log times, those of equal times as they stand in the file.
-/// Holds the chunks that overlap in time, no more. A chunk that cannot be read is left out and told in
-/// problems().
+/// Goes through the messages in the order of their log times, those of equal times as they stand in the file;
+/// by the times that the chunks claim (check() finds those that claim others than they have). Holds the
+/// chunks that overlap in time, no more. A chunk that cannot be read is left out and told in problems().
 class MessageCursor {
  public:
   /// The reader outlives this.

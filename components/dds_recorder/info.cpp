@@ -14,6 +14,8 @@
 namespace phantom::dds_recorder {
 namespace {
 
+constexpr std::size_t kMostEvents = 8;  // in the table
+
 std::string utc_text(std::uint64_t ns) {
   const auto seconds = static_cast<std::time_t>(ns / 1'000'000'000);
   std::tm parts{};
@@ -131,7 +133,10 @@ void print(const FileFigures& figures, std::ostream& out) {
         << value_of(figures.about, "number") << " of its series"
         << (figures.ended.empty() ? "" : "; ended: " + figures.ended) << '\n';
   }
-  for (const auto& trigger : figures.triggers) out << "  event: " << value_of(trigger, "reason") << '\n';
+  for (std::size_t i = 0; i < std::min(figures.triggers.size(), kMostEvents); ++i)
+    out << "  event: " << value_of(figures.triggers[i], "reason") << '\n';
+  if (figures.triggers.size() > kMostEvents)
+    out << "  … and " << figures.triggers.size() - kMostEvents << " more events (--json tells all)\n";
   if (!figures.complete)
     out << "  not finished (still being written, or its recorder was killed): read as far as it is whole\n";
   for (const std::string& problem : figures.problems) out << "  problem: " << problem << '\n';

@@ -14,17 +14,18 @@ SampleQueue::SampleQueue(std::size_t bytes) {
 
 bool SampleQueue::push(const SampleView& sample) noexcept {
   const Entry entry{sample.head, sample.bytes.size()};
-  bool first = false;
+  bool half_full = false;
   {
     const std::lock_guard lock(mutex_);
     if (sizeof entry + sample.bytes.size() > filled_->bytes.size() - filled_->used) return false;
-    first = filled_->used == 0;
     std::uint8_t* to = filled_->bytes.data() + filled_->used;
     std::memcpy(to, &entry, sizeof entry);
     if (!sample.bytes.empty()) std::memcpy(to + sizeof entry, sample.bytes.data(), sample.bytes.size());
+    const std::size_t half = filled_->bytes.size() / 2, before = filled_->used;
     filled_->used += sizeof entry + sample.bytes.size();
+    half_full = before < half && filled_->used >= half;
   }
-  if (first) wake_.raise();
+  if (half_full) wake_.raise();
   return true;
 }
 

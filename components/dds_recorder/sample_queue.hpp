@@ -17,7 +17,8 @@ class SampleQueue {
 
   /// Copies the sample. False if there is no room. No heap; the lock is held for the copy alone. Thread-safe.
   bool push(const SampleView& sample) noexcept;
-  /// Waits until there are samples, at most `limit_s`.
+  /// Waits until it is getting full, at most `limit_s`: samples are written in batches, a wake-up for each
+  /// would cost more than the writing.
   void wait(double limit_s) noexcept { wake_.wait(limit_s); }
 
   /// Calls take(SampleView) for all that came since the last call, in the order of arrival; returns how many.

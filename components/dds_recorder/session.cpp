@@ -16,7 +16,7 @@
 namespace phantom::dds_recorder {
 namespace {
 
-constexpr double kPoll_s = 0.05;
+constexpr double kPoll_s = 0.02;
 constexpr core::Nanoseconds kStatusPeriod_ns = core::kNsPerSecond / 2,
                             kTellPeriod_ns = 10 * core::kNsPerSecond;
 constexpr int kNiceness = 10;  // what controls an arm comes first
@@ -64,11 +64,11 @@ core::Health health_of(const RecorderFigures& figures, const Recorder& recorder,
   switch (figures.state) {
     case RecorderState::kRecording:
       health.state = core::ComponentState::kRunning;
-      health.message = "recording: " + in_words(figures);
+      health.message = figures.losses.any() ? "recording, with losses" : "recording";
       break;
     case RecorderState::kWaiting:
       health.state = on_event ? core::ComponentState::kRunning : core::ComponentState::kReady;
-      health.message = on_event ? "waiting for an event; " + in_words(figures) : "waiting";
+      health.message = on_event ? "waiting for an event" : "waiting";
       break;
     case RecorderState::kOutOfSpace:
       health.state =

@@ -26,6 +26,7 @@ class Tape {
   void put(const dds::TopicSpec<T>& topic, const T& sample) {
     std::vector<std::uint8_t> bytes;
     EXPECT_TRUE(dds::CdrCodec(topic).encode(&sample, bytes));
+    while (bytes.size() % 4 != 0) bytes.push_back(0xAA);  // as RTPS pads them
     if (!channels_.contains(topic.name))
       channels_[topic.name] = *writer_.add_channel({0, 0, topic.name, "cdr", {}});
     EXPECT_TRUE(writer_.write(recording::Message{channels_[topic.name], ++sequence_, now_ns, now_ns, bytes}));
