@@ -43,7 +43,8 @@ int main(int argc, char** argv) {
     if (options.check) {
       const robot::SerialArm arm = runtime::load_arm(cell.arm(config.arm));
       load_arm_meshes(arm, runtime::load_skin(cell.arm(config.arm), arm));
-      std::cout << "configuration is valid; graphics: " << GlContext(config.graphics).description() << '\n';
+      const GlContext graphics(config.graphics);
+      std::cout << "configuration is valid; graphics: " << graphics.description() << '\n';
       return static_cast<int>(runtime::kExitDone);
     }
     run_session(std::move(config), cell, deployment.network, options.report_dir);
