@@ -30,7 +30,9 @@ class Requester {
  public:
   /// Throws DdsError.
   Requester(Participant& participant, const TopicSpec<Command>& commands, const TopicSpec<Reply>& replies)
-      : stamper_(participant), writer_(participant, commands), reader_(participant, replies, [this](const Reply& reply, const SampleInfo&) {
+      : stamper_(participant),
+        writer_(participant, commands),
+        reader_(participant, replies, [this](const Reply& reply, const SampleInfo&) {
           {
             const std::lock_guard lock(mutex_);
             replies_.push_back(reply);

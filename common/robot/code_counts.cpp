@@ -112,9 +112,7 @@ namespace phantom::robot::kernel {
 HWY_EXPORT(FiguresOf);
 HWY_EXPORT(CountCodes);
 
-CodeFigures figures_of(const std::uint8_t* codes, std::size_t n) noexcept {
-  return HWY_DYNAMIC_DISPATCH(FiguresOf)(codes, n);
-}
+CodeFigures figures_of(const std::uint8_t* codes, std::size_t n) noexcept { return HWY_DYNAMIC_DISPATCH(FiguresOf)(codes, n); }
 
 void count_codes(const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n, std::size_t codes,
                  std::uint32_t* counts) noexcept {

@@ -202,8 +202,8 @@ struct TenSums {
 /// The points from `i` on, half a vector of them, with viscosities `mu`.
 HWY_INLINE void add_points(const Points& points, std::size_t i, VD mu, TenSums& sums) {
   const Doubles d;
-  sums.add(hn::Mul(mu, hn::LoadU(d, points.weight + i)), hn::LoadU(d, points.x_m + i), hn::LoadU(d, points.y_m + i),
-           hn::LoadU(d, points.z_m + i));
+  const VD x = hn::LoadU(d, points.x_m + i), y = hn::LoadU(d, points.y_m + i), z = hn::LoadU(d, points.z_m + i);
+  sums.add(hn::Mul(mu, hn::LoadU(d, points.weight + i)), x, y, z);
 }
 
 #endif  // HWY_TARGET != HWY_SCALAR

@@ -129,8 +129,9 @@ class Near {
 HWY_INLINE void add_steps(const Offsets& offsets, std::size_t i, VD m, TenSums& sums) {
   const Doubles d;
   const HalfInts half;
-  sums.add(m, hn::PromoteTo(d, hn::LoadU(half, offsets.x + i)), hn::PromoteTo(d, hn::LoadU(half, offsets.y + i)),
-           hn::PromoteTo(d, hn::LoadU(half, offsets.z + i)));
+  const VD x = hn::PromoteTo(d, hn::LoadU(half, offsets.x + i)), y = hn::PromoteTo(d, hn::LoadU(half, offsets.y + i)),
+           z = hn::PromoteTo(d, hn::LoadU(half, offsets.z + i));
+  sums.add(m, x, y, z);
 }
 
 /// Adds a block's sums about its centre, in steps, to sums about the link's origin: with p = c + d,

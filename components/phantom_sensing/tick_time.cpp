@@ -68,7 +68,8 @@ voxel::Workspace all_in_fluid(const PhantomModel& model, const TickCase& at) {
   for (int step = 0; step < kPoses; step += kPoses / 8) {
     model.arm.link_poses(pose(model.arm, at, step).position, X_WL);
     for (std::size_t link = 1; link <= model.arm.joint_count(); ++link) {
-      for (std::size_t i = model.skin.first[link]; i < model.skin.first[link + 1]; ++i) visit(X_WL[link] * model.skin.position(i));
+      for (std::size_t i = model.skin.first[link]; i < model.skin.first[link + 1]; ++i)
+        visit(X_WL[link] * model.skin.position(i));
     }
     for (const InterestPoint& point : model.interest_points) visit(X_WL[point.link] * point.position_m);
   }
@@ -111,7 +112,8 @@ TickTime time_tick(const PhantomModel& model, const PerceptSettings& settings, c
 
 std::string words_for(const TickTime& time) {
   std::ostringstream words;
-  words.precision(3);
+  words << std::fixed;
+  words.precision(0);
   const double share = time.full_s / kStatePeriod_s;
   words << "a tick takes " << 1e6 * time.free_s << " us in free space and " << 1e6 * time.full_s
         << " us where it takes longest, the whole skin in mixed fluid (99 of 100: " << 1e6 * time.full_p99_s << " us): ";

@@ -74,11 +74,8 @@ TEST(DirectionalDrag, GradientSumsAreTheLiteralOnes) {
   for (std::size_t link = 1; link <= 7; ++link) {
     ViscousSums expected;
     for (std::size_t s = rig.layout.first[link]; s < rig.layout.first[link + 1]; ++s) {
-      const Eigen::Vector3d d = rig.X_WL[link].rotation * rig.layout.position(s),
-                            p = rig.X_WL[link] * rig.layout.position(s);
-      const auto mu = [&](const Eigen::Vector3d& at) {
-        return static_cast<double>(rig.world.mu(rig.world.grid().index_of(at)));
-      };
+      const Eigen::Vector3d d = rig.X_WL[link].rotation * rig.layout.position(s), p = rig.X_WL[link] * rig.layout.position(s);
+      const auto mu = [&](const Eigen::Vector3d& at) { return static_cast<double>(rig.world.mu(rig.world.grid().index_of(at))); };
       if (mu(p) <= 0.0) continue;
       Eigen::Vector3d g;
       for (int axis = 0; axis < 3; ++axis) {
@@ -90,8 +87,7 @@ TEST(DirectionalDrag, GradientSumsAreTheLiteralOnes) {
     }
     const ViscousSums& actual = rig.sensing.sums()[link];
     EXPECT_LT((actual.gradient - expected.gradient).norm(), 1e-9 * expected.gradient.norm() + 1e-12);
-    EXPECT_LT((actual.gradient_moment - expected.gradient_moment).norm(),
-              1e-9 * expected.gradient_moment.norm() + 1e-12);
+    EXPECT_LT((actual.gradient_moment - expected.gradient_moment).norm(), 1e-9 * expected.gradient_moment.norm() + 1e-12);
     EXPECT_NEAR(actual.gradient_square, expected.gradient_square, 1e-9 * expected.gradient_square + 1e-12);
   }
 }
@@ -115,7 +111,9 @@ JointArray literal_directional(const Rig& rig, const DirectionalLaw& law, const 
       double own = 0.0, drag = 0.0, rise = 0.0, slopes = 0.0;
       for (std::size_t s = rig.layout.first[link]; s < rig.layout.first[link + 1]; ++s) {
         const Eigen::Vector3d p = rig.X_WL[link] * rig.layout.position(s);
-        const auto mu = [&](const Eigen::Vector3d& at) { return static_cast<double>(rig.world.mu(rig.world.grid().index_of(at))); };
+        const auto mu = [&](const Eigen::Vector3d& at) {
+          return static_cast<double>(rig.world.mu(rig.world.grid().index_of(at)));
+        };
         if (mu(p) <= 0.0) continue;
         Eigen::Vector3d g;
         for (int axis = 0; axis < 3; ++axis)

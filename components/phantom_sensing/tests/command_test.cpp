@@ -30,7 +30,9 @@ class Answering {
       while (!stop.stop_requested()) {
         adapter_.handle_commands({[this](const ContactWish& wish) { return desk_.handle(wish, core::monotonic_ns()); },
                                   [this] { return desk_.list(core::monotonic_ns()); },
-                                  [this] { return Answer{sound.load(), sound ? "self-test passed" : "self-test failed: a layer"}; }});
+                                  [this] {
+                                    return Answer{sound.load(), sound ? "self-test passed" : "self-test failed: a layer"};
+                                  }});
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
       }
     });

@@ -36,6 +36,8 @@ TEST(Config, TheShippedFileIsValidAndSaysTheDefaults) {
   EXPECT_EQ(a.directional.enabled, b.directional.enabled);
   EXPECT_EQ(a.directional.leaving_share, b.directional.leaving_share);
   EXPECT_EQ(a.directional.full_at, b.directional.full_at);
+  EXPECT_EQ(a.directional.still, b.directional.still);
+  EXPECT_EQ(a.threads, b.threads);
   EXPECT_EQ(a.gradient_reach_vox, b.gradient_reach_vox);
   EXPECT_EQ(a.cluster_reach_vox, b.cluster_reach_vox);
   EXPECT_EQ(a.cluster_shape, b.cluster_shape);
@@ -85,6 +87,8 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"max_sensors", "skin: {max_sensors: 0}", "max_sensors", "allowed: 1 to "},
         Fault{"leaving_share", "directional: {leaving_share: 1.5}", "leaving_share", "0 to 1"},
         Fault{"full_at", "directional: {full_at: 0}", "full_at", "0.01 to 1"},
+        Fault{"still", "directional: {still: 0}", "still", "1e-06 to 1 rad/s or m/s"},
+        Fault{"threads", "threads: 65", "threads", "0 to 64 threads"},
         Fault{"reach", "cluster: {reach_vox: 16}", "reach_vox", "1 to 15 voxels"},
         Fault{"shape", "cluster: {shape: star}", "shape", "sphere"},
         Fault{"motion_order", "motion: {dangerous_below_deg: 130}", "safe_above_deg", "up to 180 degrees"},
