@@ -1,0 +1,93 @@
+// The demo, recorded: others read the recording, and phantom_sensing makes its percepts again from it, bit
+// for bit.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "tests/end_to_end/running_system.hpp"
+#include "tests/recording/child_process.hpp"
+
+namespace phantom::end_to_end {
+namespace {
+
+using test::Process;
+
+class RecordedDemo : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    std::filesystem::remove_all(folder());
+    std::filesystem::create_directories(folder());
+    RunningSystem system(12.0);
+    Process recorder({PHANTOM_BIN_DIR "/dds_recorder", "record", "--domain",
+                      std::to_string(system.network().domain), "--folder", (folder() / "out").string()},
+                     folder() / "record.log");
+    session_code_ = system.wait();
+    recorder_code_ = recorder.end(SIGINT);
+    if (session_code_ != 0) std::cerr << system.output();
+    for (const auto& entry : std::filesystem::directory_iterator(folder() / "out")) file_ = entry.path();
+  }
+  static void TearDownTestSuite() { std::filesystem::remove_all(folder()); }
+  static std::filesystem::path folder() {
+    return std::filesystem::temp_directory_path() / ("phantom_recorded_demo_" + std::to_string(getpid()));
+  }
+  static std::pair<int, std::string> run(const std::vector<std::string>& arguments) {
+    Process process(arguments, folder() / "run.log");
+    const int code = process.wait();
+    return {code, process.output()};
+  }
+  static inline int session_code_ = -1, recorder_code_ = -1;
+  static inline std::filesystem::path file_;
+};
+
+TEST_F(RecordedDemo, HoldsEveryTopicOfTheSystemAndPassesTheCheck) {
+  EXPECT_EQ(session_code_, 0);
+  EXPECT_EQ(recorder_code_, 0) << read_text(folder() / "record.log");
+  EXPECT_EQ(run({PHANTOM_BIN_DIR "/dds_recorder", "check", file_.string()}).first, 0);
+  const auto [code, text] = run({PHANTOM_BIN_DIR "/dds_recorder", "info", "--json", file_.string()});
+  ASSERT_EQ(code, 0);
+  const auto info = nlohmann::json::parse(text)[0];
+  EXPECT_TRUE(info["complete"]);
+  for (const char* topic :
+       {"master_state", "slave_state", "drag_field", "percept", "interest_points", "hit_alert",
+        "workspace_brick", "workspace_version", "workspace_object", "mesh_chunk", "component_status"})
+    EXPECT_GT(info["topics"][topic]["samples"], 0) << topic;
+  EXPECT_GT(info["topics"]["slave_state"]["samples"], 5000)
+      << "12 s at 1 kHz, on a host that is busy with all of it";
+}
+
+TEST_F(RecordedDemo, GivesThePerceptsAgainBitForBit) {
+  const auto [code, said] = run({PHANTOM_BIN_DIR "/phantom_sensing", "replay", "--recording", file_.string(),
+                                 "--cell", PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/cell.yaml"});
+  EXPECT_EQ(code, 0) << said;
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(said, found, std::regex("drag_field: (\\d+) equal bit for bit, 0 different")))
+      << said;
+  EXPECT_GT(std::stoi(found[1]), 3000) << said;
+  ASSERT_TRUE(std::regex_search(said, found, std::regex("percept: (\\d+) equal bit for bit, 0 different")))
+      << said;
+  EXPECT_GT(std::stoi(found[1]), 300) << said;
+}
+
+TEST_F(RecordedDemo, IsReadByOtherPeoplesReader) {
+  setenv("READERS", PHANTOM_READERS, 1);
+  const std::string script = PHANTOM_SOURCE_DIR "/tests/recording/read_recording.mjs";
+  const auto [code, said] = run({PHANTOM_NODE, script, file_.string()});
+  ASSERT_EQ(code, 0) << said;
+  const auto all = nlohmann::json::parse(said);
+  EXPECT_GT(all["messages"], 10'000);
+  // Field by field without the bulky ones.
+  const auto part = (folder() / "part.mcap").string(), lines = (folder() / "part.jsonl").string();
+  EXPECT_EQ(run({PHANTOM_BIN_DIR "/dds_recorder", "convert", file_.string(), "--out", part, "--from", "3",
+                 "--until", "6", "--topics", "!workspace_brick", "!mesh_chunk"})
+                .first,
+            0);
+  EXPECT_EQ(run({PHANTOM_BIN_DIR "/dds_recorder", "convert", part, "--out", lines}).first, 0);
+  const auto [compared_code, compared_said] = run({PHANTOM_NODE, script, part, lines});
+  ASSERT_EQ(compared_code, 0) << compared_said;
+  EXPECT_GT(nlohmann::json::parse(compared_said)["numbers"], 50'000);
+}
+
+}  // namespace
+}  // namespace phantom::end_to_end
