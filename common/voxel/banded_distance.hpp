@@ -1,16 +1,17 @@
 #pragma once
 
-// Private to this library: exact Euclidean distance up to a reach B, in small integers, one axis after the other, block
-// by block. Blocks are whole bricks; each looks at the solid within B around it, so that blocks do not depend on each
-// other and memory does not depend on the object's size.
+// Private to this library: exact Euclidean distance up to a reach B, in small integers, one axis after the
+// other, block by block. Blocks are whole bricks; each looks at the solid within B around it, so that blocks
+// do not depend on each other and memory does not depend on the object's size.
 
 #include <algorithm>
+#include <array>
+#include <climits>
 #include <cstdint>
 #include <new>
 #include <vector>
 
-#include "common/voxel/large_pages.hpp"
-#include "common/voxel/voxelise.hpp"
+#include "common/voxel/solid_rows.hpp"
 
 namespace phantom::voxel::detail {
 
@@ -32,51 +33,42 @@ struct LineAllocator {
 template <class T>
 using LineVector = std::vector<T, LineAllocator<T>>;
 
-/// Neighbour order as a function of the squared distance d² in voxels: `order[i]` for above[i−1] < d² ≤ above[i], the
-/// last one beyond the last border. `above` rises, begins with 0 and ends with reach²; one `order` more than `above`.
+/// Neighbour order as a function of the squared distance d² in voxels: `order[i]` for above[i−1] < d² ≤
+/// above[i], the last one beyond the last border. `above` rises, begins with 0 and ends with reach²; one
+/// `order` more than `above`.
 struct OrderSteps {
   std::uint8_t reach = 0;  ///< B ≤ 254
   std::vector<std::uint16_t> above;
   std::vector<std::int8_t> order;
 };
 
-/// A solid's voxels (boundary or interior) as rows of bits along x that begin at whole bricks, with free space before and
-/// behind, so that any vector near the solid can be loaded as it stands.
-class SolidRows {
- public:
-  /// `margin_vox`: how far outside of the solid's bricks rows can be asked for.
-  SolidRows(const SolidVoxels& solid, std::int32_t margin_vox, int threads);
-
-  /// Rows of one y, for z in [first, last): that of `first` begins at `bits`, each further one `stride` bytes later.
-  struct Lines {
-    const std::uint8_t* bits = nullptr;
-    std::size_t stride = 0;
-    std::int32_t first = 0, last = 0;  ///< slices that have rows; all others are free
-  };
-  /// Rows from voxel x on (8 a byte; x a multiple of 8) at y, for slices within [from, to), in addresses of the grid.
-  Lines lines(std::int32_t x, std::int32_t y, std::int32_t from, std::int32_t to) const noexcept {
-    const std::int32_t in_y = y - box_.min.y;
-    if (in_y < 0 || in_y >= box_.size[1]) return {};
-    const std::int32_t first = std::max(from, box_.min.z), last = std::min(to, box_.min.z + box_.size[2]);
-    if (first >= last) return {};
-    const std::size_t row = static_cast<std::size_t>(in_y) * static_cast<std::size_t>(box_.size[2]) + static_cast<std::size_t>(first - box_.min.z);
-    return {bits_.data() + row * row_bytes_ + (x - first_x_) / 8, row_bytes_, first, last};
-  }
-
- private:
-  VoxelBox box_;
-  std::int32_t first_x_ = 0;
-  std::size_t row_bytes_ = 0;
-  LargeVector<std::uint8_t> bits_;  // z fastest: what is looked at together stands together
-};
-
-inline constexpr std::size_t kMostBricksAlongX = 8;
+inline constexpr std::size_t kMostBricksAlongX = 4;
 
 /// A block of nx × ny × nz bricks; nx ≤ kMostBricksAlongX.
 struct BrickBlock {
   Index3 min;  ///< its first voxel: a brick's corner
-  std::int32_t nx = 1, ny = 1, nz = 1;
-  std::vector<std::int8_t*> bricks;  ///< where each one's orders go (kBrickVoxels, brick_offset layout), x fastest; null: not wanted
+  std::int32_t nx = 0, ny = 1, nz = 1;
+  std::vector<std::int8_t*> bricks;  ///< where each one's orders go (kBrickVoxels, brick_offset layout), x
+                                     ///< fastest; null: not wanted
+};
+
+/// Where there is anything solid along an axis, in places of the block's surroundings.
+struct SolidSpan {
+  int first = INT_MAX, last = -1;
+
+  bool empty() const { return last < 0; }
+  void add(const SolidSpan& other) {
+    first = std::min(first, other.first);
+    last = std::max(last, other.last);
+  }
+};
+
+/// What a vector of columns of a slice knows of its rows.
+struct RowsOfColumns {
+  bool wanted = false;                  ///< whether anybody asks
+  std::uint8_t most = 0;                ///< the greatest closeness
+  SolidSpan span;                       ///< rows with any closeness
+  std::array<std::uint64_t, 6> bits{};  ///< a bit for each of them; two words more before and behind
 };
 
 /// Work space of one thread.
@@ -84,21 +76,45 @@ class BandedDistance {
  public:
   BandedDistance(const SolidRows& solid, const OrderSteps& steps);
 
-  /// Writes every voxel of every brick wanted; boundary voxels count as solid (order[0]) here.
+  /// Writes every voxel of every brick wanted; order[0] in the interior. A block that follows the last one
+  /// along y, the others of its sides alike, takes less time.
   void run(const BrickBlock& block);
+
+  /// For a machine that looks up many bytes in a table at once. Squares of distances fall into ranks: two of
+  /// one rank lead to the same order whatever k², 0 ≤ k ≤ B, is added; classes are orders by distance, from 0
+  /// (solid) on.
+  struct Ranks {
+    explicit Ranks(const OrderSteps& steps);
+
+    bool fit = false;                       ///< whether all of it fits into bytes
+    std::uint8_t far = 0;                   ///< rank of what is beyond the reach; one more than all others
+    LineVector<std::uint8_t> of_closeness;  ///< [k][64]: rank of distance² + k², by closeness
+    LineVector<std::uint8_t> classes;       ///< [k][128]: class of square + k², by rank
+    LineVector<std::uint8_t> orders;        ///< [64]: by class
+    std::vector<std::uint8_t> reach_of_closeness, reach_of_rank;  ///< how far a neighbour with it can matter
+  };
 
   // For the kernel.
   const SolidRows& solid() const { return solid_; }
   const OrderSteps& steps() const { return steps_; }
-  LineVector<std::uint16_t> k_squares;     // k² for 0 ≤ k ≤ B, a vector each
-  LineVector<std::uint16_t> changes;       // order[0], then above[i], order[i + 1] − order[i], …, a vector each
-  LineVector<std::uint8_t> closeness;      // [z][y][x]: B + 1 − distance along z, 0 for "farther than B"
-  std::vector<std::uint8_t> filled;         // [y]: whether the row has any closeness above 0
-  LineVector<std::uint16_t> squares;       // [y][x] of one z: squared distance along z, some rows more before and behind
-  LineVector<std::uint16_t> line;          // [x]: squared distance in the plane y, z, something more before and behind
-  std::vector<std::uint8_t> reach_for;      // by a square: how far a neighbour with it can matter; beyond it is out of the band
+  LineVector<std::uint16_t> k_squares;  // k² for 0 ≤ k ≤ B, a vector each
+  LineVector<std::uint16_t> changes;  // order[0], then above[i], order[i + 1] − order[i], …, a vector each
+  LineVector<std::uint8_t> closeness;  // [z][y][x]: B + 1 − distance along z, 0 for "farther than B"
+  std::vector<SolidSpan> solid_in;     // [y]: what the row holds, along x; if nothing, its closeness is 0
+  BrickBlock last;                     // block that closeness is of; nx == 0: of none
+  LineVector<std::uint16_t>
+      squares;  // [y][x] of one z: squared distance along z, some rows more before and behind
+  LineVector<std::uint16_t>
+      line;  // [x]: squared distance in the plane y, z, something more before and behind
+  std::vector<std::uint8_t>
+      reach_for;  // by a square: how far a neighbour with it can matter; beyond it is out of the band
   std::vector<std::uint16_t> least_in_slice;  // per vector along x: the least square of its columns
-  LineVector<std::uint8_t> orders;         // [x] of one row
+  LineVector<std::uint8_t> orders;            // [x] of one row
+  Ranks ranks;
+  LineVector<std::uint8_t> rank_line;  // [x]: rank in the plane y, z, something more before and behind
+  std::vector<std::uint64_t>
+      in_band;  // [x]: a bit for each rank that is not far, a word more before and behind
+  std::vector<RowsOfColumns> columns;  // per vector along x, of one slice
 
  private:
   const SolidRows& solid_;

@@ -292,7 +292,7 @@ bool in_element(ShapingElement element, int m, int i, int j, int k) {
 }
 
 ObjectBricks dilation_bricks(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& part,
-                             const LayerOptions& options) {
+                             const WorkOptions& options) {
   if (solid.box.empty()) return {};
   const int reach = profile.reach_vox();
   const VoxelBox reached = solid.box.grown(reach).intersection(part.grown(reach));

@@ -16,6 +16,6 @@ bool in_element(ShapingElement element, int m, int i, int j, int k);
 /// profile's reach around it. The same for any number of threads, and in whatever parts the grid is done. Work space: three
 /// bits a voxel of what the layers reach. Not real-time safe.
 ObjectBricks dilation_bricks(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& part,
-                             const LayerOptions& options = {});
+                             const WorkOptions& options = {});
 
 }  // namespace phantom::voxel

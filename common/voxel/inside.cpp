@@ -26,7 +26,7 @@ SolidVoxels hollow(const SolidVoxels& solid) {
 }  // namespace
 
 void lay_inside(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& part, ObjectBricks& bricks,
-                const LayerOptions& options) {
+                const WorkOptions& options) {
   if (profile.inside_thickness_vox.empty() || solid.box.empty()) return;
   LayerProfile inwards;
   inwards.thickness_vox = profile.inside_thickness_vox;

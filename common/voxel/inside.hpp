@@ -10,6 +10,6 @@ namespace phantom::voxel {
 /// stays boundary. Changes those voxels of `bricks`, which the solid's outer layers made in `part`, as
 /// with distance_bricks(); the solid must be known within the inner layers' depth around it. Not real-time safe.
 void lay_inside(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& part, ObjectBricks& bricks,
-                const LayerOptions& options = {});
+                const WorkOptions& options = {});
 
 }  // namespace phantom::voxel

@@ -10,6 +10,6 @@ namespace phantom::voxel {
 /// a brick's; the solid must be known around it as far as voxelise_clip() says. Empty if options.go_on said no. Not real-time
 /// safe.
 ObjectBricks lay_layers(const geometry::TriangleMesh& mesh_W, const SolidVoxels& solid, const LayerProfile& profile,
-                        const GridSpec& grid, const VoxelBox& part, const LayerOptions& options = {});
+                        const GridSpec& grid, const VoxelBox& part, const WorkOptions& options = {});
 
 }  // namespace phantom::voxel

@@ -155,7 +155,7 @@ bool all_interior(const std::int8_t* orders) {
 }  // namespace
 
 ObjectBricks surface_bricks(const geometry::TriangleMesh& mesh_W, const SolidVoxels& solid, const LayerProfile& profile,
-                            const GridSpec& grid, const VoxelBox& part, const LayerOptions& options) {
+                            const GridSpec& grid, const VoxelBox& part, const WorkOptions& options) {
   const VoxelBox reached = solid.box.empty() ? VoxelBox{} : solid.box.grown(profile.reach_vox()).intersection(part);
   if (reached.empty()) return {};
   const BrickKey first{reached.min.x >> 5, reached.min.y >> 5, reached.min.z >> 5};

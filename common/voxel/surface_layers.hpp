@@ -11,6 +11,6 @@ namespace phantom::voxel {
 /// be known in `part` alone: a part of the grid, its lower corner a brick's. Work space: the mesh as a tree,
 /// besides the bricks. Not real-time safe.
 ObjectBricks surface_bricks(const geometry::TriangleMesh& mesh_W, const SolidVoxels& solid, const LayerProfile& profile,
-                            const GridSpec& grid, const VoxelBox& part, const LayerOptions& options = {});
+                            const GridSpec& grid, const VoxelBox& part, const WorkOptions& options = {});
 
 }  // namespace phantom::voxel

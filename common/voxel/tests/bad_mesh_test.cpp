@@ -6,8 +6,7 @@
 
 #include "common/geometry/primitives.hpp"
 #include "common/geometry/winding_number.hpp"
-#include "common/voxel/tests/literal_twins.hpp"
-#include "common/voxel/voxelise.hpp"
+#include "common/voxel/tests/meshes_in_a_grid.hpp"
 
 // Meshes as they come: the solid must be the one that was meant, and never leak.
 
@@ -17,15 +16,6 @@ namespace {
 using Eigen::Vector3d;
 using geometry::Pose;
 using geometry::TriangleMesh;
-
-const GridSpec kGrid{{-0.4, -0.4, -0.4}, 0.01, {80, 80, 80}};
-const VoxelBox kAll = VoxelBox::of(kGrid);
-
-SolidVoxels solid_of(const TriangleMesh& mesh, int threads = 1) {
-  auto solid = voxelise(mesh, kGrid, kAll, threads);
-  EXPECT_TRUE(solid) << solid.status().message();
-  return std::move(*solid);
-}
 
 Pose at(double x, double y, double z) { return {geometry::rotation_from_rpy(0.31, -0.72, 1.13), {x, y, z}}; }
 
@@ -37,13 +27,6 @@ TriangleMesh flipped(TriangleMesh mesh) {
 TriangleMesh both(TriangleMesh a, const TriangleMesh& b) {
   a.append(b);
   return a;
-}
-
-/// Voxels on which two solids differ.
-std::size_t differing(const SolidVoxels& a, const SolidVoxels& b) {
-  std::size_t count = 0;
-  twin::for_each(kAll, [&](Index3 v) { count += twin::is_inside(a, v) != twin::is_inside(b, v) ? 1 : 0; });
-  return count;
 }
 
 /// Voxels inside `bad` that are neither inside nor on the boundary of `good`.

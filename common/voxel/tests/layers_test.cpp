@@ -8,26 +8,10 @@
 #include "common/geometry/primitives.hpp"
 #include "common/voxel/merge.hpp"
 #include "common/voxel/tests/literal_twins.hpp"
+#include "common/voxel/tests/random_solid.hpp"
 
 namespace phantom::voxel {
 namespace {
-
-SolidVoxels random_solid(unsigned seed, std::array<std::int32_t, 3> size, int one_in) {
-  std::mt19937 random(seed);
-  SolidVoxels solid;
-  solid.box = {{20, 25, 30}, size};
-  solid.boundary = solid.interior = BitVolume(size);
-  for (std::int32_t z = 0; z < size[2]; ++z) {
-    for (std::int32_t y = 0; y < size[1]; ++y) {
-      for (std::int32_t x = 0; x < size[0]; ++x) {
-        if (random() % static_cast<unsigned>(one_in) != 0) continue;
-        (random() % 2 == 0 ? solid.boundary : solid.interior).set(x, y, z);
-      }
-    }
-  }
-  solid.inside = solid.interior;
-  return solid;
-}
 
 const VoxelBox kGrid{{0, 0, 0}, {100, 90, 96}};
 
@@ -65,10 +49,10 @@ std::vector<LayerProfile> many_profiles() {
 TEST(DistanceBricks, EqualTheLiteralTwinInEveryVoxel) {
   unsigned seed = 1;
   for (const auto& profile : many_profiles()) {
-    expect_like_the_twin(random_solid(seed++, {7, 5, 6}, 20), profile);
-    expect_like_the_twin(random_solid(seed++, {9, 9, 9}, 200), profile);
-    expect_like_the_twin(random_solid(seed++, {70, 3, 2}, 30), profile);
-    expect_like_the_twin(random_solid(seed++, {1, 1, 1}, 1), profile);
+    expect_like_the_twin(scattered_solid(seed++, {7, 5, 6}, 20), profile);
+    expect_like_the_twin(scattered_solid(seed++, {9, 9, 9}, 200), profile);
+    expect_like_the_twin(scattered_solid(seed++, {70, 3, 2}, 30), profile);
+    expect_like_the_twin(scattered_solid(seed++, {1, 1, 1}, 1), profile);
   }
 }
 
@@ -77,18 +61,18 @@ TEST(DistanceBricks, AreTheSameWithEveryInstructionSet) {
     hwy::SetSupportedTargetsForTest(target);
     SCOPED_TRACE(hwy::TargetName(target));
     unsigned seed = 1;
-    for (const auto& profile : many_profiles()) expect_like_the_twin(random_solid(seed++, {40, 5, 6}, 50), profile);
+    for (const auto& profile : many_profiles()) expect_like_the_twin(scattered_solid(seed++, {40, 5, 6}, 50), profile);
   }
   hwy::SetSupportedTargetsForTest(0);
 }
 
 TEST(DistanceBricks, AreTheSameWithManyThreads) {
   const LayerProfile profile{{3, 2}, {9.0F, 8.0F}, 100.0F, 1};
-  expect_like_the_twin(random_solid(3, {60, 30, 40}, 2000), profile, kGrid, 3);
+  expect_like_the_twin(scattered_solid(3, {60, 30, 40}, 2000), profile, kGrid, 3);
 }
 
 TEST(DistanceBricks, ReachFarWithoutOverflow) {
-  SolidVoxels dot = random_solid(1, {1, 1, 1}, 1);
+  SolidVoxels dot = scattered_solid(1, {1, 1, 1}, 1);
   dot.box.min = {290, 270, 300};
   const LayerProfile widest{{250, 4}, {2.0F, 1.0F}, 100.0F, 0};
   ASSERT_TRUE(check_profile(widest));
@@ -105,7 +89,7 @@ TEST(DistanceBricks, ReachFarWithoutOverflow) {
 
 TEST(DistanceBricks, OfAPartOfTheGridAreThoseOfTheWhole) {
   const LayerProfile profile{{3, 2}, {9.0F, 8.0F}, 100.0F, 1};
-  SolidVoxels solid = random_solid(9, {40, 40, 40}, 400);
+  SolidVoxels solid = scattered_solid(9, {40, 40, 40}, 400);
   const ObjectBricks whole = distance_bricks(solid, profile, kGrid);
   for (const VoxelBox part : {VoxelBox{{32, 0, 32}, {32, 64, 64}}, VoxelBox{{0, 32, 0}, {96, 32, 96}}}) {
     const ObjectBricks bricks = distance_bricks(solid, profile, part);
@@ -115,7 +99,7 @@ TEST(DistanceBricks, OfAPartOfTheGridAreThoseOfTheWhole) {
 }
 
 TEST(DistanceBricks, OfASolidBeyondTheGridReachIn) {
-  SolidVoxels solid = random_solid(11, {30, 20, 20}, 50);
+  SolidVoxels solid = scattered_solid(11, {30, 20, 20}, 50);
   for (const Index3 corner : {Index3{-32, -10, 40}, {95, 80, 90}, {-15, 85, -21}, {102, 30, 30}}) {
     solid.box.min = corner;
     expect_like_the_twin(solid, {{4, 4}, {9.0F, 8.0F}, 100.0F, 0});
@@ -153,8 +137,8 @@ TEST(DistanceBricks, OfNothingAreNothing) {
 TEST(DistanceBricks, EndWhenToldTo) {
   const LayerProfile profile{{3, 2}, {9.0F, 8.0F}, 100.0F, 1};
   int asked = 0;
-  const LayerOptions options{1, [&](double) { return ++asked < 2; }};
-  EXPECT_TRUE(distance_bricks(random_solid(9, {70, 60, 60}, 400), profile, kGrid, options).keys().empty());
+  const WorkOptions options{1, [&](double) { return ++asked < 2; }};
+  EXPECT_TRUE(distance_bricks(scattered_solid(9, {70, 60, 60}, 400), profile, kGrid, options).keys().empty());
   EXPECT_EQ(asked, 2);
 }
 
@@ -226,7 +210,7 @@ class Merge : public ::testing::Test {
     const LayerProfile strong{{3, 3}, {30.0F, 20.0F}, 100.0F, 0}, weak{{5, 4}, {25.0F, 20.0F}, 60.0F, 1};
     unsigned seed = 40;
     for (const auto& profile : {strong, weak, strong, weak}) {
-      SolidVoxels solid = random_solid(seed, {14, 11, 9}, 60);
+      SolidVoxels solid = scattered_solid(seed, {14, 11, 9}, 60);
       solid.box.min = {static_cast<int>(3 * (seed - 40)), 20, static_cast<int>(25 + 2 * (seed - 40))};
       const auto id = static_cast<std::uint16_t>(1 + seed++ - 40);
       parts_.push_back({distance_bricks(solid, profile, VoxelBox::of(grid_)), id, profile});

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "common/geometry/primitives.hpp"
-#include "common/voxel/tests/literal_twins.hpp"
+#include "common/voxel/tests/meshes_in_a_grid.hpp"
 
 namespace phantom::voxel {
 namespace {
@@ -14,15 +14,6 @@ namespace {
 using Eigen::Vector3d;
 using geometry::Pose;
 using geometry::TriangleMesh;
-
-const GridSpec kGrid{{-0.4, -0.4, -0.4}, 0.01, {80, 80, 80}};
-const VoxelBox kAll = VoxelBox::of(kGrid);
-
-SolidVoxels solid_of(const TriangleMesh& mesh, const VoxelBox& clip = kAll) {
-  auto solid = voxelise(mesh, kGrid, clip);
-  EXPECT_TRUE(solid) << solid.status().message();
-  return std::move(*solid);
-}
 
 Pose crooked() { return {geometry::rotation_from_rpy(0.31, -0.72, 1.13), {0.0123, -0.0231, 0.0077}}; }
 
@@ -151,77 +142,6 @@ TEST(Voxelise, FacesOnVoxelBordersBelongToTheUpperVoxel) {
   });
 }
 
-TEST(Voxelise, CommutesWithTranslationByWholeVoxels) {
-  const TriangleMesh mesh = geometry::make_torus(0.15, 0.05, 20, 10).transformed(crooked());
-  const GridSpec moved{kGrid.origin_m - 0.01 * Vector3d(5, -3, 7), 0.01, {80, 80, 80}};
-  const auto here = solid_of(mesh);
-  const auto there = voxelise(mesh, moved, VoxelBox::of(moved));
-  ASSERT_TRUE(there);
-  twin::for_each(kAll, [&](Index3 v) {
-    const Index3 w{v.x + 5, v.y - 3, v.z + 7};
-    EXPECT_EQ(twin::is_inside(here, v), twin::is_inside(*there, w));
-    EXPECT_EQ(twin::is_boundary(here, v), twin::is_boundary(*there, w));
-  });
-}
-
-TEST(Voxelise, CommutesWithQuarterTurns) {
-  const TriangleMesh mesh = geometry::make_torus(0.15, 0.05, 20, 10).transformed(crooked());
-  TriangleMesh turned = mesh;  // (x, y, z) → (y, z, x): exact in any arithmetic
-  for (auto& v : turned.vertices_m) v = Eigen::Vector3f(v.y(), v.z(), v.x());
-  TriangleMesh quarter = mesh;  // (x, y, z) → (−y, x, z)
-  for (auto& v : quarter.vertices_m) v = Eigen::Vector3f(-v.y(), v.x(), v.z());
-  const auto a = solid_of(mesh), b = solid_of(turned), c = solid_of(quarter);
-  twin::for_each(kAll, [&](Index3 v) {
-    EXPECT_EQ(twin::is_inside(a, v), twin::is_inside(b, {v.y, v.z, v.x}));
-    EXPECT_EQ(twin::is_boundary(a, v), twin::is_boundary(b, {v.y, v.z, v.x}));
-    EXPECT_EQ(twin::is_inside(a, v), twin::is_inside(c, {79 - v.y, v.x, v.z}));
-    EXPECT_EQ(twin::is_boundary(a, v), twin::is_boundary(c, {79 - v.y, v.x, v.z}));
-  });
-}
-
-void expect_same(const SolidVoxels& a, const SolidVoxels& b) {
-  EXPECT_EQ(a.inside.words(), b.inside.words());
-  EXPECT_EQ(a.boundary.words(), b.boundary.words());
-}
-
-TEST(Voxelise, DoesNotCareWhichWayTrianglesFace) {
-  const TriangleMesh mesh = geometry::make_sphere(0.2, 3).transformed(crooked());
-  TriangleMesh mixed = mesh;
-  for (std::size_t i = 0; i < mixed.triangles.size(); i += 3)
-    std::swap(mixed.triangles[i][1], mixed.triangles[i][2]);
-  expect_same(solid_of(mesh), solid_of(mixed));
-}
-
-TEST(Voxelise, DoesNotCountATriangleTwice) {
-  const TriangleMesh mesh = geometry::make_sphere(0.2, 3).transformed(crooked());
-  TriangleMesh doubled = mesh;
-  for (std::size_t i = 0; i < 100; ++i) {
-    const auto& t = mesh.triangles[7 * i];
-    doubled.triangles.push_back({t[1], t[2], t[0]});
-  }
-  const auto solid = solid_of(doubled);
-  EXPECT_EQ(solid.report.duplicate_triangles, 100U);
-  EXPECT_TRUE(solid.report.closed);
-  expect_same(solid, solid_of(mesh));
-}
-
-TEST(Voxelise, AHoleInTheMeshDoesNotFloodTheOutside) {
-  const TriangleMesh mesh = geometry::make_sphere(0.2, 3).transformed(crooked());
-  TriangleMesh open = mesh;
-  for (int i = 0; i < 30; ++i) open.triangles.erase(open.triangles.begin() + 17 * i);
-  const auto whole = solid_of(mesh), holed = solid_of(open);
-  EXPECT_FALSE(holed.report.closed);
-  EXPECT_GT(holed.report.disputed_voxels, 0U);
-  std::size_t wrong = 0;
-  twin::for_each(kAll, [&](Index3 v) {
-    if (twin::is_inside(holed, v)) {
-      EXPECT_TRUE(twin::is_solid(whole, v));
-    }
-    wrong += twin::is_inside(holed, v) != twin::is_inside(whole, v) ? 1 : 0;
-  });
-  EXPECT_LT(wrong, whole.inside.count() / 20);
-}
-
 TEST(Voxelise, AnOpenTubeIsStillSolid) {
   TriangleMesh tube = geometry::make_box({0.2, 0.2, 0.4}).transformed(crooked());
   const auto whole = solid_of(tube);
@@ -236,7 +156,7 @@ TEST(Voxelise, AnOpenTubeIsStillSolid) {
 TEST(Voxelise, ClippingDoesNotChangeWhatIsLeft) {
   const TriangleMesh mesh = geometry::make_torus(0.22, 0.1, 40, 20).transformed(crooked());
   const VoxelBox clip{{35, 30, 38}, {9, 20, 3}};
-  const auto whole = solid_of(mesh), part = solid_of(mesh, clip);
+  const auto whole = solid_of(mesh), part = solid_of(mesh, 1, clip);
   twin::for_each(clip, [&](Index3 v) {
     EXPECT_EQ(twin::is_inside(part, v), twin::is_inside(whole, v));
     EXPECT_EQ(twin::is_boundary(part, v), twin::is_boundary(whole, v));

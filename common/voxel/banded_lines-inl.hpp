@@ -1,0 +1,164 @@
+// Private to banded_distance.cpp: its first pass, distances along z in bytes. Compiled once per instruction
+// set.
+
+#if defined(PHANTOM_VOXEL_BANDED_LINES_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef PHANTOM_VOXEL_BANDED_LINES_INL
+#undef PHANTOM_VOXEL_BANDED_LINES_INL
+#else
+#define PHANTOM_VOXEL_BANDED_LINES_INL
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstring>
+
+#include "common/voxel/banded_distance.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace phantom::voxel::detail::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+constexpr hn::ScalableTag<std::uint8_t> kBytes;
+constexpr hn::ScalableTag<std::uint16_t> kShorts;
+constexpr std::size_t kPad = kLongestVector;
+constexpr std::size_t kMoreOffsets = 3;  // neighbours are looked at in groups
+static_assert(kMoreOffsets < kPad);
+static_assert(kPad == 64, "a word of bits");
+
+/// Sizes of one block with its surroundings.
+struct Extent {
+  Extent(const BrickBlock& block, std::size_t reach_vox)
+      : reach(reach_vox),
+        halo((reach_vox + kBrickEdge - 1) / kBrickEdge * kBrickEdge),
+        nx(static_cast<std::size_t>(block.nx) * kBrickEdge),
+        ny(static_cast<std::size_t>(block.ny) * kBrickEdge),
+        nz(static_cast<std::size_t>(block.nz) * kBrickEdge),
+        rows(ny + 2 * reach),
+        used(nx + 2 * halo),
+        length((used + kPad - 1) / kPad * kPad),
+        width(length + kPad / 2),
+        slice(((rows + 2 * kMoreOffsets) * length / kPad | 1) * kPad) {}
+  std::size_t reach, halo;  // along x what lies around begins at a whole brick
+  std::size_t nx, ny, nz;
+  std::size_t rows;    // along y, with what lies within reach
+  std::size_t used;    // along x, with what lies within reach
+  std::size_t length;  // the same in whole words and vectors
+  std::size_t width,
+      slice;  // from a row of squares to the next, from a slice of distances along z to the next:
+              // odd numbers of cache lines, so that neighbours do not fall into the same few sets
+};
+
+/// How far neighbours are to be looked at: first … last.
+struct Offsets {
+  int first, last;
+};
+
+/// From which places of a span a voxel between `from` and `to` can be within reach.
+Offsets offsets_from(const SolidSpan& span, int from, int to, int reach) {
+  return {std::max({1, span.first - to, from - span.last}),
+          std::min(reach, std::max(to - span.first, span.last - from))};
+}
+
+/// Squared distance that stands for "farther than the reach".
+std::uint16_t far_of(std::size_t reach) { return static_cast<std::uint16_t>((reach + 1) * (reach + 1)); }
+
+/// Words of 32 voxels along x side by side, one a slice.
+struct Columns {
+  const std::uint32_t* words[2];  // the second: of the next 32 voxels
+};
+
+/// The voxels of a vector that are solid in a slice; `x`: where it begins in its column.
+HWY_INLINE hn::Mask<decltype(kBytes)> solid_at(const Columns& columns, std::size_t slice, std::size_t x) {
+#if HWY_TARGET == HWY_SCALAR
+  return hn::Ne(hn::Set(kBytes, static_cast<std::uint8_t>(columns.words[0][slice] >> x & 1)),
+                hn::Zero(kBytes));
+#else
+  const std::uint64_t bits = columns.words[0][slice] >> x |
+                             (hn::Lanes(kBytes) > 32 ? std::uint64_t{columns.words[1][slice]} << 32 : 0);
+  return hn::LoadMaskBits(kBytes, reinterpret_cast<const std::uint8_t*>(&bits));
+#endif
+}
+
+/// The block's slices that have words of the solid, counted from the block's first slice within reach.
+struct Slices {
+  std::size_t first, last;
+};
+
+/// Distance along z of kVectors vectors of lines side by side (for the processor to work on at once), for all
+/// slices. `columns`: of each vector, which begins at x in it.
+template <std::size_t kVectors>
+HWY_INLINE void distances_along_lines(const Extent& e, Slices slices, const Columns* columns, std::size_t x,
+                                      std::uint8_t* out) {
+  const std::size_t stride = e.slice, begin = e.reach, end = e.reach + e.nz, lanes = hn::Lanes(kBytes);
+  const auto one = hn::Set(kBytes, std::uint8_t{1}),
+             top = hn::Set(kBytes, static_cast<std::uint8_t>(e.reach + 1));
+  hn::Vec<decltype(kBytes)> close[kVectors];
+  const auto step = [&](std::size_t slice) HWY_ATTR {
+    const bool there = slice >= slices.first && slice < slices.last;
+    for (std::size_t i = 0; i < kVectors; ++i) {
+      close[i] = hn::SaturatedSub(close[i], one);
+      if (there)
+        close[i] = hn::Max(close[i], hn::IfThenElseZero(solid_at(columns[i], slice - slices.first, x), top));
+    }
+  };
+  for (auto& vector : close) vector = hn::Zero(kBytes);
+  for (std::size_t slice = slices.first; slice < begin; ++slice) step(slice);
+  std::uint8_t* to = out;
+  for (std::size_t slice = begin; slice < end; ++slice, to += stride) {
+    step(slice);
+    for (std::size_t i = 0; i < kVectors; ++i) hn::StoreU(close[i], kBytes, to + i * lanes);
+  }
+  for (auto& vector : close) vector = hn::Zero(kBytes);
+  for (std::size_t slice = slices.last; slice-- > end;) step(slice);
+  for (std::size_t slice = end; slice-- > begin;) {
+    to -= stride;
+    step(slice);
+    for (std::size_t i = 0; i < kVectors; ++i)
+      hn::StoreU(hn::Max(close[i], hn::LoadU(kBytes, to + i * lanes)), kBytes, to + i * lanes);
+  }
+}
+
+/// The same of 64 voxels along x.
+void distances_of_64(const Extent& e, Slices slices, const Columns& columns, std::uint8_t* out) {
+  const std::size_t lanes = hn::Lanes(kBytes);
+  if (lanes == kPad) return distances_along_lines<1>(e, slices, &columns, 0, out);
+  for (std::size_t word = 0; word < 2; ++word) {
+    const Columns half[2] = {{{columns.words[word], nullptr}}, {{columns.words[word], nullptr}}};
+    for (std::size_t x = 0; x < 32; x += lanes)
+      distances_along_lines<1>(e, slices, half, x, out + 32 * word + x);
+  }
+}
+
+/// Distance along z of one row, for all slices of the block; says where along x something solid may be.
+SolidSpan distances_along_z(const Extent& e, const SolidRows& solid, Index3 first, std::uint8_t* out) {
+  const std::int32_t to_z = first.z + static_cast<std::int32_t>(e.nz + 2 * e.reach);
+  const SolidRows::Lines lines = solid.lines(first.y, first.z, to_z);
+  const Slices slices{static_cast<std::size_t>(lines.first - first.z),
+                      static_cast<std::size_t>(lines.last - first.z)};
+  SolidSpan span;
+  const auto clear = [&](std::size_t x) {
+    for (std::size_t slice = 0; slice < e.nz; ++slice) std::memset(out + slice * e.slice + x, 0, kPad);
+  };
+  for (std::size_t part = 0; part < e.length; part += kPad) {
+    const std::int32_t column = (first.x + static_cast<std::int32_t>(part)) / kBrickEdge;
+    const std::uint64_t any = lines.layers == 0 ? 0
+                                                : solid.united(lines, column) |
+                                                      std::uint64_t{solid.united(lines, column + 1)} << 32;
+    if (any == 0) {
+      clear(part);
+      continue;
+    }
+    const int x = static_cast<int>(part);
+    span.add({x + std::countr_zero(any), x + 63 - std::countl_zero(any)});
+    distances_of_64(e, slices, {{solid.words(lines, column), solid.words(lines, column + 1)}}, out + part);
+  }
+  return span;
+}
+
+}  // namespace phantom::voxel::detail::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,103 @@
+#pragma once
+
+// Private to this library: a solid's voxels in the form in which layers are laid around it.
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "common/voxel/large_pages.hpp"
+#include "common/voxel/voxelise.hpp"
+#include "common/voxel/workspace.hpp"
+
+namespace phantom::voxel::detail {
+
+/// What cubes of a brick's size hold of the solid, at bricks' places (which may lie beyond the grid). One
+/// entry per cube, x fastest.
+struct Cells {
+  std::size_t index(std::int32_t x, std::int32_t y, std::int32_t z) const {
+    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(size[1]) + static_cast<std::size_t>(y)) *
+               static_cast<std::size_t>(size[0]) +
+           static_cast<std::size_t>(x);
+  }
+  /// Per axis: bit i is set if something is solid where the coordinate's last 5 bits are i.
+  struct Bits {
+    std::uint32_t x = 0, y = 0, z = 0;
+    bool interior = false;  ///< throughout
+  };
+
+  Index3 min;  // a brick's address
+  std::array<std::int32_t, 3> size{};
+  std::vector<Bits> bits;
+};
+
+/// A solid's voxels (boundary or interior) as columns of bits: 32 voxels along x, one word; words one after
+/// the other along z, then along y, so that what is looked at together stands together. Columns begin where
+/// bricks do.
+class SolidRows {
+ public:
+  /// Keeps a reference to the solid.
+  SolidRows(const SolidVoxels& solid, int threads);
+
+  /// What there is at one y, for slices within a range.
+  struct Lines {
+    std::int32_t first = 0,
+                 last = 0;  ///< slices that have words, in addresses of the grid; all others are free
+    std::size_t place = 0, united = 0, layers = 0;
+  };
+  /// For slices within [from, to).
+  Lines lines(std::int32_t y, std::int32_t from, std::int32_t to) const noexcept {
+    const std::int32_t in_y = y - box_.min.y;
+    const std::int32_t first = std::max(from, box_.min.z), last = std::min(to, box_.min.z + box_.size[2]);
+    if (in_y < 0 || in_y >= box_.size[1] || first >= last) return {};
+    const auto row = static_cast<std::size_t>(in_y);
+    const std::int32_t layer = (first >> 5) - cells_.min.z;
+    return {first, last,
+            row * static_cast<std::size_t>(box_.size[2]) + static_cast<std::size_t>(first - box_.min.z),
+            row * static_cast<std::size_t>(cells_.size[2]) + static_cast<std::size_t>(layer),
+            static_cast<std::size_t>(((last - 1) >> 5) - (first >> 5) + 1)};
+  }
+  /// Words of the lines, one a slice, for the column of bricks `x`.
+  const std::uint32_t* words(const Lines& lines, std::int32_t x) const noexcept {
+    const std::int32_t column = x - cells_.min.x;
+    return column < 0 || column >= cells_.size[0]
+               ? free_.data()
+               : words_.data() + static_cast<std::size_t>(column) * column_words_ + lines.place;
+  }
+  /// What is solid in any of the slices, and perhaps in others of the same layers of bricks.
+  std::uint32_t united(const Lines& lines, std::int32_t x) const noexcept {
+    const std::int32_t column = x - cells_.min.x;
+    if (column < 0 || column >= cells_.size[0]) return 0;
+    const std::uint32_t* layer =
+        united_.data() + static_cast<std::size_t>(column) * column_united_ + lines.united;
+    std::uint32_t all = 0;
+    for (std::size_t i = 0; i < lines.layers; ++i) all |= layer[i];
+    return all;
+  }
+  /// 64 voxels of the boundary from x on.
+  std::uint64_t boundary(std::int32_t x, std::int32_t y, std::int32_t z) const noexcept {
+    const std::int32_t in_x = x - box_.min.x, in_y = y - box_.min.y, in_z = z - box_.min.z;
+    if (in_y < 0 || in_z < 0 || in_y >= box_.size[1] || in_z >= box_.size[2]) return 0;
+    const std::uint64_t* row = solid_.boundary.row(in_y, in_z);
+    const auto words = static_cast<std::int32_t>(solid_.boundary.words_per_row());
+    const std::int32_t at = in_x >> 6, shift = in_x & 63;
+    const std::uint64_t low = at >= 0 && at < words ? row[at] : 0,
+                        high = at + 1 >= 0 && at + 1 < words ? row[at + 1] : 0;
+    return shift == 0 ? low : low >> shift | high << (64 - shift);
+  }
+  const Cells& cells() const noexcept { return cells_; }
+
+ private:
+  void take_layer(std::int32_t layer);
+  void settle_cells(std::int32_t layer, bool whole_along_z, const std::vector<std::uint32_t>& inner);
+
+  const SolidVoxels& solid_;
+  VoxelBox box_;
+  Cells cells_;
+  std::size_t column_words_, column_united_;
+  LargeVector<std::uint32_t> words_;   // [column][y][z]
+  LargeVector<std::uint32_t> united_;  // [column][y][layer of bricks]
+  std::vector<std::uint32_t> free_;    // a column beyond the solid
+};
+
+}  // namespace phantom::voxel::detail
