@@ -32,8 +32,8 @@ VoxelBox bounds_of(const Body& body, const GridSpec& grid) {
   return body.implicit_W ? voxel_bounds(*body.implicit_W, grid) : voxel_bounds(body.mesh_W, grid);
 }
 
-core::Expected<SolidVoxels> solid_of(const Body& body, const GridSpec& grid, const VoxelBox& clip, int threads) {
-  return body.implicit_W ? voxelise(*body.implicit_W, grid, clip) : voxelise(body.mesh_W, grid, clip, threads);
+core::Expected<SolidVoxels> solid_of(const Body& body, const GridSpec& grid, const VoxelBox& clip, const WorkOptions& options) {
+  return body.implicit_W ? voxelise(*body.implicit_W, grid, clip, options) : voxelise(body.mesh_W, grid, clip, options.threads);
 }
 
 /// Voxel addresses are 32 bit integers.
@@ -154,7 +154,8 @@ class Maker {
       done_ = static_cast<double>(i) / static_cast<double>(parts.size());
       share_ = 1.0 / static_cast<double>(parts.size());
       const double start_s = steps_.now_s();
-      auto solid = solid_of(body_, grid_, parts[i].grown(margin_), options_.threads);
+      auto solid = solid_of(body_, grid_, parts[i].grown(margin_),
+                            {options_.threads, [&](double share) { return steps_.go_on(done_ + share_ * kVoxelised * share); }});
       if (!solid) return about(body_, solid.status());
       object_.report.voxelise_s += steps_.now_s() - start_s;
       if (!add(*solid, parts[i])) return about(body_, kStopped);
@@ -261,7 +262,7 @@ core::Expected<std::pair<Workspace, BodyReport>> activate_alone(const Body& body
     if (!object) return object.status();
     return std::pair{workspace_of(body, grid_of(reached), *object, options.threads), object->report};
   }
-  auto solid = solid_of(body, lattice, around, options.threads);
+  auto solid = solid_of(body, lattice, around, {options.threads, [&](double share) { return steps.go_on(kVoxelised * share); }});
   if (!solid) return about(body, solid.status());
   const double voxelise_s = steps.now_s() - steps.start_s();
   const VoxelBox whole = tight_box(*solid).grown(body.profile.reach_vox());

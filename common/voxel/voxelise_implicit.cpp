@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
+
+#include "common/core/parallel.hpp"
 
 namespace phantom::voxel {
 namespace {
@@ -15,6 +18,8 @@ constexpr int kPartDepth = 4;
 static_assert(kImplicitPart_vox * (1 << kPartDepth) == 1.0);
 /// Voxels are looked at this much lower, so that a surface on a border belongs to the upper voxel whatever the rounding.
 constexpr double kShift_vox = 1.0 / 32768.0;
+/// Cubes of this edge, in voxels, are shared out to the threads; two of them side by side along x fill the words of 64.
+constexpr std::int32_t kPiece = 32;
 
 class Voxeliser {
  public:
@@ -25,10 +30,27 @@ class Voxeliser {
     shift_m_ = Eigen::Vector3d::Constant(kShift_vox * grid.voxel_size_m);
   }
 
-  void run() {
-    std::int32_t size = 1;
+  /// False if it was stopped.
+  bool run(const WorkOptions& options) {
+    std::int32_t size = kPiece;
     while (size < *std::max_element(voxels_.box.size.begin(), voxels_.box.size.end())) size *= 2;
-    visit(solid_, {0, 0, 0}, size);
+    split({0, 0, 0}, size);
+    // Neighbours along x one after the other: those that share words are one thread's.
+    const auto place = [](Index3 v) { return std::array{v.z, v.y, v.x}; };
+    std::sort(pieces_.begin(), pieces_.end(), [&](Index3 a, Index3 b) { return place(a) < place(b); });
+    std::vector<std::size_t> first;
+    for (std::size_t i = 0; i < pieces_.size(); ++i) {
+      const bool shares = i > 0 && pieces_[i - 1].z == pieces_[i].z && pieces_[i - 1].y == pieces_[i].y && pieces_[i - 1].x >> 6 == pieces_[i].x >> 6;
+      if (!shares) first.push_back(i);
+    }
+    first.push_back(pieces_.size());
+    std::atomic<bool> stopped = false;
+    core::parallel_for(options.threads, first.size() - 1, [&](std::size_t i, std::size_t worker) {
+      if (stopped) return;
+      if (worker == 0 && options.go_on && !options.go_on(static_cast<double>(i) / static_cast<double>(first.size()))) stopped = true;
+      for (std::size_t piece = first[i]; piece < first[i + 1]; ++piece) visit(solid_, pieces_[piece], kPiece);
+    });
+    return !stopped;
   }
 
  private:
@@ -39,19 +61,33 @@ class Voxeliser {
     return Region::box(centre, Eigen::Vector3d::Constant(half_m));
   }
 
-  void visit(const ImplicitSolid& solid, Index3 v, std::int32_t size) {
+  bool beyond(Index3 v) const {
     const auto& limit = voxels_.box.size;
-    if (v.x >= limit[0] || v.y >= limit[1] || v.z >= limit[2]) return;
+    return v.x >= limit[0] || v.y >= limit[1] || v.z >= limit[2];
+  }
+  static Index3 part(Index3 v, std::int32_t half, int i) { return {v.x + (i & 1) * half, v.y + (i >> 1 & 1) * half, v.z + (i >> 2) * half}; }
+
+  /// Settles large cubes; those of kPiece that are neither in nor out become pieces.
+  void split(Index3 v, std::int32_t size) {
+    if (beyond(v)) return;
+    if (size == kPiece) return pieces_.push_back(v);
+    const Interval bounds = solid_.bounds(region(v, size));
+    if (bounds.lo > 0.0) return;
+    if (bounds.hi < 0.0) return fill(v, size);
+    for (int i = 0; i < 8; ++i) split(part(v, size / 2, i), size / 2);
+  }
+
+  void visit(const ImplicitSolid& solid, Index3 v, std::int32_t size) {
+    if (beyond(v)) return;
     const Region cube = region(v, size);
     const Interval bounds = solid.bounds(cube);
     if (bounds.lo > 0.0) return;
     if (bounds.hi < 0.0) return fill(v, size);
     if (size == 1) return mark(solid, cube, v);
     // Now and then parts of the solid that are far from here are left out.
-    const geometry::ImplicitPtr fewer = size == 32 || size == 8 ? solid.within(cube) : nullptr;
+    const geometry::ImplicitPtr fewer = size == kPiece || size == 8 ? solid.within(cube) : nullptr;
     const ImplicitSolid& here = fewer ? *fewer : solid;
-    const std::int32_t half = size / 2;
-    for (int i = 0; i < 8; ++i) visit(here, {v.x + (i & 1) * half, v.y + (i >> 1 & 1) * half, v.z + (i >> 2) * half}, half);
+    for (int i = 0; i < 8; ++i) visit(here, part(v, size / 2, i), size / 2);
   }
 
   void mark(const ImplicitSolid& solid, const Region& cube, Index3 v) {
@@ -103,6 +139,7 @@ class Voxeliser {
   const GridSpec& grid_;
   SolidVoxels& voxels_;
   Eigen::Vector3d corner_m_, shift_m_;
+  std::vector<Index3> pieces_;
 };
 
 }  // namespace
@@ -116,7 +153,8 @@ VoxelBox voxel_bounds(const ImplicitSolid& solid_W, const GridSpec& grid) {
           {last.x - first.x + 3, last.y - first.y + 3, last.z - first.z + 3}};
 }
 
-core::Expected<SolidVoxels> voxelise(const ImplicitSolid& solid_W, const GridSpec& grid, const VoxelBox& clip) {
+core::Expected<SolidVoxels> voxelise(const ImplicitSolid& solid_W, const GridSpec& grid, const VoxelBox& clip,
+                                     const WorkOptions& options) {
   SolidVoxels solid;
   const geometry::Box box = solid_W.bounding_box();
   if (box.empty()) return solid;
@@ -129,7 +167,7 @@ core::Expected<SolidVoxels> voxelise(const ImplicitSolid& solid_W, const GridSpe
   if (solid.box.empty()) return solid;
   solid.boundary = BitVolume(solid.box.size);
   solid.inside = BitVolume(solid.box.size);
-  Voxeliser(solid_W, grid, solid).run();
+  if (!Voxeliser(solid_W, grid, solid).run(options)) return core::Status(core::ErrorCode::kUnavailable, "voxelising was stopped");
   solid.interior = solid.inside;
   for (std::size_t i = 0; i < solid.interior.words().size(); ++i) solid.interior.words()[i] &= ~solid.boundary.words()[i];
   return solid;

@@ -2,6 +2,7 @@
 
 #include "common/geometry/implicit.hpp"
 #include "common/voxel/voxelise.hpp"
+#include "common/voxel/work_options.hpp"
 
 namespace phantom::voxel {
 
@@ -18,8 +19,10 @@ inline constexpr double kImplicitPart_vox = 1.0 / 16.0;
 /// space is outside.
 ///
 /// Cubes of voxels that f's bounds put on one side are settled at once: cost rises with the surface, not with the volume.
-/// Not real-time safe.
-core::Expected<SolidVoxels> voxelise(const geometry::ImplicitSolid& solid_W, const GridSpec& grid, const VoxelBox& clip);
+/// The same for any number of threads. kResourceExhausted if the solid reaches too far, kUnavailable if options.go_on said
+/// no. Not real-time safe.
+core::Expected<SolidVoxels> voxelise(const geometry::ImplicitSolid& solid_W, const GridSpec& grid, const VoxelBox& clip,
+                                     const WorkOptions& options = {});
 
 /// Smallest box of voxels that holds the solid's bounding box, which must be within ±1e6 m.
 VoxelBox voxel_bounds(const geometry::ImplicitSolid& solid_W, const GridSpec& grid);

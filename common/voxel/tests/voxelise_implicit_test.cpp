@@ -238,6 +238,39 @@ TEST(VoxeliseImplicit, ClipsToWhatIsAskedFor) {
   EXPECT_TRUE(voxelise(*sphere, grid, {{1000, 0, 0}, {5, 5, 5}})->box.empty());
 }
 
+TEST(VoxeliseImplicit, IsTheSameWithManyThreads) {
+  std::vector<ImplicitPtr> solids = small_solids();
+  solids.push_back(geometry::implicit_placed(geometry::implicit_torus(0.5, 0.2), kTilted));
+  for (const ImplicitPtr& solid : solids) {
+    const GridSpec grid = lattice(0.008);
+    const SolidVoxels one = voxels_of(solid, grid);
+    const auto many = voxelise(*solid, grid, voxel_bounds(*solid, grid), {3, nullptr});
+    ASSERT_TRUE(many);
+    EXPECT_EQ(one.boundary.words(), many->boundary.words());
+    EXPECT_EQ(one.inside.words(), many->inside.words());
+    EXPECT_EQ(one.interior.words(), many->interior.words());
+  }
+}
+
+TEST(VoxeliseImplicit, TellsHowFarItIsAndEndsWhenToldTo) {
+  const auto ring = geometry::implicit_torus(0.5, 0.2);
+  const GridSpec grid = lattice(0.008);
+  std::vector<double> shares;
+  ASSERT_TRUE(voxelise(*ring, grid, voxel_bounds(*ring, grid), {2, [&](double share) {
+                                                                  shares.push_back(share);
+                                                                  return true;
+                                                                }}));
+  EXPECT_GT(shares.size(), 5U);
+  EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+  EXPECT_GE(shares.front(), 0.0);
+  EXPECT_LT(shares.back(), 1.0);
+  int asked = 0;
+  const auto stopped = voxelise(*ring, grid, voxel_bounds(*ring, grid), {1, [&](double) { return ++asked < 3; }});
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.status().code(), core::ErrorCode::kUnavailable);
+  EXPECT_EQ(asked, 3);
+}
+
 TEST(VoxeliseImplicit, RefusesWhatReachesTooFar) {
   const auto far = geometry::implicit_placed(geometry::implicit_sphere(1.0), {Eigen::Matrix3d::Identity(), {2e6, 0, 0}});
   EXPECT_FALSE(voxelise(*far, lattice(0.005), {{0, 0, 0}, {10, 10, 10}}));
