@@ -5,6 +5,7 @@
 #include "common/dds/participant.hpp"
 #include "common/runtime/deployment.hpp"
 #include "common/runtime/process.hpp"
+#include "common/voxel/large_pages.hpp"
 #include "components/wva_server/activate_command.hpp"
 #include "components/wva_server/change_command.hpp"
 #include "components/wva_server/service.hpp"
@@ -19,9 +20,8 @@ int main(int argc, char** argv) {
   description.name = "wva_server";
   description.summary =
       "Turns the cell's CAD models into graded, viscous space: reads every object's mesh, voxelises it at "
-      "its pose, wraps "
-      "it in neighbour layers, merges all into one workspace and publishes it. Stays for those who join "
-      "later, and to add, move and remove objects on command.";
+      "its pose, wraps it in neighbour layers, merges all into one workspace and publishes it. Stays for those "
+      "who join later, and to add, move and remove objects on command.";
   description.details =
       "Topics out: workspace_brick, workspace_version, workspace_object, mesh_chunk, workspace_reply, component_status; "
       "in: workspace_command.\n"
@@ -41,6 +41,7 @@ int main(int argc, char** argv) {
     wva_server::add_options(*command, change);
   };
   description.run = [&](const runtime::ProcessOptions& options) {
+    voxel::keep_freed_memory(256 << 20);
     const auto config = wva_server::load_config(options.config);
     if (activate->parsed()) return wva_server::run_activate(request, config, std::cout);
     const auto deployment = runtime::load_deployment(options);

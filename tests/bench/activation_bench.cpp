@@ -7,6 +7,7 @@
 #include <new>
 
 #include "common/geometry/stl.hpp"
+#include "common/voxel/large_pages.hpp"
 #include "tests/bench/bodies.hpp"
 #include "tests/bench/counting_heap.hpp"
 
@@ -159,6 +160,7 @@ void huge_cell(State& state, double voxel_size_m) {
 }
 
 const bool kRegistered = [] {
+  voxel::keep_freed_memory(256 << 20);  // as wva_server does
   const auto fast = benchmark::kMillisecond;
   RegisterBenchmark("memset/512", warm_memset, std::size_t{512} * 512 * 512)->Unit(fast);
   RegisterBenchmark("memset/400x400x300", warm_memset, std::size_t{400} * 400 * 300)->Unit(fast);
