@@ -29,7 +29,8 @@ StlMesh read_binary_stl(std::span<const std::uint8_t> bytes) {
     std::array<Eigen::Vector3f, 3> positions;
     static_assert(sizeof positions == 3 * kCornerBytes);
     std::memcpy(static_cast<void*>(positions.data()), at, sizeof positions);
-    corners.triangle({corners.vertex(positions[0]), corners.vertex(positions[1]), corners.vertex(positions[2])});
+    corners.triangle(
+        {corners.vertex(positions[0]), corners.vertex(positions[1]), corners.vertex(positions[2])});
   }
   mesh.collapsed = corners.collapsed();
   mesh.finite = corners.finite();
@@ -42,7 +43,8 @@ std::vector<std::uint8_t> binary_stl(const TriangleMesh& mesh) {
   std::memcpy(bytes.data() + kCountAt, &count, sizeof count);
   std::uint8_t* at = bytes.data() + kStlHeadBytes;
   for (const auto& triangle : mesh.triangles) {
-    for (std::size_t k = 0; k < 3; ++k) std::memcpy(at + kNormalBytes + k * kCornerBytes, mesh.vertices_m[triangle[k]].data(), kCornerBytes);
+    for (std::size_t k = 0; k < 3; ++k)
+      std::memcpy(at + kNormalBytes + k * kCornerBytes, mesh.vertices_m[triangle[k]].data(), kCornerBytes);
     at += kTriangleBytes;
   }
   return bytes;

@@ -20,7 +20,8 @@ TEST(BinaryStl, ComesBackWithItsCornersJoined) {
     EXPECT_EQ(back.vertices_m.size(), mesh.vertices_m.size());
     EXPECT_TRUE(is_oriented_surface(back.triangles));
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-      for (std::size_t k = 0; k < 3; ++k) ASSERT_EQ(back.vertices_m[back.triangles[i][k]], mesh.vertices_m[mesh.triangles[i][k]]);
+      for (std::size_t k = 0; k < 3; ++k)
+        ASSERT_EQ(back.vertices_m[back.triangles[i][k]], mesh.vertices_m[mesh.triangles[i][k]]);
     }
   }
 }
@@ -53,7 +54,8 @@ TEST(BinaryStl, IsKnownByItsSize) {
   EXPECT_FALSE(binary_stl_triangles(bytes, bytes.size() + 1));
   EXPECT_FALSE(binary_stl_triangles({bytes.data(), 83}, 83));
   EXPECT_FALSE(binary_stl_triangles({}, 0));
-  for (std::size_t cut = 0; cut < bytes.size(); ++cut) EXPECT_TRUE(read_binary_stl({bytes.data(), cut}).triangles.empty());
+  for (std::size_t cut = 0; cut < bytes.size(); ++cut)
+    EXPECT_TRUE(read_binary_stl({bytes.data(), cut}).triangles.empty());
 }
 
 }  // namespace
