@@ -38,7 +38,10 @@ class Retreat : public testing::Test {
         sensed_{&workspace_, percept::greatest_neighbour_mu(workspace_)} {
     std::vector<voxel::FieldBody> bodies;
     for (const auto& loaded : runtime::load_bodies(cell_)) bodies.push_back({loaded.body.mesh_W, loaded.body.id});
-    auto field = voxel::DistanceField::build(workspace_.grid(), bodies, {.outside_m = 0.13});
+    voxel::GridSpec grid = workspace_.grid();  // directions need no finer one
+    grid.voxel_size_m *= 4.0;
+    for (auto& size : grid.size_vox) size = (size + 3) / 4;
+    auto field = voxel::DistanceField::build(grid, bodies, {.outside_m = 0.13});
     if (!field) throw std::runtime_error(field.status().message());
     distance_ = *std::move(field);
   }
