@@ -28,7 +28,7 @@ SystemView::Change change_of(observation::Presence presence) {
   }
 }
 
-/// The stamp of a decoded sample, if it has one.
+/// The stamp of a decoded sample, if it has a valid one.
 std::optional<SampleStamp> stamp_of(const Json& sample) {
   const auto found = sample.find("stamp");
   if (found == sample.end() || !found->is_object()) return std::nullopt;
@@ -38,6 +38,7 @@ std::optional<SampleStamp> stamp_of(const Json& sample) {
   if (!sequence.is_number_integer() || !monotonic.is_number_integer() || !utc.is_number_integer() ||
       !session.is_number_integer())
     return std::nullopt;
+  if (sequence == 0) return std::nullopt;
   return SampleStamp{sequence, monotonic, utc, session};
 }
 
