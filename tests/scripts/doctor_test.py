@@ -1,0 +1,137 @@
+#!/usr/bin/env python3
+"""scripts/doctor on hosts made of files: a healthy one, then each fault alone, named with what to do."""
+import json
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+SOURCE = Path(__file__).resolve().parents[2]
+DOCTOR = SOURCE / "scripts/doctor"
+LIMITS = "Limit                     Soft Limit           Hard Limit           Units\n" \
+         "Max locked memory         {lock:<20} unlimited            bytes\nMax realtime priority     {rt:<20} 99\n"
+ADDRESSES = "1: lo    inet 127.0.0.1/8 scope host lo\n2: eth0    inet 10.30.1.2/24 brd 10.30.1.255 scope global eth0\n"
+HEALTHY = {
+    "commands/chronyc": "A,10.0.0.1,2,1700000000.0,0.000012,0.00001,0.00002,1,0,0.1,0.01,0.001,64,Normal",
+    "commands/ip": ADDRESSES,
+    "dev/shm.size": f"{1 << 30} {1 << 30}",
+    "proc/sys/net/core/rmem_max": "4194304",
+    "proc/sys/net/core/wmem_max": "4194304",
+    "proc/sys/kernel/sched_rt_runtime_us": "950000",
+    "proc/sys/kernel/sched_rt_period_us": "1000000",
+    "proc/self/limits": LIMITS.format(lock="unlimited", rt="99"),
+    "sys/devices/system/cpu/cpu0/cpufreq/scaling_governor": "performance",
+    "sys/class/net/eth0/operstate": "up",
+    "sys/class/net/eth0/type": "1",
+    str(SOURCE / "deploy/qos/phantom.xml").lstrip("/"): "<dds/>",
+}
+TOPOLOGY = "name: t\ndomain: 1\nqos_profiles: q.xml\ncell: c.yaml\nnetwork: {shared_memory: true}\n" \
+           "hosts:\n- {name: master, interfaces: [%s], processes: [{component: slave_io, config: slave.yaml}]}\n"
+
+
+class Doctor(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.root = Path(self.folder.name)
+
+    def look(self, changes=None, topology=None):
+        """On a healthy host with some files changed (None: not there): exit code and findings by check."""
+        for name, text in {**HEALTHY, **(changes or {})}.items():
+            path = self.root / name
+            if text is None:
+                continue
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text)
+        words = [DOCTOR, "--json", "--root", self.root]
+        if topology:
+            (self.root / "t.yaml").write_text(topology)
+            (self.root / "q.xml").write_text("<dds/>")
+            words += ["--topology", self.root / "t.yaml"]
+        done = subprocess.run(words, capture_output=True, text=True)
+        self.assertIn(done.returncode, (0, 1), done.stderr)
+        told = json.loads(done.stdout)
+        self.assertEqual(told["healthy"], done.returncode == 0)
+        return done.returncode, {f["check"]: f for f in told["findings"]}
+
+    def finds(self, check, level, words, changes, topology=None):
+        code, found = self.look(changes, topology)
+        self.assertEqual(found[check]["level"], level, found[check])
+        self.assertIn(words, found[check]["says"] + " → " + found[check]["do"])
+        self.assertEqual(code, 1 if level == "bad" else 0)
+        self.assertTrue(found[check]["do"], "it says what to do")
+        others = {name: f for name, f in found.items() if name != check and f["level"] in ("bad", "warning")}
+        self.assertEqual(others, {}, "nothing else is blamed")
+
+    def test_a_healthy_host_has_nothing_to_do(self):
+        code, found = self.look()
+        self.assertEqual(code, 0)
+        self.assertEqual({f["level"] for f in found.values()}, {"good"}, found)
+        self.assertEqual(len(found), 11)
+
+    def test_clock_not_synchronised(self):
+        self.finds("clock", "warning", "apt-get install chrony", {"commands/chronyc": ""})
+
+    def test_clock_far_off(self):
+        off = HEALTHY["commands/chronyc"].replace("0.000012", "-0.250")
+        self.finds("clock", "warning", "chrony is 250.0 ms off", {"commands/chronyc": off})
+
+    def test_socket_buffers_too_small(self):
+        self.finds("socket buffers", "bad", "net.core.rmem_max is 212992", {"proc/sys/net/core/rmem_max": "212992"})
+
+    def test_shared_memory_of_a_container(self):
+        self.finds("shared memory", "bad", "--shm-size 512m", {"dev/shm.size": f"{64 << 20} {60 << 20}"})
+
+    def test_segments_of_a_killed_process(self):
+        self.finds("leftover segments", "warning", "fastdds shm clean", {"dev/shm/fastrtps_0123456789abcdef": ""})
+
+    def test_segments_in_use_are_left_alone(self):
+        _, found = self.look({"dev/shm/fastrtps_0123456789abcdef": "",
+                              "proc/7/maps": "7f00-7f01 rw-s 0 00:17 5 /dev/shm/fastrtps_0123456789abcdef\n"})
+        self.assertEqual(found["leftover segments"]["level"], "good")
+
+    def test_no_real_time_rights(self):
+        self.finds("real-time priority", "warning", "LimitRTPRIO", {"proc/self/limits": LIMITS.format(lock="unlimited", rt="0")})
+
+    def test_no_right_to_lock_memory(self):
+        self.finds("memory lock", "warning", "only 8 MiB", {"proc/self/limits": LIMITS.format(lock=8 << 20, rt="99")})
+
+    def test_processor_that_changes_its_clock(self):
+        self.finds("processor clock", "warning", "governor powersave",
+                   {"sys/devices/system/cpu/cpu0/cpufreq/scaling_governor": "powersave"})
+
+    def test_can_bus_down(self):
+        self.finds("CAN", "warning", "ip link set can0 up",
+                   {"sys/class/net/can0/type": "280", "sys/class/net/can0/operstate": "down"})
+
+    def test_can_bus_that_the_topology_needs(self):
+        self.finds("CAN", "bad", "can1 is not there", {"slave.yaml": "can:\n  buses: [can1]   # not can7\n"}, TOPOLOGY % "10.30.1.2")
+
+    def test_a_host_of_the_topology_is_recognised(self):
+        _, found = self.look(topology=TOPOLOGY % "10.30.1.2")
+        self.assertIn("this is host master", found["interfaces"]["says"])
+        self.assertEqual(found["security"]["level"], "note")
+
+    def test_none_of_the_topologys_hosts(self):
+        self.finds("interfaces", "bad", "master: 192.0.2.9", {}, TOPOLOGY % "192.0.2.9")
+
+    def test_interface_down(self):
+        self.finds("interfaces", "bad", "ip link set eth0 up", {"sys/class/net/eth0/operstate": "down"}, TOPOLOGY % "10.30.1.2")
+
+    def test_security_without_documents(self):
+        topology = (TOPOLOGY % "10.30.1.2").replace("{shared_memory: true}", "{shared_memory: true, security: keys}")
+        self.finds("security", "bad", "bring this host its own", {}, topology)
+
+    def test_wrong_arguments_and_topologies(self):
+        for words in (["--nonsense"], ["--topology", "/nonexistent.yaml"], ["--topology", str(DOCTOR)]):
+            done = subprocess.run([DOCTOR, *words], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 2, done)
+
+    def test_this_host_can_be_looked_at(self):
+        done = subprocess.run([DOCTOR], capture_output=True, text=True)
+        self.assertIn(done.returncode, (0, 1), done.stderr)
+        self.assertIn("socket buffers", done.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
