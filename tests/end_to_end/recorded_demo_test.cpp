@@ -52,8 +52,8 @@ TEST_F(RecordedDemo, HoldsEveryTopicOfTheSystemAndPassesTheCheck) {
   for (const char* topic :
        {"master_state", "slave_state", "drag_field", "percept", "interest_points", "hit_alert",
         "workspace_brick", "workspace_version", "workspace_object", "mesh_chunk", "component_status"})
-    EXPECT_GT(info["topics"][topic]["samples"], 0) << topic;
-  EXPECT_GT(info["topics"]["slave_state"]["samples"], 5000)
+    EXPECT_GT(info["topics"].value(topic, nlohmann::json::object()).value("samples", 0), 0) << topic;
+  EXPECT_GT(info["topics"].value("slave_state", nlohmann::json::object()).value("samples", 0), 5000)
       << "12 s at 1 kHz, on a host that is busy with all of it";
 }
 
