@@ -69,7 +69,7 @@ class OverloadedViewer {
     pid_ = fork();
     if (pid_ != 0) return;
     execl(PHANTOM_BIN_DIR "/synthetic_viewer", "synthetic_viewer", "--config", file.c_str(), "--domain",
-          domain.c_str(), "--log-level", "warn", static_cast<char*>(nullptr));
+          domain.c_str(), "--log-level", "warning", static_cast<char*>(nullptr));
     _exit(127);
   }
   ~OverloadedViewer() {
