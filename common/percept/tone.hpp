@@ -4,24 +4,36 @@
 #include <cstddef>
 #include <span>
 
+#include "common/percept/tone_alarms.hpp"
+
 namespace phantom::percept {
 
-/// How closeness maps to pitch.
+/// How closeness c, 0…1, maps to pitch between f_min and f_max.
 enum class PitchLaw {
-  kExponential,  ///< equal steps of closeness are equal musical intervals
-  kLinear        ///< equal steps of closeness are equal steps in hertz
+  kExponential,  ///< f_min·(f_max/f_min)^c: equal steps of closeness are equal musical intervals
+  kPower,        ///< f_min + (f_max − f_min)·c^exponent
+  kLinear        ///< f_min + (f_max − f_min)·c: equal steps in hertz
+};
+
+/// How speed share s, 0…1 of full speed, maps to amplitude between rest and full gain.
+enum class LevelLaw {
+  kPower,        ///< rest + (full − rest)·s^exponent
+  kExponential,  ///< rest·(full/rest)^s: equal steps of speed are equal steps in decibels
+  kLinear        ///< rest + (full − rest)·s
 };
 
 /// Dual-function tone law (spec 4.1): pitch codes closeness, level codes speed. Constant after configuration.
 struct ToneLaw {
   PitchLaw pitch = PitchLaw::kExponential;
+  double pitch_exponent = 2.0;       ///< of PitchLaw::kPower, > 0
   double min_frequency_Hz = 220.0;   ///< at the outer rim of the outermost layer, > 0
   double max_frequency_Hz = 1760.0;  ///< at the surface, > min_frequency_Hz
-  double rest_gain = 0.08;           ///< amplitude at standstill near an object, 0 < rest ≤ full
-  double full_gain = 0.6;            ///< amplitude at full_speed_m_s and above, ≤ 1
-  double full_speed_m_s = 0.25;      ///< > 0
-  double speed_exponent = 0.5;       ///< < 1 spreads the slow motions, > 0
-  bool equal_loudness = true;  ///< level the ear's sensitivity over the pitch range (see loudness_factor)
+  LevelLaw level = LevelLaw::kPower;
+  double speed_exponent = 0.5;   ///< of LevelLaw::kPower, > 0; below 1 spreads the slow motions
+  double rest_gain = 0.08;       ///< amplitude at standstill near an object, 0 < rest ≤ full
+  double full_gain = 0.6;        ///< amplitude at full_speed_m_s and above, ≤ 1
+  double full_speed_m_s = 0.25;  ///< > 0
+  double loudness_phon = 60.0;   ///< contour that levels the pitch range (see loudness_factor); 0: none
 };
 
 /// A sine: frequency and amplitude (1 = full scale).
@@ -34,33 +46,15 @@ struct Tone {
 /// Gain is 0 only in free space. Values that are not finite give silence. Real-time safe: yes.
 Tone tone_of(const ToneLaw& law, double closeness, double speed_m_s) noexcept;
 
-/// Amplitude factor, at most 1, that levels perceived loudness over the law's pitch range: the inverse of the
-/// A-weighting curve (IEC 61672-1), scaled so that the pitch the ear hears least keeps its whole amplitude. A
-/// first-order stand-in for the loudness contours of ISO 226. 1 if the law does not ask for it. Real-time
-/// safe: yes.
+/// Amplitude factor, at most 1, that makes all pitches of the law's range equally loud: the equal-loudness
+/// contour of ISO 226 at the law's loudness level, scaled so that the pitch the ear hears least keeps its
+/// whole amplitude. 1 if the law does not ask for it. Real-time safe: yes.
 double loudness_factor(const ToneLaw& law, double frequency_Hz) noexcept;
 
-/// States that sound apart from the percept: pulsed, with odd harmonics, where the percept is a continuous
-/// pure tone.
-enum class Alarm {
-  kNone,
-  kUnsafeMotion,  ///< fast high pulses
-  kLinkLost,      ///< two falling beeps every other second
-  kStopped  ///< two-tone siren without a pause
-};
-
-/// One step of an alarm's pattern; the pattern repeats.
-struct AlarmStep {
-  double frequency_Hz = 0.0;  ///< 0: pause
-  double duration_s = 0.0;
-};
-/// Steps of `alarm`; empty for kNone. Real-time safe: yes.
-std::span<const AlarmStep> alarm_pattern(Alarm alarm) noexcept;
-
-/// Renders a percept tone and an alarm as one mono signal. Pitch and level follow their targets through two
+/// Renders a percept tone and bursts of alarms. Pitch and level follow their targets through two
 /// equal first-order filters in series (smoothing_s in all), so that jumps of the targets neither click nor
-/// lag audibly; both phases are continuous. Never outside ±1 while full_gain + alarm_gain ≤ 1. Not
-/// thread-safe.
+/// lag audibly; both phases are continuous. Their sum is never outside ±1 while full_gain +
+/// alarm_gain ≤ 1. Not thread-safe.
 class ToneSynthesizer {
  public:
   explicit ToneSynthesizer(double sample_rate_Hz = 48000.0, double smoothing_s = 0.010,
@@ -70,10 +64,14 @@ class ToneSynthesizer {
   /// sweep. A tone of gain 0 fades out at the pitch it has. Values that are not finite count as silence.
   /// Real-time safe: yes.
   void set_tone(const Tone& tone) noexcept;
-  /// Starts the alarm's pattern from its beginning if it is not the one that sounds. Real-time safe: yes.
-  void set_alarm(Alarm alarm) noexcept;
+  /// Plays the burst of `alarm` once, from its beginning; what was being played fades. kNone: fades only.
+  /// Real-time safe: yes.
+  void start_alarm(Alarm alarm) noexcept;
+  /// Whose burst is being played. Real-time safe: yes.
   Alarm alarm() const noexcept { return alarm_; }
-  /// The next samples. Real-time safe: yes.
+  /// The next samples of percept and alarm, each for itself; both spans of one length. Real-time safe: yes.
+  void render(std::span<float> percept, std::span<float> alarm) noexcept;
+  /// The next samples of both together. Real-time safe: yes.
   void render(std::span<float> mono) noexcept;
 
  private:
@@ -91,14 +89,14 @@ class ToneSynthesizer {
   };
   double next_percept() noexcept;
   double next_alarm() noexcept;
-  void begin_alarm_step() noexcept;
+  void advance_burst() noexcept;
 
   double sample_rate_Hz_, share_, alarm_level_;
   Glide log_frequency_, gain_, alarm_gain_;
   double phase_ = 0.0, alarm_phase_ = 0.0;  // turns, 0…1
   Alarm alarm_ = Alarm::kNone;
-  std::size_t alarm_step_ = 0;
-  double alarm_step_left_s_ = 0.0, alarm_frequency_Hz_ = 0.0;
+  std::size_t alarm_pulse_ = 0;
+  double alarm_time_s_ = 0.0, alarm_frequency_Hz_ = 440.0;  // time since the pulse began
 };
 
 }  // namespace phantom::percept

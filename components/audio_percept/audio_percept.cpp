@@ -1,8 +1,15 @@
 #include "components/audio_percept/audio_percept.hpp"
 
+#include <cmath>
+
 namespace phantom::audio_percept {
 
 namespace {
+
+using percept::Alarm;
+
+// How fast the percept moves to another place: too fast for the ear to follow, too slow to click.
+constexpr double kTurnTime_s = 0.030;
 
 bool stands(Link state, const Inputs& inputs) noexcept {
   return inputs.master.state == state || inputs.slave.state == state;
@@ -11,7 +18,9 @@ bool stands(Link state, const Inputs& inputs) noexcept {
 }  // namespace
 
 AudioPercept::AudioPercept(const AudioPerceptConfig& config)
-    : config_(config), synthesizer_(kSampleRate_Hz, config.smoothing_s, config.alarm_gain) {}
+    : config_(config),
+      synthesizer_(kSampleRate_Hz, config.smoothing_s, config.alarm_gain),
+      desk_(config.alarms) {}
 
 Situation AudioPercept::judge(const Inputs& inputs) noexcept {
   const PerceptSample& sample = inputs.percept;
@@ -27,25 +36,49 @@ bool AudioPercept::link_lost(const LinkSample& link, core::Nanoseconds now_ns) c
   return link.state == Link::kDegraded || now_ns - link.received_ns > config_.link_timeout_ns;
 }
 
-percept::Alarm AudioPercept::alarm_for(const Inputs& inputs) const noexcept {
-  if (stands(Link::kStopped, inputs) || stands(Link::kDriveFault, inputs)) return percept::Alarm::kStopped;
-  if (situation_ == Situation::kStale || link_lost(inputs.master, inputs.now_ns) ||
-      link_lost(inputs.slave, inputs.now_ns)) {
-    return percept::Alarm::kLinkLost;
-  }
-  const bool recent = inputs.now_ns - inputs.alerts.raised_ns <= config_.unsafe_alarm_ns;
-  return inputs.alerts.active > 0 && recent ? percept::Alarm::kUnsafeMotion : percept::Alarm::kNone;
+AlarmSet AudioPercept::conditions(const Inputs& inputs) const noexcept {
+  const PerceptSample& sample = inputs.percept;
+  const bool stale = situation_ == Situation::kStale;
+  const bool fresh =
+      sample.received_ns > 0 && inputs.now_ns - sample.received_ns <= config_.percept_timeout_ns;
+  const bool model_lost = fresh && !sample.valid &&
+                          (sample.model == Model::kTestFailed || (stale && sample.model == Model::kStale));
+  const bool recent =
+      inputs.alerts.active > 0 && inputs.now_ns - inputs.alerts.raised_ns <= config_.unsafe_alarm_ns;
+  AlarmSet set;
+  const auto put = [&set](Alarm alarm, bool holds) { set[static_cast<std::size_t>(alarm)] = holds; };
+  put(Alarm::kEmergencyStop, stands(Link::kStopped, inputs));
+  put(Alarm::kDriveFault, stands(Link::kDriveFault, inputs));
+  put(Alarm::kUnsafeMotion, recent);
+  put(Alarm::kLinkLost, (stale && !model_lost) || link_lost(inputs.master, inputs.now_ns) ||
+                            link_lost(inputs.slave, inputs.now_ns));
+  put(Alarm::kWorkspaceStale, model_lost);
+  put(Alarm::kWorkspaceAged, fresh && sample.valid && sample.model == Model::kAged);
+  put(Alarm::kMutedContact, fresh && sample.valid && sample.muted);
+  return set;
 }
 
-void AudioPercept::step(const Inputs& inputs, std::span<float> mono) noexcept {
+void AudioPercept::turn_to(const Inputs& inputs, double dt_s) noexcept {
+  const bool chosen = config_.listener.follow_operator && inputs.command.view >= 0;
+  const Vector3 target = heard_at(config_.listener, chosen ? inputs.command.view : config_.listener.view,
+                                  inputs.percept.position_m);
+  const double share = tone_.gain > 0.0 ? 1.0 - std::exp(-dt_s / kTurnTime_s) : 1.0;
+  for (std::size_t i = 0; i < 3; ++i) heard_from_[i] += share * (target[i] - heard_from_[i]);
+}
+
+void AudioPercept::step(const Inputs& inputs, std::span<float> percept, std::span<float> alarm) noexcept {
+  const double dt_s = static_cast<double>(percept.size()) / kSampleRate_Hz;
   situation_ = judge(inputs);
+  if (situation_ == Situation::kSounding) turn_to(inputs, dt_s);
   tone_ = situation_ == Situation::kSounding
               ? percept::tone_of(config_.law, inputs.percept.closeness, inputs.percept.speed_m_s)
               : percept::Tone{};
   synthesizer_.set_tone(tone_);
-  drive_fault_ = stands(Link::kDriveFault, inputs) && !stands(Link::kStopped, inputs);
-  synthesizer_.set_alarm(alarm_for(inputs));
-  synthesizer_.render(mono);
+  const bool acknowledged = inputs.command.reset_ns != reset_ns_;
+  reset_ns_ = inputs.command.reset_ns;
+  if (const auto change = desk_.step(conditions(inputs), acknowledged, dt_s))
+    synthesizer_.start_alarm(*change);
+  synthesizer_.render(percept, alarm);
 }
 
 }  // namespace phantom::audio_percept

@@ -5,7 +5,9 @@
 
 #include "common/core/clock.hpp"
 #include "common/percept/tone.hpp"
+#include "components/audio_percept/alarm_desk.hpp"
 #include "components/audio_percept/config.hpp"
+#include "components/audio_percept/listener.hpp"
 
 namespace phantom::audio_percept {
 
@@ -15,14 +17,34 @@ inline constexpr double kPeriod_s = static_cast<double>(kPeriodFrames) / kSample
 
 // What was heard from the topics. received_ns is this host's monotonic clock; 0: nothing yet.
 
+/// What the percept says of the model that it rests on.
+enum class Model {
+  kSound,       ///< the percept rests on the newest workspace
+  kAged,        ///< valid, but the workspace may lag behind the cell
+  kStale,       ///< not valid: the workspace is missing or too old
+  kNoState,     ///< not valid: the slave's state is missing or too old
+  kTestFailed,  ///< not valid: the phantom does not perceive what it must
+};
+
 struct PerceptSample {
   core::Nanoseconds received_ns = 0;
   bool valid = false;
   double closeness = 0.0;  ///< 0 free space … 1 at the surface
   double speed_m_s = 0.0;  ///< of the sensor that is nearest
+  Vector3 position_m{};    ///< of that sensor, in W
+  Model model = Model::kSound;
+  bool muted = false;  ///< an object is touched that may be: not felt
+  core::Nanoseconds sent_ns =
+      0;  ///< when it was sent, where the sender has this host's clock; else received_ns
 };
 
-enum class Link { kIdle, kActive, kDegraded, kStopped, kDriveFault };  ///< the last: stopped too, by its own drives
+enum class Link {
+  kIdle,
+  kActive,
+  kDegraded,
+  kStopped,
+  kDriveFault
+};  ///< the last: stopped too, by its own drives
 
 struct LinkSample {
   core::Nanoseconds received_ns = 0;
@@ -34,11 +56,18 @@ struct AlertSample {
   std::uint32_t active = 0;         ///< alerts that are not over
 };
 
+/// What the operator asked for that concerns the ear.
+struct CommandSample {
+  core::Nanoseconds reset_ns = 0;  ///< when a reset was asked for last: what stands is known
+  int view = -1;                   ///< chosen view node; −1: none was chosen
+};
+
 struct Inputs {
   core::Nanoseconds now_ns = 0;
   PerceptSample percept;
   LinkSample master, slave;
   AlertSample alerts;
+  CommandSample command;
 };
 
 /// What is to be heard, in words.
@@ -49,31 +78,39 @@ enum class Situation {
   kStale       ///< a percept that was there is not any more: silence and alarm
 };
 
-/// From the newest samples to sound: tone law, staleness and alarms; renders one period a step.
+/// From the newest samples to sound: tone law, direction, staleness and alarms; renders one period a step.
 class AudioPercept {
  public:
   explicit AudioPercept(const AudioPerceptConfig& config);
 
-  /// Renders the next samples of the mono signal, usually kPeriodFrames. Real-time safe: yes.
-  void step(const Inputs& inputs, std::span<float> mono) noexcept;
+  /// Renders the next samples, usually kPeriodFrames, of the percept and of the alarms; both spans of one
+  /// length. Real-time safe: yes.
+  void step(const Inputs& inputs, std::span<float> percept, std::span<float> alarm) noexcept;
 
   Situation situation() const noexcept { return situation_; }
-  percept::Alarm alarm() const noexcept { return synthesizer_.alarm(); }
-  /// Whether an end is stopped because its drives are in fault, and nobody asked for an emergency stop.
-  bool drive_fault() const noexcept { return drive_fault_; }
+  /// The gravest alarm that stands, whether it sounds at this moment or not.
+  percept::Alarm alarm() const noexcept { return desk_.standing(); }
+  /// The alarm whose burst is being played.
+  percept::Alarm sounding() const noexcept { return synthesizer_.alarm(); }
+  std::uint64_t bursts() const noexcept { return desk_.bursts(); }
   const percept::Tone& tone() const noexcept { return tone_; }
+  /// Where the percept is heard, in the ears' frame.
+  const Vector3& heard_from() const noexcept { return heard_from_; }
 
  private:
   Situation judge(const Inputs& inputs) noexcept;
-  percept::Alarm alarm_for(const Inputs& inputs) const noexcept;
+  AlarmSet conditions(const Inputs& inputs) const noexcept;
   bool link_lost(const LinkSample& link, core::Nanoseconds now_ns) const noexcept;
+  void turn_to(const Inputs& inputs, double dt_s) noexcept;
 
   AudioPerceptConfig config_;
   percept::ToneSynthesizer synthesizer_;
+  AlarmDesk desk_;
   percept::Tone tone_;
+  Vector3 heard_from_{0.0, 0.0, -1.0};
   Situation situation_ = Situation::kWaiting;
-  bool drive_fault_ = false;
   bool heard_ = false;  // whether a valid percept has ever come
+  core::Nanoseconds reset_ns_ = 0;
 };
 
 }  // namespace phantom::audio_percept

@@ -41,6 +41,7 @@ struct DdsAdapter::Impl {
         master(participant, dds::kMasterState, inbox.master),
         slave(participant, dds::kSlaveState, inbox.slave),
         alerts(participant, dds::kHitAlert, inbox.alerts),
+        command(participant, dds::kOperatorCommand, inbox.command),
         status(participant) {}
 
   dds::Participant participant;
@@ -48,6 +49,7 @@ struct DdsAdapter::Impl {
   Intake<msg::MasterState, LinkConverter, LinkSample> master;
   Intake<msg::SlaveState, LinkConverter, LinkSample> slave;
   Intake<msg::HitAlert, AlertConverter, AlertSample> alerts;
+  Intake<msg::OperatorCommand, CommandConverter, CommandSample> command;
   dds::StatusReporter status;
 };
 

@@ -1,6 +1,7 @@
 #include "components/audio_percept/dds_adapter_convert.hpp"
 
 #include <cmath>
+#include <optional>
 
 #include "common/core/joints.hpp"
 
@@ -11,6 +12,36 @@ bool in_range(double value, double low, double high) {
   return std::isfinite(value) && value >= low && value <= high;
 }
 
+bool is_finite(const msg::Vector3& v) {
+  return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
+}
+
+std::optional<Model> model_of(msg::PerceptCondition condition) {
+  switch (condition) {
+    case msg::PERCEPT_FRESH:
+      return Model::kSound;
+    case msg::PERCEPT_WORKSPACE_UNATTENDED:
+    case msg::PERCEPT_WORKSPACE_BEHIND:
+      return Model::kAged;
+    case msg::PERCEPT_WORKSPACE_STALE:
+    case msg::PERCEPT_NO_WORKSPACE:
+      return Model::kStale;
+    case msg::PERCEPT_NO_STATE:
+    case msg::PERCEPT_STATE_STALE:
+      return Model::kNoState;
+    case msg::PERCEPT_SELF_TEST_FAILED:
+      return Model::kTestFailed;
+  }
+  return std::nullopt;
+}
+
+// The stamp's time where the sender's clock is this host's: those of two hosts lie further apart, as the
+// hosts were not started within the same second.
+core::Nanoseconds sent_ns(const msg::Stamp& stamp, core::Nanoseconds received_ns) {
+  const core::Nanoseconds age_ns = received_ns - stamp.monotonic_ns();
+  return age_ns >= 0 && age_ns <= core::from_seconds(1.0) ? stamp.monotonic_ns() : received_ns;
+}
+
 bool joint_count_is_possible(std::uint32_t count) { return count >= 1 && count <= core::kMaxJoints; }
 
 }  // namespace
@@ -18,16 +49,25 @@ bool joint_count_is_possible(std::uint32_t count) { return count >= 1 && count <
 bool PerceptConverter::accept(const msg::Percept& message, core::Nanoseconds received_ns,
                               PerceptSample& out) {
   constexpr double kFastest_m_s = 100.0;
+  const auto model = model_of(message.condition());
   if (!in_range(message.closeness(), 0.0, 1.0) || !in_range(message.speed_m_s(), 0.0, kFastest_m_s) ||
-      !joint_count_is_possible(message.joint_count()) || !guard_.accept(message.stamp())) {
+      !is_finite(message.position_m()) || !model || !joint_count_is_possible(message.joint_count()) ||
+      !guard_.accept(message.stamp())) {
     return false;
   }
-  out = {received_ns, message.valid(), message.closeness(), message.speed_m_s()};
+  out = {received_ns,
+         message.valid(),
+         message.closeness(),
+         message.speed_m_s(),
+         {message.position_m().x(), message.position_m().y(), message.position_m().z()},
+         *model,
+         message.muted_sensors() > 0,
+         sent_ns(message.stamp(), received_ns)};
   return true;
 }
 
-bool LinkConverter::accept(const msg::Stamp& stamp, msg::LinkState state, msg::StopCause cause, std::uint32_t joint_count,
-                           core::Nanoseconds received_ns, LinkSample& out) {
+bool LinkConverter::accept(const msg::Stamp& stamp, msg::LinkState state, msg::StopCause cause,
+                           std::uint32_t joint_count, core::Nanoseconds received_ns, LinkSample& out) {
   if (!joint_count_is_possible(joint_count)) return false;
   Link link = Link::kIdle;
   switch (state) {
@@ -66,6 +106,19 @@ bool AlertConverter::accept(const msg::HitAlert& message, core::Nanoseconds rece
     raised_ns_ = received_ns;
   }
   out = {raised_ns_, static_cast<std::uint32_t>(active_.size())};
+  return true;
+}
+
+bool CommandConverter::accept(const msg::OperatorCommand& message, core::Nanoseconds received_ns,
+                              CommandSample& out) {
+  if (message.kind() == msg::COMMAND_RESET) latest_.reset_ns = received_ns;
+  if (message.kind() == msg::COMMAND_VIEW_NODE) {
+    if (!in_range(message.value(), 0, kViewCount - 1) || message.value() != std::floor(message.value()))
+      return false;
+    // 0 gives the choice back to the viewer, which turns its hit view by itself: the ears face as configured.
+    latest_.view = message.value() == 0.0 ? -1 : static_cast<int>(message.value());
+  }
+  out = latest_;
   return true;
 }
 

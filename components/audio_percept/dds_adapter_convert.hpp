@@ -26,7 +26,8 @@ class LinkConverter {
   /// MasterState or SlaveState.
   template <class Message>
   bool accept(const Message& message, core::Nanoseconds received_ns, LinkSample& out) {
-    return accept(message.stamp(), message.state(), message.stop_cause(), message.joint_count(), received_ns, out);
+    return accept(message.stamp(), message.state(), message.stop_cause(), message.joint_count(), received_ns,
+                  out);
   }
 
  private:
@@ -45,6 +46,15 @@ class AlertConverter {
   std::uint64_t session_ = 0;
   std::set<std::uint32_t> active_;
   core::Nanoseconds raised_ns_ = 0;
+};
+
+/// Keeps what of the operator's commands concerns the ear; the others are accepted and pass.
+class CommandConverter {
+ public:
+  bool accept(const msg::OperatorCommand& message, core::Nanoseconds received_ns, CommandSample& out);
+
+ private:
+  CommandSample latest_;
 };
 
 }  // namespace phantom::audio_percept

@@ -1,25 +1,32 @@
 #include "components/audio_percept/engine.hpp"
 
 #include <cmath>
+#include <numbers>
 
 namespace phantom::audio_percept {
 namespace {
 
 // A device is asked twice a period, so that its queue is refilled half a period after it moved on.
-double turn_period_s(bool live) { return live ? 0.5 * kPeriod_s : kPeriod_s; }
+constexpr double kTurnPeriod_s = 0.5 * kPeriod_s;
 
 }  // namespace
 
-Engine::Engine(const AudioPerceptConfig& config, std::unique_ptr<AudioSink> sink, bool live, Inbox& inbox,
+Engine::Engine(const AudioPerceptConfig& config, std::unique_ptr<AudioSink> device, Inbox& inbox,
                SampleRing* recording)
     : percept_(config),
-      sink_(std::move(sink)),
-      used_(sink_.get()),
+      spatialiser_(config.layout, config.listener.near_m),
+      period_samples_(kPeriodFrames * channel_count(config.layout)),
+      device_(std::move(device)),
+      has_device_(device_ != nullptr),
       inbox_(inbox),
       recording_(recording),
-      loop_("audio", turn_period_s(live)) {}
+      loop_("audio", kTurnPeriod_s) {}
 
-Engine::~Engine() { stop(); }
+Engine::~Engine() {
+  stop();
+  delete offered_.load();
+  delete returned_.load();
+}
 
 void Engine::start() {
   thread_ = std::thread([this] {
@@ -35,38 +42,82 @@ void Engine::stop() {
   if (thread_.joinable()) thread_.join();
 }
 
+bool Engine::wants_device() const noexcept { return !has_device_.load() && offered_.load() == nullptr; }
+
+void Engine::offer(std::unique_ptr<AudioSink> device) {
+  has_device_ = true;
+  delete offered_.exchange(device.release());
+}
+
+std::unique_ptr<AudioSink> Engine::take_back() noexcept {
+  return std::unique_ptr<AudioSink>(returned_.exchange(nullptr));
+}
+
+AudioSink& Engine::sink() noexcept {
+  if (device_ == nullptr) {
+    device_.reset(offered_.exchange(nullptr));
+    if (device_ != nullptr) lost_ = false;
+  } else if (!device_->alive()) {
+    lost_ = true;
+    if (returned_.load() != nullptr) return paced_;  // the one before was not fetched yet
+    returned_ = device_.release();
+    has_device_ = false;
+  }
+  return device_ != nullptr ? *device_ : paced_;
+}
+
 void Engine::turn(double dt_s, core::Nanoseconds now_ns) {
-  if (!used_->alive()) used_ = &spare_;
-  const int periods = used_->periods_due(dt_s);
+  AudioSink& used = sink();
+  const int periods = used.periods_due(dt_s);
   if (periods > 0) {
     inbox_.collect(inputs_);
     inputs_.now_ns = now_ns;
-    note_latency(now_ns);
+    note_latency(used, now_ns);
   }
   for (int i = 0; i < periods; ++i) {
-    percept_.step(inputs_, mono_);
-    for (std::size_t k = 0; k < kPeriodFrames; ++k) {
-      samples_[k] = static_cast<std::int16_t>(std::lround(32767.0F * mono_[k]));
-    }
-    used_->write(samples_);
-    if (recording_ != nullptr) recording_->push(samples_);
+    render_period();
+    const std::span period(samples_.data(), period_samples_);
+    used.write(period);
+    if (recording_ != nullptr) recording_->push(period);
   }
   constexpr int kTurnsPerReport = 50;
   if (++turns_ % kTurnsPerReport == 0) publish();
 }
 
-void Engine::note_latency(core::Nanoseconds now_ns) {
+void Engine::render_period() {
+  percept_.step(inputs_, tone_, alarm_);
+  spatialiser_.render(tone_, alarm_, percept_.heard_from(), std::span(frames_.data(), period_samples_));
+  for (std::size_t i = 0; i < period_samples_; ++i) {
+    samples_[i] = static_cast<std::int16_t>(std::lround(32767.0F * frames_[i]));
+  }
+}
+
+void Engine::note_latency(const AudioSink& used, core::Nanoseconds now_ns) {
   const PerceptSample& sample = inputs_.percept;
   if (!sample.valid || sample.received_ns == last_percept_ns_) return;
   last_percept_ns_ = sample.received_ns;
-  latency_.record(now_ns - sample.received_ns + core::from_seconds(used_->queued_s()));
+  device_latency_s_ = used.device_latency_s();
+  const double ahead_s = used.queued_s() + spatialiser_.delay_s() + device_latency_s_;
+  latency_.record(now_ns - sample.sent_ns + core::from_seconds(ahead_s));
 }
 
 void Engine::publish() noexcept {
   const auto ms = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-6; };
-  published_.write({percept_.situation(), percept_.alarm(), percept_.drive_fault(), percept_.tone().frequency_Hz,
-                    percept_.tone().gain, ms(latency_.quantile_ns(0.5)), ms(latency_.quantile_ns(0.99)),
-                    ms(latency_.max_ns()), latency_.count(), used_ == &spare_});
+  constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+  published_.write({.situation = percept_.situation(),
+                    .alarm = percept_.alarm(),
+                    .frequency_Hz = percept_.tone().frequency_Hz,
+                    .gain = percept_.tone().gain,
+                    .azimuth_deg = kDegPerRad * azimuth_rad(percept_.heard_from()),
+                    .elevation_deg = kDegPerRad * elevation_rad(percept_.heard_from()),
+                    .latency_p50_ms = ms(latency_.quantile_ns(0.5)),
+                    .latency_p99_ms = ms(latency_.quantile_ns(0.99)),
+                    .latency_max_ms = ms(latency_.max_ns()),
+                    .device_latency_ms = 1e3 * device_latency_s_,
+                    .percepts = latency_.count(),
+                    .alarm_bursts = percept_.bursts(),
+                    .live = device_ != nullptr && !lost_,
+                    .device_lost = lost_});
 }
 
 EngineFigures Engine::figures() {

@@ -11,6 +11,7 @@ struct Inbox {
   core::Snapshot<PerceptSample> percept;
   core::Snapshot<LinkSample> master, slave;
   core::Snapshot<AlertSample> alerts;
+  core::Snapshot<CommandSample> command;
 
   /// Brings `inputs` up to date. Real-time safe: yes.
   void collect(Inputs& inputs) noexcept {
@@ -18,6 +19,7 @@ struct Inbox {
     master.read(inputs.master);
     slave.read(inputs.slave);
     alerts.read(inputs.alerts);
+    command.read(inputs.command);
   }
 };
 

@@ -1,60 +1,17 @@
-#include <AL/al.h>
-#include <AL/alc.h>
-#include <AL/alext.h>
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <vector>
 
 #include "components/audio_percept/audio_percept.hpp"
+#include "components/audio_percept/openal.hpp"
 #include "components/audio_percept/sink.hpp"
 
 namespace phantom::audio_percept {
 namespace {
 
-// Sound libraries write to stderr while they look for devices; what matters is said by us in one line.
-class QuietStderr {
- public:
-  QuietStderr() : saved_(dup(STDERR_FILENO)) {
-    std::fflush(stderr);
-    const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
-    if (nowhere >= 0) {
-      dup2(nowhere, STDERR_FILENO);
-      close(nowhere);
-    }
-  }
-  ~QuietStderr() {
-    std::fflush(stderr);
-    if (saved_ >= 0) {
-      dup2(saved_, STDERR_FILENO);
-      close(saved_);
-    }
-  }
-  QuietStderr(const QuietStderr&) = delete;
-  QuietStderr& operator=(const QuietStderr&) = delete;
-
- private:
-  int saved_;
-};
-
-// Asks OpenAL Soft for updates as short as our period: the application has no other way than a configuration
-// file, which here is an anonymous one. A file that the user names prevails.
-void ask_for_short_updates() {
-  if (std::getenv("ALSOFT_CONF") != nullptr) return;
-  static const int file = memfd_create("alsoft.conf", MFD_CLOEXEC);
-  const std::string text = "[general]\nperiod_size = " + std::to_string(kPeriodFrames) + "\nperiods = 2\n";
-  if (file < 0 || pwrite(file, text.data(), text.size(), 0) != static_cast<ssize_t>(text.size())) return;
-  setenv("ALSOFT_CONF", ("/proc/self/fd/" + std::to_string(file)).c_str(), 0);
-}
-
-// Periods to keep queued: what the device takes in one update and what passes between two of our turns, and
-// one more that is being refilled. Three where the device grants the short updates: 15 ms.
+// Periods to keep queued: what the device takes in one update and what passes between two of our turns.
+// Two where the device grants the short updates: 10 ms.
 std::size_t queue_length(ALCdevice* device) {
   ALCint updates_Hz = 0;
   alcGetIntegerv(device, ALC_REFRESH, 1, &updates_Hz);
@@ -63,46 +20,71 @@ std::size_t queue_length(ALCdevice* device) {
   return static_cast<std::size_t>(std::clamp(std::ceil(periods_per_update + 0.5), 2.0, 64.0)) + 1;
 }
 
+ALenum format_of(Layout layout) {
+  switch (layout) {
+    case Layout::kMono:
+      return AL_FORMAT_MONO16;
+    case Layout::k5_1:
+      return alGetEnumValue("AL_FORMAT_51CHN16");
+    case Layout::k7_1:
+      return alGetEnumValue("AL_FORMAT_71CHN16");
+    case Layout::kStereo:
+    case Layout::kHrtf:
+      break;
+  }
+  return AL_FORMAT_STEREO16;
+}
+
 class OpenAlSink final : public AudioSink {
  public:
-  OpenAlSink(ALCdevice* device, ALCcontext* context) : device_(device), context_(context) {
-    alcMakeContextCurrent(context_);
-    buffers_.resize(queue_length(device_));
+  OpenAlSink(std::unique_ptr<OpenAlContext> context, Layout layout) : context_(std::move(context)) {
+    const OpenAlContext::Use use(*context_);
+    format_ = format_of(layout);
+    buffers_.resize(queue_length(context_->device()));
     alGenBuffers(static_cast<ALsizei>(buffers_.size()), buffers_.data());
     alGenSources(1, &source_);
     alSourcei(source_, AL_SOURCE_RELATIVE, AL_TRUE);
-    watches_connection_ = alcIsExtensionPresent(device_, "ALC_EXT_disconnect") == ALC_TRUE;
-    const char* name = alcGetString(device_, ALC_ALL_DEVICES_SPECIFIER);
+    // Left and right go out as they are. Surround is panned to the loudspeakers that are really there, so
+    // that none of it is lost where there are fewer.
+    const bool as_it_is = layout == Layout::kStereo || layout == Layout::kHrtf;
+    if (as_it_is && alIsExtensionPresent("AL_SOFT_direct_channels") == AL_TRUE)
+      alSourcei(source_, AL_DIRECT_CHANNELS_SOFT, AL_TRUE);
+    ALCdevice* device = context_->device();
+    watches_connection_ = alcIsExtensionPresent(device, "ALC_EXT_disconnect") == ALC_TRUE;
+    if (alcIsExtensionPresent(device, "ALC_SOFT_device_clock") == ALC_TRUE) {
+      get_64_ = reinterpret_cast<LPALCGETINTEGER64VSOFT>(alcGetProcAddress(device, "alcGetInteger64vSOFT"));
+    }
+    const char* name = alcGetString(device, ALC_ALL_DEVICES_SPECIFIER);
     name_ = std::string("live: ") + (name != nullptr ? name : "default device");
   }
   ~OpenAlSink() override {
+    const OpenAlContext::Use use(*context_);
     alSourceStop(source_);
     alDeleteSources(1, &source_);
     alDeleteBuffers(static_cast<ALsizei>(buffers_.size()), buffers_.data());
-    alcMakeContextCurrent(nullptr);
-    alcDestroyContext(context_);
-    alcCloseDevice(device_);
   }
 
   std::string name() const override { return name_; }
 
   int periods_due(double dt_s) override {
+    const OpenAlContext::Use use(*context_);
     ALint played = 0;
     alGetSourcei(source_, AL_BUFFERS_PROCESSED, &played);
+    since_progress_s_ += dt_s;
     for (; played > 0; --played) {
       ALuint buffer = 0;
       alSourceUnqueueBuffers(source_, 1, &buffer);
       --queued_;
       since_progress_s_ = 0.0;
     }
-    since_progress_s_ += dt_s;
     return static_cast<int>(buffers_.size()) - queued_;
   }
 
   void write(std::span<const std::int16_t> period) override {
+    const OpenAlContext::Use use(*context_);
     const ALuint buffer = buffers_[next_];
     next_ = (next_ + 1) % buffers_.size();
-    alBufferData(buffer, AL_FORMAT_MONO16, period.data(), static_cast<ALsizei>(period.size_bytes()),
+    alBufferData(buffer, format_, period.data(), static_cast<ALsizei>(period.size_bytes()),
                  static_cast<ALsizei>(kSampleRate_Hz));
     alSourceQueueBuffers(source_, 1, &buffer);
     ++queued_;
@@ -114,19 +96,27 @@ class OpenAlSink final : public AudioSink {
 
   double queued_s() const override { return queued_ * kPeriod_s; }
 
+  double device_latency_s() const override {
+    if (get_64_ == nullptr) return 0.0;
+    ALCint64SOFT latency_ns = 0;
+    get_64_(context_->device(), ALC_DEVICE_LATENCY_SOFT, 1, &latency_ns);
+    return std::max(0.0, 1e-9 * static_cast<double>(latency_ns));
+  }
+
   bool alive() const override {
     constexpr double kStuck_s = 2.0;
     if (since_progress_s_ > kStuck_s) return false;
     if (!watches_connection_) return true;
     ALCint connected = ALC_TRUE;
-    alcGetIntegerv(device_, ALC_CONNECTED, 1, &connected);
+    alcGetIntegerv(context_->device(), ALC_CONNECTED, 1, &connected);
     return connected == ALC_TRUE;
   }
 
  private:
-  ALCdevice* device_;
-  ALCcontext* context_;
+  std::unique_ptr<OpenAlContext> context_;
   std::vector<ALuint> buffers_;
+  ALenum format_ = AL_FORMAT_STEREO16;
+  LPALCGETINTEGER64VSOFT get_64_ = nullptr;
   ALuint source_ = 0;
   std::size_t next_ = 0;
   int queued_ = 0;
@@ -137,23 +127,25 @@ class OpenAlSink final : public AudioSink {
 
 }  // namespace
 
-std::unique_ptr<AudioSink> open_live_sink(const std::string& device_name, std::string& reason) {
+std::unique_ptr<AudioSink> open_live_sink(Layout layout, const std::string& device_name,
+                                          std::string& reason) {
+  prepare_openal(layout);
   const QuietStderr quiet;
-  ask_for_short_updates();
+  // Our sound is already filtered for a head where it is to be.
+  const std::array<ALCint, 5> wishes{ALC_FREQUENCY, static_cast<ALCint>(kSampleRate_Hz), ALC_HRTF_SOFT,
+                                     ALC_FALSE, 0};
   ALCdevice* device = alcOpenDevice(device_name.empty() ? nullptr : device_name.c_str());
+  auto context = std::make_unique<OpenAlContext>(device, wishes.data());
   if (device == nullptr) {
     reason = device_name.empty() ? "no playback device opens"
                                  : "the playback device '" + device_name + "' does not open";
     return nullptr;
   }
-  const std::array<ALCint, 3> wishes{ALC_FREQUENCY, static_cast<ALCint>(kSampleRate_Hz), 0};
-  ALCcontext* context = alcCreateContext(device, wishes.data());
-  if (context == nullptr) {
+  if (!*context) {
     reason = "the playback device opens but gives no context";
-    alcCloseDevice(device);
     return nullptr;
   }
-  return std::make_unique<OpenAlSink>(device, context);
+  return std::make_unique<OpenAlSink>(std::move(context), layout);
 }
 
 }  // namespace phantom::audio_percept

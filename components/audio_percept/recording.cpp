@@ -3,6 +3,7 @@
 #include <sndfile.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <stdexcept>
@@ -41,15 +42,22 @@ struct WavFile::Impl {
   }
 };
 
-WavFile::WavFile(const std::filesystem::path& path) : impl_(std::make_unique<Impl>()) {
+WavFile::WavFile(const std::filesystem::path& path, Layout layout)
+    : impl_(std::make_unique<Impl>()), channels_(channel_count(layout)) {
+  const bool surround = channels_ > 2;
   SF_INFO format{};
   format.samplerate = static_cast<int>(kSampleRate_Hz);
-  format.channels = 1;
-  format.format = SF_FORMAT_WAV | SF_FORMAT_PCM_16;
+  format.channels = static_cast<int>(channels_);
+  format.format = (surround ? SF_FORMAT_WAVEX : SF_FORMAT_WAV) | SF_FORMAT_PCM_16;
   impl_->path = path;
   impl_->file = sf_open(path.c_str(), SFM_WRITE, &format);
   if (impl_->file == nullptr)
     throw std::runtime_error(path.string() + " cannot be written: " + sf_strerror(nullptr));
+  if (!surround) return;
+  std::array<int, 8> map{SF_CHANNEL_MAP_LEFT,      SF_CHANNEL_MAP_RIGHT,     SF_CHANNEL_MAP_CENTER,
+                         SF_CHANNEL_MAP_LFE,       SF_CHANNEL_MAP_REAR_LEFT, SF_CHANNEL_MAP_REAR_RIGHT,
+                         SF_CHANNEL_MAP_SIDE_LEFT, SF_CHANNEL_MAP_SIDE_RIGHT};
+  sf_command(impl_->file, SFC_SET_CHANNEL_MAP_INFO, map.data(), static_cast<int>(channels_ * sizeof(int)));
 }
 WavFile::~WavFile() = default;
 WavFile::WavFile(WavFile&&) noexcept = default;
@@ -59,11 +67,13 @@ void WavFile::write(std::span<const std::int16_t> samples) {
   if (sf_write_short(impl_->file, samples.data(), count) != count) {
     throw std::runtime_error(impl_->path.string() + " cannot be written: " + sf_strerror(impl_->file));
   }
-  frames_ += samples.size();
+  samples_ += samples.size();
   for (std::int16_t sample : samples)
     peak_ = std::max(peak_, std::abs(static_cast<double>(sample)) / 32768.0);
 }
 
-double WavFile::seconds() const noexcept { return static_cast<double>(frames_) / kSampleRate_Hz; }
+double WavFile::seconds() const noexcept {
+  return static_cast<double>(samples_ / channels_) / kSampleRate_Hz;
+}
 
 }  // namespace phantom::audio_percept

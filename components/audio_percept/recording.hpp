@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "components/audio_percept/layout.hpp"
+
 namespace phantom::audio_percept {
 
 /// Samples on their way from the audio thread (push) to the one that writes the file (pop).
@@ -25,15 +27,15 @@ class SampleRing {
   std::atomic<std::uint64_t> written_{0}, read_{0}, dropped_{0};
 };
 
-/// audio.wav: 48 kHz, mono, 16 bit.
+/// A WAV file of 48 kHz and 16 bit; one of surround sound says which channel is which loudspeaker.
 class WavFile {
  public:
   /// Throws std::runtime_error, naming the file, if it cannot be made.
-  explicit WavFile(const std::filesystem::path& path);
+  WavFile(const std::filesystem::path& path, Layout layout);
   ~WavFile();
   WavFile(WavFile&&) noexcept;
 
-  /// Throws std::runtime_error if the disk does not take them.
+  /// Whole frames, interleaved. Throws std::runtime_error if the disk does not take them.
   void write(std::span<const std::int16_t> samples);
   double seconds() const noexcept;
   double peak() const noexcept { return peak_; }  ///< 1 = full scale
@@ -41,7 +43,8 @@ class WavFile {
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
-  std::uint64_t frames_ = 0;
+  std::size_t channels_;
+  std::uint64_t samples_ = 0;
   double peak_ = 0.0;
 };
 

@@ -8,22 +8,23 @@
 
 #include "common/runtime/process.hpp"
 #include "components/audio_percept/dds_adapter.hpp"
+#include "components/audio_percept/device_keeper.hpp"
 
 namespace phantom::audio_percept {
 namespace {
 
 constexpr double kDrainPeriod_s = 0.1;
 constexpr int kDrainsPerStatus = 5;
-constexpr std::size_t kRingSamples = 10 * 48000;  // 10 s: more than a disk stalls
+constexpr std::size_t kRingFrames = 10 * 48000;  // 10 s: more than a disk stalls
 
 /// The file side of the recording; without a folder it does nothing.
 class Recorder {
  public:
-  explicit Recorder(const std::filesystem::path& folder) {
+  Recorder(const std::filesystem::path& folder, Layout layout) {
     if (folder.empty()) return;
     std::filesystem::create_directories(folder);
-    ring_.emplace(kRingSamples);
-    file_.emplace(folder / "audio.wav");
+    ring_.emplace(kRingFrames * channel_count(layout));
+    file_.emplace(folder / "audio.wav", layout);
   }
   SampleRing* ring() { return ring_ ? &*ring_ : nullptr; }
   const std::optional<WavFile>& file() const { return file_; }
@@ -40,20 +41,24 @@ class Recorder {
  private:
   std::optional<SampleRing> ring_;
   std::optional<WavFile> file_;
-  std::array<std::int16_t, 4800> chunk_{};
+  std::array<std::int16_t, 4800> chunk_{};  // whole frames of every layout
   std::uint64_t reported_drop_ = 0;
 };
 
 void write_report(const std::filesystem::path& folder, const WavFile& wav, const EngineFigures& figures,
-                  const std::string& sink_name) {
+                  const DeviceKeeper& device, Layout layout) {
   const nlohmann::ordered_json report{{"wav", "audio.wav"},
                                       {"seconds", wav.seconds()},
-                                      {"sink", sink_name},
+                                      {"channels", name_of(layout)},
+                                      {"sink", device.name()},
+                                      {"device_losses", device.losses()},
                                       {"latency_ms",
                                        {{"p50", figures.latency_p50_ms},
                                         {"p99", figures.latency_p99_ms},
                                         {"max", figures.latency_max_ms},
+                                        {"device", figures.device_latency_ms},
                                         {"n", figures.percepts}}},
+                                      {"alarm_bursts", figures.alarm_bursts},
                                       {"peak", wav.peak()}};
   std::ofstream file(folder / "audio_percept.json");
   file << report.dump(2) << '\n';
@@ -68,6 +73,34 @@ void log_changes(const core::Health& now, std::string& last_message) {
     spdlog::warn("{}", now.message);
   } else {
     spdlog::info("{}", now.message);
+  }
+}
+
+/// State and sentence of what stands, if an alarm does.
+void tell_alarm(percept::Alarm alarm, Situation situation, core::Health& health) {
+  using percept::Alarm;
+  const bool stale = situation == Situation::kStale;
+  switch (alarm) {
+    case Alarm::kEmergencyStop:
+      health.message = "emergency stop";
+      return;
+    case Alarm::kDriveFault:
+      health.message = "stopped: drives in fault";
+      return;
+    case Alarm::kLinkLost:
+      health.state = core::ComponentState::kDegraded;
+      health.message = stale ? "the percept is stale: silence and alarm"
+                             : "the link between master and slave is lost or degraded";
+      return;
+    case Alarm::kWorkspaceStale:
+      health.state = core::ComponentState::kDegraded;
+      health.message = "the percept's model cannot be relied on: silence and alarm";
+      return;
+    case Alarm::kUnsafeMotion:
+    case Alarm::kWorkspaceAged:
+    case Alarm::kMutedContact:
+    case Alarm::kNone:
+      return;  // told by phantom_sensing
   }
 }
 
@@ -91,49 +124,57 @@ core::Health health_of(const EngineFigures& figures, const core::LoopStatistics&
       health.message = "the percept is stale: silence and alarm";
       break;
   }
-  if (figures.alarm == percept::Alarm::kStopped) {
-    health.message = figures.drive_fault ? "stopped: drives in fault" : "emergency stop";
-  } else if (figures.alarm == percept::Alarm::kLinkLost && health.state != core::ComponentState::kDegraded) {
-    health.state = core::ComponentState::kDegraded;
-    health.message = "the link between master and slave is lost or degraded";
-  } else if (figures.sink_lost && health.state == core::ComponentState::kRunning) {
+  if (figures.device_lost) {
     health.state = core::ComponentState::kDegraded;
     health.message = "the playback device went away: no sound";
   }
+  tell_alarm(figures.alarm, figures.situation, health);
   health.loops = {loop};
   health.figures = {{"frequency", figures.frequency_Hz, "Hz"},
                     {"gain", figures.gain, ""},
+                    {"azimuth", figures.azimuth_deg, "deg"},
+                    {"elevation", figures.elevation_deg, "deg"},
                     {"latency_p50", figures.latency_p50_ms, "ms"},
                     {"latency_p99", figures.latency_p99_ms, "ms"},
-                    {"percepts", static_cast<double>(figures.percepts), ""}};
+                    {"device_latency", figures.device_latency_ms, "ms"},
+                    {"percepts", static_cast<double>(figures.percepts), ""},
+                    {"alarm_bursts", static_cast<double>(figures.alarm_bursts), ""}};
   return health;
 }
 
 void run_session(const AudioPerceptConfig& config, const core::NetworkOptions& network, OpenedSink sink,
                  const std::filesystem::path& report_dir) {
-  Recorder recorder(report_dir);
+  Recorder recorder(report_dir, config.layout);
   Inbox inbox;
-  const std::string sink_name = sink.sink->name();
-  spdlog::info("sound goes to: {}{}", sink_name, recorder.file() ? " and audio.wav" : "");
-  if (!sink.notice.empty()) spdlog::warn("{}: the sound is made but not heard here", sink.notice);
-  Engine engine(config, std::move(sink.sink), sink.live, inbox, recorder.ring());
+  const std::string first_name = sink.name();
+  spdlog::info("sound, {}, goes to: {}{}", name_of(config.layout), first_name,
+               recorder.file() ? " and audio.wav" : "");
+  if (!sink.notice.empty()) {
+    spdlog::warn("{}: the sound is made but not heard here; a device is looked for every {:.3g} s",
+                 sink.notice, config.retry_s);
+  }
+  Engine engine(config, std::move(sink.sink), inbox, recorder.ring());
+  DeviceKeeper device(
+      engine, [&config](std::string& reason) { return open_live_sink(config.layout, config.device, reason); },
+      config.retry_s, first_name);
   DdsAdapter adapter(network, inbox);
   engine.start();
   std::string last_message;
   for (int i = 0; runtime::sleep_unless_stopped(kDrainPeriod_s); ++i) {
     recorder.drain();
+    if (config.sink != SinkChoice::kPaced) device.step(kDrainPeriod_s);
     if (i % kDrainsPerStatus != 0) continue;
-    const core::Health health = health_of(engine.figures(), engine.loop_statistics(), sink_name);
+    const core::Health health = health_of(engine.figures(), engine.loop_statistics(), device.name());
     log_changes(health, last_message);
     adapter.report(health);
   }
   engine.stop();
   recorder.drain();
-  core::Health last = health_of(engine.figures(), engine.loop_statistics(), sink_name);
+  core::Health last = health_of(engine.figures(), engine.loop_statistics(), device.name());
   last.state = core::ComponentState::kStopped;
   last.message = "ended in order";
   adapter.report(last);
-  if (recorder.file()) write_report(report_dir, *recorder.file(), engine.figures(), sink_name);
+  if (recorder.file()) write_report(report_dir, *recorder.file(), engine.figures(), device, config.layout);
 }
 
 }  // namespace phantom::audio_percept

@@ -17,14 +17,14 @@ int PacedSink::periods_due(double dt_s) {
 }
 
 OpenedSink open_sink(const AudioPerceptConfig& config) {
-  if (config.sink == SinkChoice::kPaced) return {std::make_unique<PacedSink>(), false, ""};
+  if (config.sink == SinkChoice::kPaced) return {};
   std::string reason;
-  if (auto live = open_live_sink(config.device, reason)) return {std::move(live), true, ""};
+  if (auto live = open_live_sink(config.layout, config.device, reason)) return {std::move(live), ""};
   if (config.sink == SinkChoice::kLive) {
     throw runtime::MissingError("output.sink: live needs a playback device: " + reason +
                                 "; allowed without one: auto or paced");
   }
-  return {std::make_unique<PacedSink>(), false, reason};
+  return {nullptr, reason};
 }
 
 }  // namespace phantom::audio_percept

@@ -10,19 +10,14 @@
 #include <numbers>
 #include <vector>
 
+#include "common/percept/equal_loudness.hpp"
+#include "common/percept/tests/sound.hpp"
 #include "tests/support/heap_guard.hpp"
 
 namespace phantom::percept {
 namespace {
 
-constexpr double kRate_Hz = 48000.0;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-std::vector<float> render(ToneSynthesizer& synthesizer, double duration_s) {
-  std::vector<float> samples(static_cast<std::size_t>(std::lround(duration_s * kRate_Hz)));
-  synthesizer.render(samples);
-  return samples;
-}
 
 using Spectrum = std::complex<double>;
 
@@ -50,22 +45,6 @@ double measured_frequency_Hz(const std::vector<float>& samples, double near_Hz) 
   const std::size_t step = 240;
   const double advance = std::arg(bin_at(samples, step, best_Hz) / bin_at(samples, 0, best_Hz));
   return best_Hz + advance / (2.0 * std::numbers::pi) * kRate_Hz / static_cast<double>(step);
-}
-
-double peak(const std::vector<float>& samples) {
-  double greatest = 0.0;
-  for (float sample : samples) greatest = std::max(greatest, std::abs(static_cast<double>(sample)));
-  return greatest;
-}
-
-double greatest_second_difference(const std::vector<float>& samples) {
-  double greatest = 0.0;
-  for (std::size_t i = 2; i < samples.size(); ++i) {
-    greatest = std::max(greatest,
-                        std::abs(static_cast<double>(samples[i]) - 2.0 * static_cast<double>(samples[i - 1]) +
-                                 static_cast<double>(samples[i - 2])));
-  }
-  return greatest;
 }
 
 TEST(ToneLaw, ExponentialStepsOfClosenessAreEqualIntervals) {
@@ -109,13 +88,63 @@ TEST(ToneLaw, NotANumberIsSilence) {
   EXPECT_EQ(tone_of(law, 0.5, kNan).gain, 0.0);
 }
 
-TEST(ToneLaw, LoudnessIsLevelledAgainstTheEarAndNeverAmplified) {
-  const ToneLaw law;
-  // A-weighting: −10.8 dB at 200 Hz… 0 dB at 1 kHz. The table value at 250 Hz is −8.6 dB.
-  const double decibel = 20.0 * std::log10(loudness_factor(law, 1000.0) / loudness_factor(law, 250.0));
-  EXPECT_NEAR(decibel, -8.6, 0.1);
-  EXPECT_DOUBLE_EQ(loudness_factor(law, 220.0), 1.0);
-  for (double f = 220.0; f < 1760.0; f *= 1.1) EXPECT_LE(loudness_factor(law, f), 1.0);
+TEST(ToneLaw, PowerStepsLieAsTheirExponentHasThem) {
+  ToneLaw law;
+  law.pitch = PitchLaw::kPower;
+  law.pitch_exponent = 2.0;
+  EXPECT_NEAR(tone_of(law, 0.5, 0.1).frequency_Hz, 220.0 + 1540.0 * 0.25, 1e-9);
+  law.pitch_exponent = 0.5;
+  EXPECT_NEAR(tone_of(law, 0.25, 0.1).frequency_Hz, 220.0 + 1540.0 * 0.5, 1e-9);
+}
+
+TEST(ToneLaw, EveryLawRunsFromEndToEndAndRises) {
+  for (const PitchLaw pitch : {PitchLaw::kExponential, PitchLaw::kPower, PitchLaw::kLinear}) {
+    for (const LevelLaw level : {LevelLaw::kPower, LevelLaw::kExponential, LevelLaw::kLinear}) {
+      ToneLaw law;
+      law.pitch = pitch;
+      law.level = level;
+      law.loudness_phon = 0.0;
+      EXPECT_NEAR(tone_of(law, 1.0, 0.25).frequency_Hz, 1760.0, 1e-9);
+      EXPECT_NEAR(tone_of(law, 1.0, 0.25).gain, 0.6, 1e-12);
+      EXPECT_NEAR(tone_of(law, 1e-9, 0.0).frequency_Hz, 220.0, 1e-3);
+      EXPECT_NEAR(tone_of(law, 1e-9, 0.0).gain, 0.08, 1e-12);
+      Tone before{0.0, 0.0};
+      for (int i = 1; i <= 20; ++i) {
+        const Tone tone = tone_of(law, i / 20.0, i / 80.0);
+        EXPECT_GT(tone.frequency_Hz, before.frequency_Hz);
+        EXPECT_GT(tone.gain, before.gain);
+        before = tone;
+      }
+    }
+  }
+}
+
+TEST(ToneLaw, ExponentialStepsOfSpeedAreEqualStepsInDecibels) {
+  ToneLaw law;
+  law.level = LevelLaw::kExponential;
+  const auto gain = [&](double speed_m_s) { return tone_of(law, 0.5, speed_m_s).gain; };
+  EXPECT_NEAR(gain(0.10) / gain(0.05), gain(0.25) / gain(0.20), 1e-9);
+  law.level = LevelLaw::kLinear;
+  EXPECT_NEAR(gain(0.10) - gain(0.05), gain(0.25) - gain(0.20), 1e-9);
+}
+
+TEST(ToneLaw, AllPitchesAreEquallyLoudAndNoneIsAmplified) {
+  for (const double phon : {30.0, 60.0, 80.0}) {
+    ToneLaw law;
+    law.loudness_phon = phon;
+    double greatest = 0.0;
+    const double reference_dB = 20.0 * std::log10(loudness_factor(law, 1000.0)) - phon;
+    for (double f = 220.0; f <= 1760.0; f *= 1.01) {
+      const double factor = loudness_factor(law, f);
+      greatest = std::max(greatest, factor);
+      EXPECT_NEAR(20.0 * std::log10(factor) - equal_loudness_level_dB(f, phon), reference_dB, 0.05) << f;
+    }
+    EXPECT_LE(greatest, 1.0);
+    EXPECT_GT(greatest, 0.99) << "what is heard least keeps its amplitude";
+  }
+  ToneLaw none;
+  none.loudness_phon = 0.0;
+  EXPECT_EQ(loudness_factor(none, 300.0), 1.0);
 }
 
 TEST(ToneSynthesizer, RendersTheFrequencyOfTheLaw) {
@@ -206,64 +235,13 @@ TEST(ToneSynthesizer, NoClickAcrossPeriods) {
             0.6 * std::pow(2.0 * std::numbers::pi * 1760.0 / kRate_Hz, 2) + 0.005);
 }
 
-// Loud stretches (start, length in seconds) of a rendered alarm.
-std::vector<std::pair<double, double>> pulses_of(Alarm alarm, double duration_s) {
-  ToneSynthesizer synthesizer;
-  synthesizer.set_alarm(alarm);
-  std::vector<std::pair<double, double>> pulses;
-  const double window_s = 0.005;
-  bool loud = false;
-  for (double t = 0.0; t < duration_s; t += window_s) {
-    const bool now = peak(render(synthesizer, window_s)) > 0.1;
-    if (now && !loud) pulses.emplace_back(t, 0.0);
-    if (now) pulses.back().second += window_s;
-    loud = now;
-  }
-  return pulses;
-}
-
-TEST(Alarms, AreToldApartByTheirPattern) {
-  EXPECT_TRUE(pulses_of(Alarm::kNone, 2.0).empty());
-  EXPECT_EQ(pulses_of(Alarm::kLinkLost, 2.0).size(), 2U);       // two beeps in two seconds
-  EXPECT_EQ(pulses_of(Alarm::kUnsafeMotion, 2.0).size(), 16U);  // eight pulses a second
-  EXPECT_EQ(pulses_of(Alarm::kStopped, 2.0).size(), 1U);  // never pauses
-}
-
-TEST(Alarms, NeverPassFullScaleNorClickOverAPercept) {
-  for (Alarm alarm : {Alarm::kLinkLost, Alarm::kUnsafeMotion, Alarm::kStopped}) {
-    ToneSynthesizer synthesizer;
-    synthesizer.set_tone({1000.0, 0.6});
-    synthesizer.set_alarm(alarm);
-    const auto samples = render(synthesizer, 2.5);
-    EXPECT_LT(peak(samples), 1.0);
-    // The alarm's third harmonic is the steepest part: 0.3·(1/3)·(2π·3·2489/48000)².
-    EXPECT_LT(greatest_second_difference(samples), 0.17);
-  }
-}
-
-TEST(Alarms, PatternsAreFiniteAndRepeat) {
-  for (Alarm alarm : {Alarm::kLinkLost, Alarm::kUnsafeMotion, Alarm::kStopped}) {
-    for (const AlarmStep& step : alarm_pattern(alarm)) EXPECT_GT(step.duration_s, 0.05);
-  }
-  EXPECT_TRUE(alarm_pattern(Alarm::kNone).empty());
-}
-
-TEST(Alarms, EndWithoutATrace) {
-  ToneSynthesizer synthesizer;
-  synthesizer.set_alarm(Alarm::kStopped);
-  render(synthesizer, 0.5);
-  synthesizer.set_alarm(Alarm::kNone);
-  render(synthesizer, 0.15);
-  EXPECT_EQ(peak(render(synthesizer, 0.1)), 0.0);
-}
-
 TEST(ToneSynthesizer, UsesNoHeap) {
   ToneSynthesizer synthesizer;
   std::array<float, 240> period{};
   const test::HeapGuard guard;
   for (int i = 0; i < 1000; ++i) {
     synthesizer.set_tone(tone_of({}, i % 100 * 0.01, i % 7 * 0.05));
-    synthesizer.set_alarm(static_cast<Alarm>(i / 250));
+    if (i % 100 == 0) synthesizer.start_alarm(static_cast<Alarm>(i / 130));
     synthesizer.render(period);
   }
 }

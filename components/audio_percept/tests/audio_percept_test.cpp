@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 
-#include "tests/support/heap_guard.hpp"
 #include "components/audio_percept/tests/test_config.hpp"
+#include "tests/support/heap_guard.hpp"
 
 namespace phantom::audio_percept {
 namespace {
@@ -18,11 +18,16 @@ struct Desk {
   AudioPercept percept{test_config()};
   Inputs inputs;
   core::Nanoseconds now_ns = 1'000'000 * kMs;
-  std::array<float, kPeriodFrames> period{};
+  Model model = Model::kSound;
+  std::array<float, kPeriodFrames> tone{}, alarm{};
 
   Desk() { inputs.now_ns = now_ns; }
   void sense(double closeness, double speed_m_s, bool valid = true) {
-    inputs.percept = {now_ns, valid, closeness, speed_m_s};
+    inputs.percept = {.received_ns = now_ns,
+                      .valid = valid,
+                      .closeness = closeness,
+                      .speed_m_s = speed_m_s,
+                      .model = model};
   }
   void link(LinkSample& end, Link state) { end = {now_ns, state}; }
   /// Peak of the last period of `duration_ms` of sound.
@@ -31,9 +36,10 @@ struct Desk {
     for (int t = 0; t < duration_ms; t += 5) {
       now_ns += 5 * kMs;
       inputs.now_ns = now_ns;
-      percept.step(inputs, period);
+      percept.step(inputs, tone, alarm);
       peak = 0.0;
-      for (float sample : period) peak = std::max(peak, std::abs(static_cast<double>(sample)));
+      for (std::size_t i = 0; i < tone.size(); ++i)
+        peak = std::max(peak, std::abs(static_cast<double>(tone[i]) + static_cast<double>(alarm[i])));
     }
     return peak;
   }
@@ -86,9 +92,12 @@ TEST(AudioPercept, AStalePerceptFadesToTheLinkLostAlarm) {
   EXPECT_EQ(desk.percept.situation(), Situation::kSounding) << "before the time-out";
   desk.run(20);
   EXPECT_EQ(desk.percept.situation(), Situation::kStale);
-  EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kLinkLost);
   EXPECT_EQ(desk.percept.tone().gain, 0.0);
-  EXPECT_EQ(desk.run(1000), 0.0) << "between the alarm's beeps nothing is left of the tone";
+  desk.run(120);
+  EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kLinkLost);
+  EXPECT_EQ(desk.percept.sounding(), percept::Alarm::kLinkLost);
+  EXPECT_EQ(desk.run(3000), 0.0) << "after the alarm's burst nothing is left of the tone";
+  EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kLinkLost) << "it stands, though it is silent for a while";
 }
 
 TEST(AudioPercept, APerceptThatTurnsInvalidIsStaleToo) {
@@ -113,25 +122,79 @@ TEST(AudioPercept, AStopOfEitherEndPrevailsAndItsCauseIsKnown) {
     desk.run_sensing(100, 0.6, 0.1);
     desk.link(desk.inputs.*end, Link::kStopped);
     desk.run(1000);  // the percept is stale by now, the stop counts more
-    EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kStopped);
-    EXPECT_FALSE(desk.percept.drive_fault());
+    EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kEmergencyStop);
     desk.link(desk.inputs.*end, Link::kDriveFault);
     desk.run(100);
-    EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kStopped);
-    EXPECT_TRUE(desk.percept.drive_fault());
+    EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kDriveFault);
+    EXPECT_EQ(desk.percept.sounding(), percept::Alarm::kDriveFault);
   }
 }
 
 TEST(AudioPercept, ADegradedOrSilentLinkIsLost) {
   Desk desk;
   desk.link(desk.inputs.slave, Link::kDegraded);
-  desk.run(5);
+  desk.run(120);
   EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kLinkLost);
   desk.link(desk.inputs.slave, Link::kActive);
   desk.run(5);
   EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kNone);
-  desk.run(600);
+  desk.run(450);
+  EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kNone) << "before the time-out";
+  desk.run(170);
   EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kLinkLost);
+}
+
+TEST(AudioPercept, AWorkspaceThatCannotBeReliedOnHasItsOwnAlarm) {
+  Desk desk;
+  desk.run_sensing(100, 0.6, 0.1);
+  desk.model = Model::kStale;
+  for (int i = 0; i < 30; ++i) desk.sense(0.0, 0.0, false), desk.run(10);
+  EXPECT_EQ(desk.percept.situation(), Situation::kStale);
+  EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kWorkspaceStale);
+  desk.run(500);
+  EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kLinkLost) << "now the phantom is silent altogether";
+}
+
+TEST(AudioPercept, AFailedSelfTestSoundsEvenAtTheStartAMissingWorkspaceDoesNot) {
+  for (const Model model : {Model::kStale, Model::kNoState, Model::kTestFailed}) {
+    Desk desk;
+    desk.model = model;
+    for (int i = 0; i < 30; ++i) desk.sense(0.0, 0.0, false), desk.run(10);
+    EXPECT_EQ(desk.percept.alarm(),
+              model == Model::kTestFailed ? percept::Alarm::kWorkspaceStale : percept::Alarm::kNone);
+  }
+}
+
+TEST(AudioPercept, AnAgedWorkspaceIsSaidWhileThePerceptGoesOn) {
+  Desk desk;
+  desk.model = Model::kAged;
+  desk.run_sensing(1500, 0.6, 0.1);
+  EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kWorkspaceAged);
+  EXPECT_EQ(desk.percept.situation(), Situation::kSounding);
+  EXPECT_GT(desk.percept.tone().gain, 0.0);
+  EXPECT_EQ(desk.percept.bursts(), 1U);
+}
+
+TEST(AudioPercept, AMutedContactIsSaidOnce) {
+  Desk desk;
+  for (int i = 0; i < 6000; ++i) {
+    desk.sense(0.0, 0.1);
+    desk.inputs.percept.muted = true;
+    desk.run(10);
+  }
+  EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kMutedContact);
+  EXPECT_EQ(desk.percept.bursts(), 1U);
+}
+
+TEST(AudioPercept, AResetByTheOperatorMakesWhatStandsRare) {
+  Desk desk;
+  desk.link(desk.inputs.slave, Link::kStopped);
+  desk.run(1000);
+  desk.inputs.command.reset_ns = desk.now_ns;
+  for (int i = 0; i < 280; ++i) desk.link(desk.inputs.slave, Link::kStopped), desk.run(100);
+  EXPECT_EQ(desk.percept.bursts(), 1U);
+  for (int i = 0; i < 20; ++i) desk.link(desk.inputs.slave, Link::kStopped), desk.run(100);
+  EXPECT_EQ(desk.percept.bursts(), 2U);
 }
 
 TEST(AudioPercept, AnAlertSoundsForItsTimeAndNotBeyondItsEnd) {
@@ -144,9 +207,11 @@ TEST(AudioPercept, AnAlertSoundsForItsTimeAndNotBeyondItsEnd) {
   desk.inputs.alerts = {desk.now_ns, 2};
   desk.run_sensing(100, 0.9, 0.1);
   EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kUnsafeMotion);
+  EXPECT_EQ(desk.percept.sounding(), percept::Alarm::kUnsafeMotion);
   desk.inputs.alerts.active = 0;
   desk.run_sensing(10, 0.9, 0.1);
   EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kNone);
+  EXPECT_EQ(desk.percept.sounding(), percept::Alarm::kNone);
 }
 
 TEST(AudioPercept, StepUsesNoHeap) {

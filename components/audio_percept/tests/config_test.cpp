@@ -54,13 +54,16 @@ TEST(Config, TheShippedFileIsValid) {
   EXPECT_DOUBLE_EQ(config.smoothing_s, 0.010);
   EXPECT_EQ(config.percept_timeout_ns, 200 * core::kNsPerMillisecond);
   EXPECT_EQ(config.sink, SinkChoice::kAuto);
+  EXPECT_EQ(config.layout, Layout::kStereo);
+  EXPECT_EQ(config.listener.view, kMainView);
+  EXPECT_DOUBLE_EQ(config.alarms.lasting_repeat_s, AlarmRules().lasting_repeat_s);
 }
 
 TEST(Config, RefusesAnUnknownKey) {
   expect_refused("smoothing_ms", "smoothing_s", {"smoothing_s", "unknown key", "smoothing_ms"});
 }
 TEST(Config, RefusesAnUnknownPitchLaw) {
-  expect_refused("law: exponential", "law: cubic", {"pitch.law", "cubic", "exponential, linear"});
+  expect_refused("law: exponential", "law: cubic", {"pitch.law", "cubic", "exponential, power, linear"});
 }
 TEST(Config, RefusesAFrequencyOutOfRange) {
   expect_refused("max_frequency_Hz: 1760", "max_frequency_Hz: 90000",
@@ -90,6 +93,39 @@ TEST(Config, RefusesATimeThatIsNotANumber) {
 }
 TEST(Config, RefusesAnUnknownSink) {
   expect_refused("sink: auto", "sink: speaker", {"output.sink", "speaker", "auto, live, paced"});
+}
+TEST(Config, EveryLayoutViewAndLawCanBeChosen) {
+  const auto with = [](const std::string& from, const std::string& to) {
+    std::string yaml = shipped();
+    yaml.replace(yaml.find(from), from.size(), to);
+    return load_text(yaml);
+  };
+  for (const Layout layout : {Layout::kMono, Layout::kStereo, Layout::k5_1, Layout::k7_1, Layout::kHrtf})
+    EXPECT_EQ(with("channels: stereo", std::string("channels: ") + name_of(layout)).layout, layout);
+  for (int view = 0; view < kViewCount; ++view)
+    EXPECT_EQ(
+        with("view: main", std::string("view: ") + kViewNames[static_cast<std::size_t>(view)]).listener.view,
+        view);
+  EXPECT_EQ(with("law: exponential", "law: power").law.pitch, percept::PitchLaw::kPower);
+  EXPECT_EQ(with("law: exponential", "law: linear").law.pitch, percept::PitchLaw::kLinear);
+  EXPECT_EQ(with("law: power                   # power, exponential", "law: power  #").law.level,
+            percept::LevelLaw::kPower);
+}
+TEST(Config, RefusesAnExponentThatDoesNothing) {
+  expect_refused("  law: power  ", "  law: linear  ", {"level.exponent", "law: power"});
+}
+TEST(Config, RefusesALoudnessOutsideOfTheStandard) {
+  expect_refused("loudness_phon: 60", "loudness_phon: 10", {"level.loudness_phon", "20 to 80"});
+}
+TEST(Config, RefusesUnknownChannels) {
+  expect_refused("channels: stereo", "channels: quadro", {"output.channels", "quadro", "5.1"});
+}
+TEST(Config, RefusesAnUnknownView) {
+  expect_refused("view: main", "view: X", {"listener.view", "main, 1, 2"});
+}
+TEST(Config, RefusesAlarmsThatBecomeMoreFrequent) {
+  expect_refused("lasting_repeat_s: 30", "lasting_repeat_s: 6",
+                 {"alarms.lasting_repeat_s", "medium_repeat_s"});
 }
 TEST(Config, RefusesAMissingSection) {
   expect_refused("staleness:", "stale_ness:", {"staleness", "missing"});

@@ -38,7 +38,7 @@ TEST(PerceptConverter, TakesWhatIsValid) {
 
 TEST(PerceptConverter, RefusesWhatIsNotANumberOrOutOfRange) {
   PerceptConverter converter;
-  PerceptSample sample{1, true, 0.1, 0.2};
+  PerceptSample sample{.received_ns = 1};
   for (const auto& [closeness, speed] : {std::pair{kNan, 0.1},
                                          {0.5, kNan},
                                          {-0.1, 0.1},
@@ -70,6 +70,65 @@ TEST(PerceptConverter, RefusesWhatIsReorderedOrRepeatedButNotARestart) {
   auto restarted = percept(1);
   restarted.stamp().session(6);
   EXPECT_TRUE(converter.accept(restarted, 4, sample));
+}
+
+TEST(PerceptConverter, TakesPlaceModelAndWhatIsMuted) {
+  PerceptConverter converter;
+  PerceptSample sample;
+  auto message = percept(1);
+  message.position_m().x(1.0);
+  message.position_m().y(-2.0);
+  message.position_m().z(0.5);
+  message.muted_sensors(3);
+  message.condition(msg::PERCEPT_WORKSPACE_BEHIND);
+  ASSERT_TRUE(converter.accept(message, 7, sample));
+  EXPECT_EQ(sample.position_m, (Vector3{1.0, -2.0, 0.5}));
+  EXPECT_TRUE(sample.muted);
+  EXPECT_EQ(sample.model, Model::kAged);
+  message = percept(2);
+  message.position_m().y(kNan);
+  EXPECT_FALSE(converter.accept(message, 8, sample));
+  message = percept(2);
+  message.condition(static_cast<msg::PerceptCondition>(77));
+  EXPECT_FALSE(converter.accept(message, 8, sample));
+}
+
+TEST(PerceptConverter, CountsFromTheStampOnlyWhereItsClockIsOurs) {
+  constexpr core::Nanoseconds kMs = core::kNsPerMillisecond;
+  PerceptConverter converter;
+  PerceptSample sample;
+  std::uint64_t number = 0;
+  for (const auto& [stamp_ns, sent_ns] : {std::pair{9'998 * kMs, 9'998 * kMs},  // 2 ms ago
+                                          {10'001 * kMs, 10'000 * kMs},    // another host's: in the future
+                                          {1'000 * kMs, 10'000 * kMs}}) {  // another host's: long ago
+    auto message = percept(++number);
+    message.stamp().monotonic_ns(stamp_ns);
+    ASSERT_TRUE(converter.accept(message, 10'000 * kMs, sample));
+    EXPECT_EQ(sample.sent_ns, sent_ns);
+  }
+}
+
+TEST(CommandConverter, KeepsTheViewAndTheResetAndRefusesWhatIsNoNode) {
+  CommandConverter converter;
+  CommandSample sample;
+  const auto command = [&](msg::CommandKind kind, double value, core::Nanoseconds at_ns) {
+    msg::OperatorCommand message;
+    message.kind(kind);
+    message.value(value);
+    return converter.accept(message, at_ns, sample);
+  };
+  EXPECT_TRUE(command(msg::COMMAND_VIEW_NODE, 9.0, 10));
+  EXPECT_EQ(sample.view, 9);
+  EXPECT_TRUE(command(msg::COMMAND_RESET, 0.0, 20));
+  EXPECT_EQ(sample.view, 9);
+  EXPECT_EQ(sample.reset_ns, 20);
+  for (const double value : {-1.0, 15.0, 2.5, kNan})
+    EXPECT_FALSE(command(msg::COMMAND_VIEW_NODE, value, 30)) << value;
+  EXPECT_EQ(sample.view, 9);
+  EXPECT_TRUE(command(msg::COMMAND_SET_PERCEPT_GAIN, 2.0, 40));
+  EXPECT_EQ(sample.reset_ns, 20);
+  EXPECT_TRUE(command(msg::COMMAND_VIEW_NODE, 0.0, 50)) << "automatic again";
+  EXPECT_EQ(sample.view, -1);
 }
 
 TEST(LinkConverter, TellsTheStatesApartAndRefusesUnknownOnes) {

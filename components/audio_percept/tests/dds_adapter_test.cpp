@@ -19,6 +19,7 @@ struct System {
   dds::Writer<msg::Percept> percept{participant, dds::kPercept};
   dds::Writer<msg::SlaveState> slave{participant, dds::kSlaveState};
   dds::Writer<msg::HitAlert> alert{participant, dds::kHitAlert};
+  dds::Writer<msg::OperatorCommand> command{participant, dds::kOperatorCommand};
   dds::Stamper percept_stamp{participant}, slave_stamp{participant}, alert_stamp{participant};
 
   void send_percept(double closeness) {
@@ -47,8 +48,13 @@ TEST(DdsAdapter, BringsTheSamplesOfEveryTopicToTheInbox) {
     alert.stamp(system.alert_stamp.next());
     alert.alert(3);
     system.alert.write(alert);
+    msg::OperatorCommand view;
+    view.kind(msg::COMMAND_VIEW_NODE);
+    view.value(11);
+    system.command.write(view);
     inbox.collect(inputs);
-    return inputs.percept.valid && inputs.slave.state == Link::kStopped && inputs.alerts.active == 1;
+    return inputs.percept.valid && inputs.slave.state == Link::kStopped && inputs.alerts.active == 1 &&
+           inputs.command.view == 11;
   }));
   EXPECT_DOUBLE_EQ(inputs.percept.closeness, 0.75);
   EXPECT_GT(inputs.percept.received_ns, 0);

@@ -10,44 +10,44 @@
 
 #include "common/runtime/process.hpp"
 #include "components/audio_percept/session.hpp"
-#include "tests/support/heap_guard.hpp"
 #include "components/audio_percept/tests/test_config.hpp"
+#include "tests/support/heap_guard.hpp"
 
 namespace phantom::audio_percept {
 namespace {
 
 constexpr core::Nanoseconds kMs = core::kNsPerMillisecond;
 
-// OpenAL Soft reads this when it is first used: its null device takes sound at its pace and drops it, on any
-// machine.
-[[maybe_unused]] const int g_null_device = setenv("ALSOFT_DRIVERS", "null", 1);
+PerceptSample sensed(core::Nanoseconds at_ns) {
+  return {.received_ns = at_ns, .valid = true, .closeness = 0.5, .speed_m_s = 0.1, .sent_ns = at_ns};
+}
 
 /// A device of which the test says what it wants.
-struct FakeDevice final : AudioSink {
+struct ScriptedDevice final : AudioSink {
   int due = 1;
-  bool there = true;
   double queue_s = 0.010;
   std::vector<std::int16_t>* heard;
-  explicit FakeDevice(std::vector<std::int16_t>* into) : heard(into) {}
-  std::string name() const override { return "live: fake"; }
+  explicit ScriptedDevice(std::vector<std::int16_t>* into) : heard(into) {}
+  std::string name() const override { return "live: scripted"; }
   int periods_due(double) override { return due; }
   void write(std::span<const std::int16_t> period) override {
     heard->insert(heard->end(), period.begin(), period.end());
   }
   double queued_s() const override { return queue_s; }
-  bool alive() const override { return there; }
+  double device_latency_s() const override { return 0.004; }
+  bool alive() const override { return true; }
 };
 
 TEST(Engine, WritesWhatTheDeviceWantsAndRecordsTheSame) {
   std::vector<std::int16_t> heard;
-  auto device = std::make_unique<FakeDevice>(&heard);
-  FakeDevice& fake = *device;
+  auto device = std::make_unique<ScriptedDevice>(&heard);
+  ScriptedDevice& fake = *device;
   Inbox inbox;
   SampleRing ring(48000);
-  Engine engine(test_config(), std::move(device), true, inbox, &ring);
+  Engine engine(test_config(), std::move(device), inbox, &ring);
   core::Nanoseconds now_ns = 1000 * kMs;
   for (int due : {3, 0, 1, 2, 0, 1}) {
-    inbox.percept.write({now_ns, true, 0.5, 0.1});
+    inbox.percept.write(sensed(now_ns));
     fake.due = due;
     engine.turn(kPeriod_s, now_ns += 5 * kMs);
   }
@@ -58,133 +58,108 @@ TEST(Engine, WritesWhatTheDeviceWantsAndRecordsTheSame) {
   EXPECT_GT(*std::max_element(heard.begin(), heard.end()), 1000);
 }
 
-TEST(Engine, LatencyIsTheWaitForTheTurnPlusTheQueueAhead) {
+TEST(Engine, LatencyIsTheWaitForTheTurnTheQueueAheadAndTheDevice) {
   std::vector<std::int16_t> heard;
   Inbox inbox;
-  Engine engine(test_config(), std::make_unique<FakeDevice>(&heard), true, inbox, nullptr);
+  Engine engine(test_config(), std::make_unique<ScriptedDevice>(&heard), inbox, nullptr);
   core::Nanoseconds now_ns = 1000 * kMs;
   for (int i = 0; i < 200; ++i) {
-    inbox.percept.write({now_ns, true, 0.5, 0.1});
+    inbox.percept.write(sensed(now_ns));
     engine.turn(kPeriod_s, now_ns += 3 * kMs);
   }
   const EngineFigures figures = engine.figures();
   EXPECT_EQ(figures.percepts, 200U);
-  EXPECT_NEAR(figures.latency_p50_ms, 13.0, 13.0 / 16.0);
-  EXPECT_NEAR(figures.latency_p99_ms, 13.0, 13.0 / 16.0);
+  EXPECT_DOUBLE_EQ(figures.device_latency_ms, 4.0);
+  EXPECT_NEAR(figures.latency_p50_ms, 17.0, 17.0 / 16.0);
+  EXPECT_NEAR(figures.latency_p99_ms, 17.0, 17.0 / 16.0);
 }
 
 TEST(Engine, APerceptCountsOnce) {
   std::vector<std::int16_t> heard;
   Inbox inbox;
-  Engine engine(test_config(), std::make_unique<FakeDevice>(&heard), true, inbox, nullptr);
-  inbox.percept.write({1000 * kMs, true, 0.5, 0.1});
+  Engine engine(test_config(), std::make_unique<ScriptedDevice>(&heard), inbox, nullptr);
+  inbox.percept.write(sensed(1000 * kMs));
   for (int i = 0; i < 50; ++i) engine.turn(kPeriod_s, (1001 + i) * kMs);
   EXPECT_EQ(engine.figures().percepts, 1U);
 }
 
-TEST(Engine, GoesOnWithoutTheDeviceThatWentAway) {
+TEST(Engine, LatencyCountsFromTheStamp) {
   std::vector<std::int16_t> heard;
-  auto device = std::make_unique<FakeDevice>(&heard);
-  FakeDevice& fake = *device;
   Inbox inbox;
-  SampleRing ring(480000);
-  Engine engine(test_config(), std::move(device), true, inbox, &ring);
-  for (int i = 0; i < 10; ++i) engine.turn(kPeriod_s, (1000 + 5 * i) * kMs);
-  fake.there = false;
-  for (int i = 0; i < 90; ++i) engine.turn(kPeriod_s, (1050 + 5 * i) * kMs);
-  EXPECT_EQ(heard.size(), 10 * kPeriodFrames);
-  std::vector<std::int16_t> recorded(480000);
-  EXPECT_EQ(ring.pop(recorded), 100 * kPeriodFrames);
-  EXPECT_TRUE(engine.figures().sink_lost);
+  Engine engine(test_config(), std::make_unique<ScriptedDevice>(&heard), inbox, nullptr);
+  core::Nanoseconds now_ns = 1000 * kMs;
+  for (int i = 0; i < 50; ++i) {
+    PerceptSample sample = sensed(now_ns);
+    sample.sent_ns -= 2 * kMs;
+    inbox.percept.write(sample);
+    engine.turn(kPeriod_s, now_ns += 3 * kMs);
+  }
+  EXPECT_NEAR(engine.figures().latency_p50_ms, 19.0, 19.0 / 16.0);
+}
+
+TEST(Engine, EveryLayoutIsRecordedWithAllItsChannels) {
+  for (const Layout layout : {Layout::kMono, Layout::kStereo, Layout::k5_1, Layout::k7_1, Layout::kHrtf}) {
+    Inbox inbox;
+    SampleRing ring(1U << 19);
+    Engine engine(test_config(layout), nullptr, inbox, &ring);
+    for (int i = 0; i < 50; ++i) {
+      inbox.percept.write(sensed((1000 + 5 * i) * kMs));
+      engine.turn(kPeriod_s, (1001 + 5 * i) * kMs);
+    }
+    std::vector<std::int16_t> recorded(1U << 19);
+    recorded.resize(ring.pop(recorded));
+    EXPECT_EQ(recorded.size(), 50 * kPeriodFrames * channel_count(layout)) << name_of(layout);
+    EXPECT_GT(*std::max_element(recorded.begin(), recorded.end()), 500) << name_of(layout);
+  }
+}
+
+TEST(Engine, TellsTheDirectionThatIsHeard) {
+  AudioPerceptConfig config = test_config();
+  config.listener.view = 10;  // from the south: x is right
+  config.listener.ears_m = {0, 0, 0};
+  Inbox inbox;
+  Engine engine(config, nullptr, inbox, nullptr);
+  for (int i = 0; i < 100; ++i) {
+    PerceptSample sample = sensed((1000 + 5 * i) * kMs);
+    sample.position_m = {1, 0, 1};
+    inbox.percept.write(sample);
+    engine.turn(kPeriod_s, (1001 + 5 * i) * kMs);
+  }
+  EXPECT_NEAR(engine.figures().azimuth_deg, 90.0, 0.5);
+  EXPECT_NEAR(engine.figures().elevation_deg, 45.0, 0.5);
 }
 
 TEST(Engine, ATurnUsesNoHeap) {
   Inbox inbox;
   SampleRing ring(48000);
-  Engine engine(test_config(), std::make_unique<PacedSink>(), false, inbox, &ring);
+  Engine engine(test_config(Layout::kStereo), nullptr, inbox, &ring);
   const test::HeapGuard guard;
   for (int i = 0; i < 100; ++i) {
-    inbox.percept.write({(1000 + 5 * i) * kMs, true, 0.5, 0.1});
+    inbox.percept.write(sensed((1000 + 5 * i) * kMs));
     engine.turn(kPeriod_s, (1001 + 5 * i) * kMs);
   }
 }
 
-TEST(PacedSink, KeepsTheClocksPaceOverUnevenTurns) {
-  PacedSink sink;
-  int periods = 0;
-  for (int i = 0; i < 1000; ++i) periods += sink.periods_due(i % 3 == 0 ? 0.002 : 0.005);
-  EXPECT_NEAR(periods, 0.004 * 1000 / kPeriod_s, 1.0);
-}
-
-TEST(PacedSink, AStalledHostIsCaughtUpWithButNotWithoutEnd) {
-  PacedSink sink;
-  EXPECT_EQ(sink.periods_due(1.0), 200);
-  EXPECT_EQ(sink.periods_due(3600.0), 1000);
-}
-
-TEST(OpenSink, SaysWhyThereIsNoLiveOne) {
-  AudioPerceptConfig config = test_config();
-  config.sink = SinkChoice::kAuto;
-  config.device = "no such device";
-  const OpenedSink opened = open_sink(config);
-  EXPECT_FALSE(opened.live);
-  EXPECT_THAT(opened.notice, testing::HasSubstr("no such device"));
-}
-
-TEST(LiveSink, AsksForSoundUntilItsQueueIsFullAndAgainAsItPlays) {
-  std::string reason;
-  const auto sink = open_live_sink("", reason);
-  ASSERT_NE(sink, nullptr) << reason;
-  EXPECT_THAT(sink->name(), testing::StartsWith("live: "));
-  const std::vector<std::int16_t> period(kPeriodFrames);
-  const int queue = sink->periods_due(0.0);
-  EXPECT_GE(queue, 3);
-  for (int i = 0; i < queue; ++i) sink->write(period);
-  EXPECT_NEAR(sink->queued_s(), queue * kPeriod_s, 1e-9);
-  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-  int played = 0;
-  while (played < 40 && std::chrono::steady_clock::now() < give_up) {
-    for (int due = sink->periods_due(0.001); due > 0; --due, ++played) sink->write(period);
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  EXPECT_GE(played, 40);
-  EXPECT_TRUE(sink->alive());
-}
-
-TEST(LiveSink, ADeviceThatTakesNothingIsGone) {
-  std::string reason;
-  const auto sink = open_live_sink("", reason);  // nothing is queued, so nothing can be played
-  ASSERT_NE(sink, nullptr) << reason;
-  sink->periods_due(3.0);
-  EXPECT_FALSE(sink->alive());
-}
-
-TEST(OpenSink, ALiveOneThatIsRequiredAndMissingIsAnError) {
-  AudioPerceptConfig config = test_config();
-  config.sink = SinkChoice::kLive;
-  config.device = "no such device";
-  try {
-    open_sink(config);
-    FAIL();
-  } catch (const runtime::MissingError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("output.sink"));
-    EXPECT_THAT(error.what(), testing::HasSubstr("no such device"));
-  }
-}
-
 TEST(Health, SaysWhatTheOperatorMustKnow) {
+  using percept::Alarm;
   EngineFigures figures;
   EXPECT_EQ(health_of(figures, {}, "x").state, core::ComponentState::kReady);
   figures.situation = Situation::kSounding;
   EXPECT_EQ(health_of(figures, {}, "x").state, core::ComponentState::kRunning);
-  figures.sink_lost = true;
+  figures.device_lost = true;
   EXPECT_EQ(health_of(figures, {}, "x").state, core::ComponentState::kDegraded);
-  figures.situation = Situation::kStale;
+  EXPECT_THAT(health_of(figures, {}, "x").message, testing::HasSubstr("device"));
+  figures = {.situation = Situation::kStale};
   EXPECT_THAT(health_of(figures, {}, "x").message, testing::HasSubstr("stale"));
-  figures.alarm = percept::Alarm::kStopped;
-  EXPECT_THAT(health_of(figures, {}, "x").message, testing::HasSubstr("emergency stop"));
-  figures.drive_fault = true;
-  EXPECT_THAT(health_of(figures, {}, "x").message, testing::HasSubstr("drives in fault"));
+  for (const auto& [alarm, words] : {std::pair{Alarm::kEmergencyStop, "emergency stop"},
+                                     {Alarm::kDriveFault, "drives in fault"},
+                                     {Alarm::kWorkspaceStale, "model"}}) {
+    figures.alarm = alarm;
+    EXPECT_THAT(health_of(figures, {}, "x").message, testing::HasSubstr(words));
+  }
+  figures = {.situation = Situation::kSounding, .alarm = Alarm::kLinkLost};
+  EXPECT_EQ(health_of(figures, {}, "x").state, core::ComponentState::kDegraded);
+  EXPECT_THAT(health_of(figures, {}, "x").message, testing::HasSubstr("link"));
 }
 
 }  // namespace

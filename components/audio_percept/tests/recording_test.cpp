@@ -54,7 +54,7 @@ TEST(WavFile, HoldsTheSamplesAt48kHz16BitMono) {
       std::filesystem::temp_directory_path() / ("recording_test_" + std::to_string(getpid()) + ".wav");
   const std::vector<std::int16_t> samples{0, 100, -16384, 32767, 5};
   {
-    WavFile wav(path);
+    WavFile wav(path, Layout::kMono);
     wav.write(samples);
     wav.write(samples);
     EXPECT_DOUBLE_EQ(wav.seconds(), 10.0 / 48000.0);
@@ -73,9 +73,31 @@ TEST(WavFile, HoldsTheSamplesAt48kHz16BitMono) {
   EXPECT_TRUE(std::equal(samples.begin(), samples.end(), read.begin() + 5));
 }
 
+TEST(WavFile, SaysWhichChannelIsWhichLoudspeaker) {
+  const auto path = std::filesystem::temp_directory_path() /
+                    ("recording_test_surround_" + std::to_string(getpid()) + ".wav");
+  {
+    WavFile wav(path, Layout::k5_1);
+    wav.write(std::vector<std::int16_t>(6 * 480, 100));
+    EXPECT_DOUBLE_EQ(wav.seconds(), 0.01);
+  }
+  SF_INFO format{};
+  SNDFILE* file = sf_open(path.c_str(), SFM_READ, &format);
+  ASSERT_NE(file, nullptr);
+  EXPECT_EQ(format.channels, 6);
+  EXPECT_EQ(format.frames, 480);
+  std::array<int, 6> map{};
+  EXPECT_TRUE(sf_command(file, SFC_GET_CHANNEL_MAP_INFO, map.data(), sizeof map));
+  sf_close(file);
+  std::filesystem::remove(path);
+  EXPECT_EQ(map,
+            (std::array<int, 6>{SF_CHANNEL_MAP_LEFT, SF_CHANNEL_MAP_RIGHT, SF_CHANNEL_MAP_CENTER,
+                                SF_CHANNEL_MAP_LFE, SF_CHANNEL_MAP_REAR_LEFT, SF_CHANNEL_MAP_REAR_RIGHT}));
+}
+
 TEST(WavFile, NamesTheFileThatCannotBeWritten) {
   try {
-    WavFile wav("/nowhere/audio.wav");
+    WavFile wav("/nowhere/audio.wav", Layout::kStereo);
     FAIL();
   } catch (const std::runtime_error& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("/nowhere/audio.wav"));

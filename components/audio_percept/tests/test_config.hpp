@@ -4,9 +4,11 @@
 
 namespace phantom::audio_percept {
 
-inline AudioPerceptConfig test_config() {
+/// The shipped parameters, mono and without a device.
+inline AudioPerceptConfig test_config(Layout layout = Layout::kMono) {
   AudioPerceptConfig config = load_config(PHANTOM_SOURCE_DIR "/components/audio_percept/audio_percept.yaml");
   config.sink = SinkChoice::kPaced;
+  config.layout = layout;
   return config;
 }
 

@@ -1,0 +1,101 @@
+#include "components/audio_percept/alarm_desk.hpp"
+
+#include <algorithm>
+
+namespace phantom::audio_percept {
+
+using percept::Alarm;
+using percept::AlarmPriority;
+
+namespace {
+
+// A threat is news of every moment: its bursts follow each other, also when the condition comes and goes.
+constexpr double kUnsafeRepeat_s = 0.75, kUnsafeLastingRepeat_s = 1.5;
+// What comes back after a moment sounds at once, but is not a rattle.
+constexpr double kHighHoldOff_s = 1.0;
+
+double delay_s(const AlarmRules& rules, Alarm alarm) noexcept {
+  switch (percept::priority_of(alarm)) {
+    case AlarmPriority::kHigh:
+      return 0.0;
+    case AlarmPriority::kMedium:
+      return rules.medium_delay_s;
+    case AlarmPriority::kLow:
+    case AlarmPriority::kInformation:
+      break;
+  }
+  return rules.low_delay_s;
+}
+
+}  // namespace
+
+AlarmDesk::AlarmDesk(const AlarmRules& rules) : rules_(rules) {}
+
+void AlarmDesk::follow(Course& course, Alarm alarm, bool holds, double dt_s) noexcept {
+  course.since_burst_s += dt_s;
+  if (!holds) {
+    course.absent_s += dt_s;
+    course.held_s = 0.0;
+    course.begun = course.known = false;
+    if (course.absent_s > rules_.forget_s) course.bursts = 0;
+    return;
+  }
+  course.absent_s = 0.0;
+  course.held_s += dt_s;
+  if (course.held_s > delay_s(rules_, alarm)) standing_ = std::max(standing_, alarm);
+}
+
+bool AlarmDesk::is_due(const Course& course, Alarm alarm) const noexcept {
+  const AlarmPriority priority = percept::priority_of(alarm);
+  const bool noticed = course.known || course.bursts >= rules_.prompt_bursts;
+  if (alarm == Alarm::kUnsafeMotion)
+    return course.since_burst_s >= (noticed ? kUnsafeLastingRepeat_s : kUnsafeRepeat_s);
+  if (priority == AlarmPriority::kHigh && !course.begun) return course.since_burst_s >= kHighHoldOff_s;
+  // Information is given once, when its condition begins.
+  if (priority == AlarmPriority::kInformation && course.begun) return false;
+  const double prompt_s = priority == AlarmPriority::kHigh ? rules_.high_repeat_s : rules_.medium_repeat_s;
+  return course.since_burst_s >= (noticed ? rules_.lasting_repeat_s : prompt_s);
+}
+
+void AlarmDesk::pass_time(double dt_s) noexcept {
+  if (playing_ == Alarm::kNone) {
+    silence_s_ += dt_s;
+    return;
+  }
+  playing_left_s_ -= dt_s;
+  if (playing_left_s_ > 0.0) return;
+  playing_ = Alarm::kNone;
+  silence_s_ = 0.0;
+}
+
+std::optional<Alarm> AlarmDesk::step(const AlarmSet& holding, bool acknowledged, double dt_s) noexcept {
+  standing_ = Alarm::kNone;
+  for (std::size_t i = 1; i < courses_.size(); ++i)
+    follow(courses_[i], static_cast<Alarm>(i), holding[i], dt_s);
+  if (acknowledged) {
+    for (Course& course : courses_) course.known = course.begun;
+  }
+  pass_time(dt_s);
+  std::optional<Alarm> change;
+  const bool over = playing_ != Alarm::kNone && !holding[static_cast<std::size_t>(playing_)];
+  if (over && percept::priority_of(playing_) == AlarmPriority::kHigh) {  // the shorter ones are played out
+    playing_ = Alarm::kNone;
+    silence_s_ = 0.0;
+    change = Alarm::kNone;
+  }
+  Course& gravest = courses_[static_cast<std::size_t>(standing_)];
+  if (standing_ == Alarm::kNone || !is_due(gravest, standing_)) return change;
+  const bool urgent = percept::priority_of(standing_) == AlarmPriority::kHigh;
+  const bool may_begin =
+      playing_ == Alarm::kNone ? urgent || silence_s_ >= rules_.least_silence_s : standing_ > playing_;
+  if (!may_begin) return change;
+  gravest.since_burst_s = 0.0;
+  gravest.begun = true;
+  ++gravest.bursts;
+  ++bursts_;
+  playing_ = standing_;
+  playing_left_s_ = percept::burst_duration_s(standing_);
+  return standing_;
+}
+
+}  // namespace phantom::audio_percept

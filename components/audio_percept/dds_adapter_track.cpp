@@ -1,0 +1,73 @@
+#include "components/audio_percept/dds_adapter_track.hpp"
+
+#include "common/core/errors.hpp"
+#include "common/dds/cdr.hpp"
+#include "common/recording/mcap_reader.hpp"
+#include "components/audio_percept/dds_adapter_convert.hpp"
+
+namespace phantom::audio_percept {
+namespace {
+
+/// A topic of the recording: decoded, checked as when it comes live, put into the inputs.
+template <class Message, class Converter, class Sample>
+class Channel {
+ public:
+  Channel(const dds::TopicSpec<Message>& topic, Sample Inputs::*place)
+      : topic_(topic), codec_(topic), place_(place) {}
+
+  /// Whether the message is of this topic.
+  bool take(const std::string& topic, const recording::Message& message, core::Nanoseconds at_ns,
+            Inputs& inputs) {
+    if (topic != topic_.name) return false;
+    Message sample;
+    if (codec_.decode(message.data, &sample) && converter_.accept(sample, at_ns, inputs.*place_)) ++accepted_;
+    return true;
+  }
+  std::size_t accepted() const { return accepted_; }
+
+ private:
+  const dds::TopicSpec<Message>& topic_;
+  dds::CdrCodec codec_;
+  Sample Inputs::*place_;
+  Converter converter_;
+  std::size_t accepted_ = 0;
+};
+
+}  // namespace
+
+Track read_track_recording(const std::filesystem::path& file) {
+  const auto reader = recording::McapReader::open(file);
+  if (!reader && reader.status().code() == core::ErrorCode::kNotFound)
+    throw core::MissingError(reader.status().message());
+  if (!reader) throw core::ConfigError(reader.status().message());
+  Channel<msg::Percept, PerceptConverter, PerceptSample> percept(dds::kPercept, &Inputs::percept);
+  Channel<msg::MasterState, LinkConverter, LinkSample> master(dds::kMasterState, &Inputs::master);
+  Channel<msg::SlaveState, LinkConverter, LinkSample> slave(dds::kSlaveState, &Inputs::slave);
+  Channel<msg::HitAlert, AlertConverter, AlertSample> alerts(dds::kHitAlert, &Inputs::alerts);
+  Channel<msg::OperatorCommand, CommandConverter, CommandSample> command(dds::kOperatorCommand,
+                                                                         &Inputs::command);
+  Track track;
+  Inputs now;
+  recording::MessageCursor cursor(*reader);
+  for (recording::Message message; cursor.next(message);) {
+    const std::string& topic = reader->channels().at(message.channel_id).topic;
+    const auto at_ns = static_cast<core::Nanoseconds>(message.log_time_ns);
+    if (!percept.take(topic, message, at_ns, now) && !master.take(topic, message, at_ns, now) &&
+        !slave.take(topic, message, at_ns, now) && !alerts.take(topic, message, at_ns, now) &&
+        !command.take(topic, message, at_ns, now)) {
+      continue;
+    }
+    now.now_ns = at_ns;
+    // What comes within one period is heard in the next: the newest of it stands for all.
+    constexpr core::Nanoseconds kStep_ns = 1'000'000;
+    if (track.empty() || at_ns / kStep_ns != track.back().now_ns / kStep_ns) {
+      track.push_back(now);
+    } else {
+      track.back() = now;
+    }
+  }
+  if (percept.accepted() == 0) throw core::ConfigError(file.string() + ": holds no sample of topic percept");
+  return track;
+}
+
+}  // namespace phantom::audio_percept

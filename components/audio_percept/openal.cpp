@@ -1,0 +1,60 @@
+#include "components/audio_percept/openal.hpp"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "components/audio_percept/audio_percept.hpp"
+
+namespace phantom::audio_percept {
+namespace {
+
+void set_thread_context(ALCcontext* context) noexcept {
+  static const auto set =
+      reinterpret_cast<PFNALCSETTHREADCONTEXTPROC>(alcGetProcAddress(nullptr, "alcSetThreadContext"));
+  if (set != nullptr) set(context);
+}
+
+}  // namespace
+
+QuietStderr::QuietStderr() : saved_(dup(STDERR_FILENO)) {
+  std::fflush(stderr);
+  const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+  if (nowhere < 0) return;
+  dup2(nowhere, STDERR_FILENO);
+  close(nowhere);
+}
+QuietStderr::~QuietStderr() {
+  std::fflush(stderr);
+  if (saved_ < 0) return;
+  dup2(saved_, STDERR_FILENO);
+  close(saved_);
+}
+
+void prepare_openal(Layout layout) {
+  if (std::getenv("ALSOFT_CONF") != nullptr) return;
+  // The application has no other way than a configuration file, which here is an anonymous one.
+  static const int file = memfd_create("alsoft.conf", MFD_CLOEXEC);
+  std::string text = "[general]\nperiod_size = " + std::to_string(kPeriodFrames) + "\nperiods = 2\n";
+  if (layout == Layout::k5_1) text += "channels = surround51\n";
+  if (layout == Layout::k7_1) text += "channels = surround71\n";
+  if (file < 0 || pwrite(file, text.data(), text.size(), 0) != static_cast<ssize_t>(text.size())) return;
+  setenv("ALSOFT_CONF", ("/proc/self/fd/" + std::to_string(file)).c_str(), 0);
+}
+
+OpenAlContext::OpenAlContext(ALCdevice* device, const ALCint* attributes) : device_(device) {
+  if (device_ != nullptr) context_ = alcCreateContext(device_, attributes);
+}
+
+OpenAlContext::~OpenAlContext() {
+  if (context_ != nullptr) alcDestroyContext(context_);
+  if (device_ != nullptr) alcCloseDevice(device_);
+}
+
+OpenAlContext::Use::Use(const OpenAlContext& context) noexcept { set_thread_context(context.context_); }
+OpenAlContext::Use::~Use() { set_thread_context(nullptr); }
+
+}  // namespace phantom::audio_percept

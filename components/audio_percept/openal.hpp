@@ -1,0 +1,55 @@
+#pragma once
+
+#include <AL/al.h>
+#include <AL/alc.h>
+#include <AL/alext.h>
+
+#include <string>
+
+#include "components/audio_percept/layout.hpp"
+
+namespace phantom::audio_percept {
+
+/// Sound libraries write to stderr while they look for devices; what matters is said by us in one line.
+class QuietStderr {
+ public:
+  QuietStderr();
+  ~QuietStderr();
+  QuietStderr(const QuietStderr&) = delete;
+  QuietStderr& operator=(const QuietStderr&) = delete;
+
+ private:
+  int saved_;
+};
+
+/// Asks OpenAL Soft for updates as short as our period and for the loudspeakers that `layout` needs, unless
+/// the user names a configuration file. Call before any other use of OpenAL; it reads this once a process.
+void prepare_openal(Layout layout);
+
+/// An OpenAL device with a context. The context is current in a thread only while a Use of it lives there, so
+/// that a loopback device and a playback device get along, in any threads.
+class OpenAlContext {
+ public:
+  /// Takes the device; null stands for one that did not open. `attributes` end with 0.
+  OpenAlContext(ALCdevice* device, const ALCint* attributes);
+  ~OpenAlContext();
+  OpenAlContext(const OpenAlContext&) = delete;
+  OpenAlContext& operator=(const OpenAlContext&) = delete;
+
+  explicit operator bool() const noexcept { return context_ != nullptr; }
+  ALCdevice* device() const noexcept { return device_; }
+
+  class Use {
+   public:
+    explicit Use(const OpenAlContext& context) noexcept;
+    ~Use();
+    Use(const Use&) = delete;
+    Use& operator=(const Use&) = delete;
+  };
+
+ private:
+  ALCdevice* device_;
+  ALCcontext* context_ = nullptr;
+};
+
+}  // namespace phantom::audio_percept

@@ -1,0 +1,76 @@
+#include "components/audio_percept/render.hpp"
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "common/core/errors.hpp"
+#include "common/runtime/process.hpp"
+#include "components/audio_percept/recording.hpp"
+#include "components/audio_percept/spatialiser.hpp"
+#include "components/audio_percept/spectrogram.hpp"
+
+namespace phantom::audio_percept {
+namespace {
+
+constexpr double kTail_s = 0.25, kLongest_s = 3600.0;
+constexpr std::array<Layout, 5> kLayouts{Layout::kMono, Layout::kStereo, Layout::k5_1, Layout::k7_1,
+                                         Layout::kHrtf};
+
+}  // namespace
+
+std::vector<std::int16_t> render_track(const Track& track, const AudioPerceptConfig& config, double tail_s) {
+  const std::size_t channels = channel_count(config.layout);
+  AudioPercept percept(config);
+  Spatialiser spatialiser(config.layout, config.listener.near_m);
+  std::array<float, kPeriodFrames> tone{}, alarm{};
+  std::vector<float> frames(kPeriodFrames * channels);
+  std::vector<std::int16_t> samples;
+  const core::Nanoseconds begin_ns = track.front().now_ns;
+  const core::Nanoseconds end_ns = track.back().now_ns + core::from_seconds(tail_s);
+  std::size_t next = 0;
+  Inputs inputs;
+  for (core::Nanoseconds now_ns = begin_ns; now_ns < end_ns; now_ns += core::from_seconds(kPeriod_s)) {
+    while (next < track.size() && track[next].now_ns <= now_ns) inputs = track[next++];
+    inputs.now_ns = now_ns;
+    percept.step(inputs, tone, alarm);
+    spatialiser.render(tone, alarm, percept.heard_from(), frames);
+    for (const float sample : frames)
+      samples.push_back(static_cast<std::int16_t>(std::lround(32767.0F * sample)));
+  }
+  return samples;
+}
+
+void add_options(CLI::App& app, RenderRequest& request) {
+  app.add_option("--input", request.input,
+                 "what was to be heard: a CSV file (columns: see the README) or a recording (MCAP)")
+      ->required();
+  app.add_option("--out", request.out, "WAV file to write")->required();
+  app.add_option("--spectrogram", request.spectrogram, "PNG to write: frequencies and levels over time");
+  app.add_option("--channels", request.channels,
+                 "instead of the configuration's: mono, stereo, 5.1, 7.1, hrtf")
+      ->check(CLI::IsMember({"mono", "stereo", "5.1", "7.1", "hrtf"}));
+}
+
+int run_render(const RenderRequest& request, AudioPerceptConfig config) {
+  for (const Layout layout : kLayouts) {
+    if (request.channels == name_of(layout)) config.layout = layout;
+  }
+  const Track track = read_track(request.input);
+  const double length_s = core::seconds(track.back().now_ns - track.front().now_ns);
+  if (length_s > kLongest_s)
+    throw core::ConfigError(request.input.string() + ": is longer than an hour; allowed: up to 3600 s");
+  const auto samples = render_track(track, config, kTail_s);
+  WavFile wav(request.out, config.layout);
+  wav.write(samples);
+  std::printf("%s: %.2f s, %s, peak %.3f of full scale\n", request.out.c_str(), wav.seconds(),
+              name_of(config.layout), wav.peak());
+  if (!request.spectrogram.empty()) {
+    draw_spectrogram(samples, config.layout, request.spectrogram);
+    std::printf("%s: its spectrogram\n", request.spectrogram.c_str());
+  }
+  return runtime::kExitDone;
+}
+
+}  // namespace phantom::audio_percept

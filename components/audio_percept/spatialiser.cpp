@@ -1,0 +1,145 @@
+#include "components/audio_percept/spatialiser.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "common/runtime/process.hpp"
+#include "components/audio_percept/audio_percept.hpp"
+#include "components/audio_percept/openal.hpp"
+
+namespace phantom::audio_percept {
+namespace {
+
+// Silence ahead of the signal, so that the queues never run dry between two calls: a source that stops and
+// starts again loses its filters' memory. More than OpenAL's resamplers look ahead.
+constexpr std::size_t kLeadFrames = 64;
+
+ALCint format_of(Layout layout) {
+  return layout == Layout::k5_1   ? ALC_5POINT1_SOFT
+         : layout == Layout::k7_1 ? ALC_7POINT1_SOFT
+                                  : ALC_STEREO_SOFT;
+}
+
+std::unique_ptr<OpenAlContext> open_loopback(Layout layout) {
+  prepare_openal(layout);
+  const QuietStderr quiet;
+  const auto open =
+      reinterpret_cast<LPALCLOOPBACKOPENDEVICESOFT>(alcGetProcAddress(nullptr, "alcLoopbackOpenDeviceSOFT"));
+  const std::array<ALCint, 9> attributes{ALC_FORMAT_CHANNELS_SOFT,
+                                         format_of(layout),
+                                         ALC_FORMAT_TYPE_SOFT,
+                                         ALC_FLOAT_SOFT,
+                                         ALC_FREQUENCY,
+                                         static_cast<ALCint>(kSampleRate_Hz),
+                                         ALC_HRTF_SOFT,
+                                         layout == Layout::kHrtf ? ALC_TRUE : ALC_FALSE,
+                                         0};
+  auto context =
+      std::make_unique<OpenAlContext>(open != nullptr ? open(nullptr) : nullptr, attributes.data());
+  const std::string wish = std::string("output.channels: ") + name_of(layout) + ": ";
+  if (!*context) throw runtime::MissingError(wish + "OpenAL cannot render this; allowed without it: mono");
+  ALCint hrtf = ALC_FALSE;
+  alcGetIntegerv(context->device(), ALC_HRTF_SOFT, 1, &hrtf);
+  if ((hrtf == ALC_TRUE) != (layout == Layout::kHrtf)) {
+    throw runtime::MissingError(
+        wish + (layout == Layout::kHrtf ? "OpenAL finds no HRTF data set for 48 kHz (Debian: libopenal-data)"
+                                        : "OpenAL's configuration forces HRTF"));
+  }
+  return context;
+}
+
+/// A signal on its way into OpenAL: a source fed by a queue of buffers.
+class Feed {
+ public:
+  void begin() {
+    alGenSources(1, &source_);
+    alGenBuffers(static_cast<ALsizei>(buffers_.size()), buffers_.data());
+    alSourcei(source_, AL_SOURCE_RELATIVE, AL_TRUE);
+    const std::array<float, kLeadFrames> silence{};
+    add(silence);
+  }
+  void end() {
+    alSourceStop(source_);
+    alDeleteSources(1, &source_);
+    alDeleteBuffers(static_cast<ALsizei>(buffers_.size()), buffers_.data());
+  }
+  void place(const Vector3& p) {
+    alSource3f(source_, AL_POSITION, static_cast<float>(p[0]), static_cast<float>(p[1]),
+               static_cast<float>(p[2]));
+  }
+  void spread(double radius_m) { alSourcef(source_, AL_SOURCE_RADIUS, static_cast<float>(radius_m)); }
+
+  void add(std::span<const float> samples) {
+    ALint processed = 0;
+    alGetSourcei(source_, AL_BUFFERS_PROCESSED, &processed);
+    for (; processed > 0; --processed, --queued_) {
+      ALuint done = 0;
+      alSourceUnqueueBuffers(source_, 1, &done);
+    }
+    if (queued_ == buffers_.size()) return;  // cannot be: each call takes as much out as in
+    const ALuint buffer = buffers_[next_];
+    next_ = (next_ + 1) % buffers_.size();
+    alBufferData(buffer, AL_FORMAT_MONO_FLOAT32, samples.data(), static_cast<ALsizei>(samples.size_bytes()),
+                 static_cast<ALsizei>(kSampleRate_Hz));
+    alSourceQueueBuffers(source_, 1, &buffer);
+    ++queued_;
+    ALint state = 0;
+    alGetSourcei(source_, AL_SOURCE_STATE, &state);
+    if (state != AL_PLAYING && queued_ > 1) alSourcePlay(source_);
+  }
+
+ private:
+  std::array<ALuint, 4> buffers_{};
+  ALuint source_ = 0;
+  std::size_t next_ = 0, queued_ = 0;
+};
+
+}  // namespace
+
+struct Spatialiser::OpenAl {
+  OpenAl(Layout layout, double near_m)
+      : context(open_loopback(layout)),
+        render(reinterpret_cast<LPALCRENDERSAMPLESSOFT>(
+            alcGetProcAddress(context->device(), "alcRenderSamplesSOFT"))) {
+    const OpenAlContext::Use use(*context);
+    alDistanceModel(AL_NONE);  // the direction is heard; loudness tells of speed alone
+    percept.begin();
+    alarm.begin();
+    if (alIsExtensionPresent("AL_EXT_SOURCE_RADIUS") == AL_TRUE) percept.spread(near_m);
+    alarm.place({0.0, 0.0, -1.0});
+  }
+  ~OpenAl() {
+    const OpenAlContext::Use use(*context);
+    percept.end();
+    alarm.end();
+  }
+  std::unique_ptr<OpenAlContext> context;
+  LPALCRENDERSAMPLESSOFT render;
+  Feed percept, alarm;
+};
+
+Spatialiser::Spatialiser(Layout layout, double near_m)
+    : layout_(layout),
+      openal_(layout == Layout::kMono ? nullptr : std::make_unique<OpenAl>(layout, near_m)) {}
+Spatialiser::~Spatialiser() = default;
+
+double Spatialiser::delay_s() const noexcept {
+  return openal_ == nullptr ? 0.0 : static_cast<double>(kLeadFrames) / kSampleRate_Hz;
+}
+
+void Spatialiser::render(std::span<const float> percept, std::span<const float> alarm,
+                         const Vector3& p_ears_m, std::span<float> frames) noexcept {
+  if (openal_ == nullptr) {
+    std::transform(percept.begin(), percept.end(), alarm.begin(), frames.begin(), std::plus<>());
+  } else {
+    const OpenAlContext::Use use(*openal_->context);
+    openal_->percept.place(p_ears_m);
+    openal_->percept.add(percept);
+    openal_->alarm.add(alarm);
+    openal_->render(openal_->context->device(), frames.data(), static_cast<ALCsizei>(percept.size()));
+  }
+  for (float& sample : frames) sample = std::clamp(sample, -1.0F, 1.0F);
+}
+
+}  // namespace phantom::audio_percept

@@ -1,0 +1,123 @@
+#include "components/audio_percept/device_keeper.hpp"
+
+#include <gtest/gtest.h>
+
+#include "components/audio_percept/tests/fake_sink.hpp"
+#include "components/audio_percept/tests/test_config.hpp"
+
+namespace phantom::audio_percept {
+namespace {
+
+constexpr core::Nanoseconds kMs = core::kNsPerMillisecond;
+
+/// An engine and its keeper, time passing for both.
+struct Desk {
+  FakeDevice fake;
+  bool can_open = false;
+  int attempts = 0;
+  Inbox inbox;
+  SampleRing ring{1U << 20};
+  Engine engine;
+  DeviceKeeper keeper;
+  core::Nanoseconds now_ns = 1'000'000 * kMs;
+
+  explicit Desk(bool from_the_start)
+      : engine(test_config(), from_the_start ? std::make_unique<FakeSink>(fake) : nullptr, inbox, &ring),
+        keeper(
+            engine,
+            [this](std::string& reason) -> std::unique_ptr<AudioSink> {
+              ++attempts;
+              reason = "unplugged";
+              if (!can_open) return nullptr;
+              fake.plugged = true;
+              return std::make_unique<FakeSink>(fake);
+            },
+            5.0, from_the_start ? "live: fake" : PacedSink().name()) {}
+
+  void run(double duration_s) {
+    for (int i = 0; i < duration_s / kPeriod_s; ++i) {
+      now_ns += 5 * kMs;
+      if (i % 2 == 0)
+        inbox.percept.write(
+            {.received_ns = now_ns, .valid = true, .closeness = 0.5, .speed_m_s = 0.1, .sent_ns = now_ns});
+      engine.turn(kPeriod_s, now_ns);
+      if (i % 20 == 19) keeper.step(0.1);
+    }
+  }
+  std::size_t recorded() {
+    std::vector<std::int16_t> out(1U << 20);
+    return ring.pop(out);
+  }
+};
+
+TEST(DeviceKeeper, FindsADeviceThatAppearsLater) {
+  Desk desk(false);
+  desk.run(6.0);
+  EXPECT_EQ(desk.attempts, 1) << "every five seconds, not all the time";
+  EXPECT_FALSE(desk.engine.figures().live);
+  EXPECT_TRUE(desk.fake.heard.empty());
+  EXPECT_EQ(desk.recorded(), 6.0 * 48000) << "the sound was made all the same";
+  desk.can_open = true;
+  desk.run(6.0);
+  EXPECT_TRUE(desk.engine.figures().live);
+  EXPECT_EQ(desk.keeper.name(), "live: fake");
+  EXPECT_GT(desk.fake.heard.size(), 48000U / 2);
+  desk.run(20.0);
+  EXPECT_EQ(desk.attempts, 2) << "what is there is not looked for";
+}
+
+TEST(DeviceKeeper, GoesOnWithoutADeviceThatGoesAndComesBackToIt) {
+  Desk desk(true);
+  desk.run(1.0);
+  EXPECT_TRUE(desk.engine.figures().live);
+  const auto heard = desk.fake.heard.size();
+  EXPECT_GT(heard, 40000U);
+  desk.fake.plugged = false;
+  desk.run(4.0);
+  EXPECT_EQ(desk.fake.heard.size(), heard);
+  EXPECT_TRUE(desk.engine.figures().device_lost);
+  EXPECT_FALSE(desk.engine.figures().live);
+  EXPECT_EQ(desk.fake.open, 0) << "what is gone is closed";
+  EXPECT_EQ(desk.keeper.losses(), 1);
+  EXPECT_NEAR(static_cast<double>(desk.recorded()), 5.0 * 48000, 1000.0)
+      << "not a moment is missing from the recording";
+  desk.can_open = true;
+  desk.run(6.0);
+  EXPECT_TRUE(desk.engine.figures().live);
+  EXPECT_FALSE(desk.engine.figures().device_lost);
+  EXPECT_GT(desk.fake.heard.size(), heard + 24000U);
+}
+
+TEST(DeviceKeeper, ADeviceThatComesAndGoesAllTheTimeLeavesNothingOpen) {
+  {
+    Desk desk(true);
+    desk.can_open = true;
+    for (int i = 0; i < 8; ++i) {
+      desk.run(1.0);
+      desk.fake.plugged = false;
+      desk.run(6.0);
+      EXPECT_LE(desk.fake.open, 1);
+    }
+    EXPECT_EQ(desk.keeper.losses(), 8);
+  }
+}
+
+TEST(DeviceKeeper, TheAudioThreadHandsDevicesOverWhileItRuns) {
+  FakeDevice fake;
+  Inbox inbox;
+  Engine engine(test_config(), nullptr, inbox, nullptr);
+  DeviceKeeper keeper(
+      engine, [&](std::string&) { return std::make_unique<FakeSink>(fake); }, 0.001, "");
+  engine.start();
+  const auto give_up = core::monotonic_ns() + core::from_seconds(30.0);
+  while (!engine.figures().live && core::monotonic_ns() < give_up) {
+    keeper.step(0.001);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  engine.stop();
+  EXPECT_TRUE(engine.figures().live);
+  EXPECT_GT(fake.heard.size(), 0U);
+}
+
+}  // namespace
+}  // namespace phantom::audio_percept

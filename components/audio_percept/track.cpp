@@ -1,0 +1,144 @@
+#include "components/audio_percept/track.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <optional>
+
+#include "common/core/errors.hpp"
+#include "components/audio_percept/dds_adapter_track.hpp"
+
+namespace phantom::audio_percept {
+namespace {
+
+using core::ConfigError;
+
+// Times of a track begin here: 0 would mean that nothing came yet.
+constexpr core::Nanoseconds kBegin_ns = core::kNsPerSecond;
+
+struct Column {
+  const char* name;
+  bool required;
+  double low, high;  // allowed numbers
+  double fallback;   // where the column is missing
+};
+constexpr double kLongest_s = 3600.0, kFar_m = 1000.0;
+enum Place { kTime, kCloseness, kSpeed, kX, kY, kZ, kValid, kMuted, kAlert, kLink };
+constexpr std::array<Column, 10> kColumns{{{"t", true, 0, kLongest_s, 0},
+                                           {"closeness", true, 0, 1, 0},
+                                           {"speed_m_s", true, 0, 100, 0},
+                                           {"x_m", false, -kFar_m, kFar_m, 0},
+                                           {"y_m", false, -kFar_m, kFar_m, 0},
+                                           {"z_m", false, -kFar_m, kFar_m, 0},
+                                           {"valid", false, 0, 1, 1},
+                                           {"muted", false, 0, 1, 0},
+                                           {"alert", false, 0, 1, 0},
+                                           {"link", false, 0, 3, 0}}};
+
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> cells(1);
+  for (const char c : line) {
+    if (c == ',') {
+      cells.emplace_back();
+    } else if (c != ' ' && c != '\t' && c != '\r') {
+      cells.back() += c;
+    }
+  }
+  return cells;
+}
+
+/// Which column of the file holds what.
+std::vector<std::size_t> read_header(const std::string& line, const std::string& where) {
+  const std::string allowed =
+      "; allowed: t, closeness, speed_m_s and, optional, x_m, y_m, z_m, valid, muted, alert, link";
+  std::vector<std::size_t> places;
+  for (const std::string& cell : split(line)) {
+    const auto column =
+        std::find_if(kColumns.begin(), kColumns.end(), [&](const Column& c) { return c.name == cell; });
+    if (column == kColumns.end()) throw ConfigError(where + "column '" + cell + "' is unknown" + allowed);
+    const auto place = static_cast<std::size_t>(column - kColumns.begin());
+    if (std::find(places.begin(), places.end(), place) != places.end())
+      throw ConfigError(where + "column '" + cell + "' stands twice" + allowed);
+    places.push_back(place);
+  }
+  for (std::size_t i = 0; i < kColumns.size(); ++i) {
+    if (kColumns[i].required && std::find(places.begin(), places.end(), i) == places.end())
+      throw ConfigError(where + "column '" + kColumns[i].name + "' is missing" + allowed);
+  }
+  return places;
+}
+
+double read_number(const std::string& cell, const Column& column, const std::string& where) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+  if (error != std::errc() || end != cell.data() + cell.size() ||
+      !(value >= column.low && value <= column.high)) {
+    std::array<char, 80> allowed{};
+    std::snprintf(allowed.data(), allowed.size(), "; allowed: %g to %g", column.low, column.high);
+    throw ConfigError(where + column.name + ": '" + cell + "' is not a number in the range" + allowed.data());
+  }
+  return value;
+}
+
+Inputs inputs_of(const std::array<double, kColumns.size()>& row, bool has_link, const Inputs& before) {
+  Inputs inputs = before;
+  inputs.now_ns = kBegin_ns + core::from_seconds(row[kTime]);
+  inputs.percept = {.received_ns = inputs.now_ns,
+                    .valid = row[kValid] > 0.5,
+                    .closeness = row[kCloseness],
+                    .speed_m_s = row[kSpeed],
+                    .position_m = {row[kX], row[kY], row[kZ]},
+                    .muted = row[kMuted] > 0.5,
+                    .sent_ns = inputs.now_ns};
+  const bool alert = row[kAlert] > 0.5;
+  if (alert && before.alerts.active == 0) inputs.alerts.raised_ns = inputs.now_ns;
+  inputs.alerts.active = alert ? 1 : 0;
+  if (has_link) {
+    constexpr std::array<Link, 4> kStates{Link::kActive, Link::kDegraded, Link::kStopped, Link::kDriveFault};
+    inputs.slave = {inputs.now_ns, kStates[static_cast<std::size_t>(row[kLink])]};
+  }
+  return inputs;
+}
+
+}  // namespace
+
+Track read_track_csv(std::istream& csv, const std::string& name) {
+  std::string line;
+  if (!std::getline(csv, line)) throw ConfigError(name + ":1: is empty; a header line is needed");
+  const auto places = read_header(line, name + ":1: ");
+  const bool has_link = std::find(places.begin(), places.end(), kLink) != places.end();
+  Track track;
+  for (int number = 2; std::getline(csv, line); ++number) {
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    const std::string where = name + ":" + std::to_string(number) + ": ";
+    const auto cells = split(line);
+    if (cells.size() != places.size()) {
+      throw ConfigError(where + "has " + std::to_string(cells.size()) +
+                        " values; allowed: " + std::to_string(places.size()) + ", as the header has");
+    }
+    std::array<double, kColumns.size()> row{};
+    for (std::size_t i = 0; i < kColumns.size(); ++i) row[i] = kColumns[i].fallback;
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      row[places[i]] = read_number(cells[i], kColumns[places[i]], where);
+    track.push_back(inputs_of(row, has_link, track.empty() ? Inputs{} : track.back()));
+    if (track.size() > 1 && track.back().now_ns <= track[track.size() - 2].now_ns)
+      throw ConfigError(
+          where + "t: " +
+          cells[static_cast<std::size_t>(std::find(places.begin(), places.end(), kTime) - places.begin())] +
+          " is not later than the row before; allowed: rising times");
+  }
+  if (track.empty()) throw ConfigError(name + ": holds no rows after its header");
+  return track;
+}
+
+Track read_track(const std::filesystem::path& file) {
+  if (file.extension() != ".csv") return read_track_recording(file);
+  std::ifstream csv(file);
+  if (!csv) throw core::MissingError(file.string() + ": cannot be read");
+  return read_track_csv(csv, file.string());
+}
+
+}  // namespace phantom::audio_percept
