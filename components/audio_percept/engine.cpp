@@ -115,6 +115,7 @@ void Engine::publish() noexcept {
                     .latency_max_ms = ms(latency_.max_ns()),
                     .device_latency_ms = 1e3 * device_latency_s_,
                     .percepts = latency_.count(),
+                    .interruptions = device_ != nullptr ? device_->interruptions() : 0,
                     .alarm_bursts = percept_.bursts(),
                     .live = device_ != nullptr && !lost_,
                     .device_lost = lost_});

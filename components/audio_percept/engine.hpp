@@ -25,11 +25,12 @@ struct EngineFigures {
   double latency_p50_ms = 0.0;                    ///< from a percept's stamp until its sound is in the air
   double latency_p99_ms = 0.0;
   double latency_max_ms = 0.0;
-  double device_latency_ms = 0.0;  ///< the device's own share of it, as it tells
-  std::uint64_t percepts = 0;      ///< that were made audible
-  std::uint64_t alarm_bursts = 0;  ///< that were begun
-  bool live = false;               ///< a playback device is in use
-  bool device_lost = false;        ///< one was, and is gone; the sound goes on without
+  double device_latency_ms = 0.0;   ///< the device's own share of it, as it tells
+  std::uint64_t percepts = 0;       ///< that were made audible
+  std::uint64_t interruptions = 0;  ///< of the device in use, by periods that came too late
+  std::uint64_t alarm_bursts = 0;   ///< that were begun
+  bool live = false;                ///< a playback device is in use
+  bool device_lost = false;         ///< one was, and is gone; the sound goes on without
 };
 
 /// The audio thread: asks the sink how much it wants, renders from the newest samples, hands it on.

@@ -10,14 +10,17 @@
 namespace phantom::audio_percept {
 namespace {
 
-// Periods to keep queued: what the device takes in one update and what passes between two of our turns.
-// Two where the device grants the short updates: 10 ms.
-std::size_t queue_length(ALCdevice* device) {
+constexpr int kMostQueued = 64;
+constexpr double kCalm_s = 120.0;  // without an interruption, after which the queue is tried shorter
+
+// Periods to keep queued at first: what the device takes in one update and what passes between two of our
+// turns. Two, 10 ms, where the device grants the short updates.
+int least_queue(ALCdevice* device) {
   ALCint updates_Hz = 0;
   alcGetIntegerv(device, ALC_REFRESH, 1, &updates_Hz);
   if (updates_Hz <= 0) return 4;
   const double periods_per_update = 1.0 / (updates_Hz * kPeriod_s);
-  return static_cast<std::size_t>(std::clamp(std::ceil(periods_per_update + 0.5), 2.0, 64.0)) + 1;
+  return static_cast<int>(std::clamp(std::ceil(periods_per_update + 0.5), 2.0, 0.5 * kMostQueued));
 }
 
 ALenum format_of(Layout layout) {
@@ -40,7 +43,8 @@ class OpenAlSink final : public AudioSink {
   OpenAlSink(std::unique_ptr<OpenAlContext> context, Layout layout) : context_(std::move(context)) {
     const OpenAlContext::Use use(*context_);
     format_ = format_of(layout);
-    buffers_.resize(queue_length(context_->device()));
+    wanted_ = least_ = least_queue(context_->device());
+    buffers_.resize(kMostQueued);
     alGenBuffers(static_cast<ALsizei>(buffers_.size()), buffers_.data());
     alGenSources(1, &source_);
     alSourcei(source_, AL_SOURCE_RELATIVE, AL_TRUE);
@@ -71,13 +75,15 @@ class OpenAlSink final : public AudioSink {
     ALint played = 0;
     alGetSourcei(source_, AL_BUFFERS_PROCESSED, &played);
     since_progress_s_ += dt_s;
+    calm_s_ += dt_s;
     for (; played > 0; --played) {
       ALuint buffer = 0;
       alSourceUnqueueBuffers(source_, 1, &buffer);
       --queued_;
       since_progress_s_ = 0.0;
     }
-    return static_cast<int>(buffers_.size()) - queued_;
+    adapt();
+    return std::max(0, wanted_ - queued_);
   }
 
   void write(std::span<const std::int16_t> period) override {
@@ -91,7 +97,10 @@ class OpenAlSink final : public AudioSink {
     ALint state = 0;
     alGetSourcei(source_, AL_SOURCE_STATE, &state);
     // Starts, and starts again after the queue ran dry, once it is full.
-    if (state != AL_PLAYING && queued_ == static_cast<int>(buffers_.size())) alSourcePlay(source_);
+    if (state != AL_PLAYING && queued_ >= wanted_) {
+      alSourcePlay(source_);
+      playing_ = true;
+    }
   }
 
   double queued_s() const override { return queued_ * kPeriod_s; }
@@ -103,6 +112,8 @@ class OpenAlSink final : public AudioSink {
     return std::max(0.0, 1e-9 * static_cast<double>(latency_ns));
   }
 
+  std::uint64_t interruptions() const override { return interruptions_; }
+
   bool alive() const override {
     constexpr double kStuck_s = 2.0;
     if (since_progress_s_ > kStuck_s) return false;
@@ -113,13 +124,30 @@ class OpenAlSink final : public AudioSink {
   }
 
  private:
+  // A queue that ran dry is made longer: a host that is late now and then is late again. After a long calm it
+  // is tried shorter.
+  void adapt() {
+    if (playing_ && queued_ == 0) {
+      playing_ = false;
+      ++interruptions_;
+      wanted_ = std::min(wanted_ + 1, kMostQueued);
+      calm_s_ = 0.0;
+    } else if (calm_s_ > kCalm_s && wanted_ > least_) {
+      --wanted_;
+      calm_s_ = 0.0;
+    }
+  }
+
   std::unique_ptr<OpenAlContext> context_;
   std::vector<ALuint> buffers_;
   ALenum format_ = AL_FORMAT_STEREO16;
   LPALCGETINTEGER64VSOFT get_64_ = nullptr;
   ALuint source_ = 0;
   std::size_t next_ = 0;
-  int queued_ = 0;
+  int queued_ = 0, wanted_ = 2, least_ = 2;
+  bool playing_ = false;
+  std::uint64_t interruptions_ = 0;
+  double calm_s_ = 0.0;
   double since_progress_s_ = 0.0;
   bool watches_connection_ = false;
   std::string name_;

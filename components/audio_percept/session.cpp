@@ -58,6 +58,7 @@ void write_report(const std::filesystem::path& folder, const WavFile& wav, const
                                         {"max", figures.latency_max_ms},
                                         {"device", figures.device_latency_ms},
                                         {"n", figures.percepts}}},
+                                      {"interruptions", figures.interruptions},
                                       {"alarm_bursts", figures.alarm_bursts},
                                       {"peak", wav.peak()}};
   std::ofstream file(folder / "audio_percept.json");
@@ -138,6 +139,7 @@ core::Health health_of(const EngineFigures& figures, const core::LoopStatistics&
                     {"latency_p99", figures.latency_p99_ms, "ms"},
                     {"device_latency", figures.device_latency_ms, "ms"},
                     {"percepts", static_cast<double>(figures.percepts), ""},
+                    {"interruptions", static_cast<double>(figures.interruptions), ""},
                     {"alarm_bursts", static_cast<double>(figures.alarm_bursts), ""}};
   return health;
 }

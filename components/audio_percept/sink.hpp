@@ -23,6 +23,8 @@ class AudioSink {
   virtual double queued_s() const = 0;
   /// What the device itself adds until the sound is in the air, as far as it knows.
   virtual double device_latency_s() const = 0;
+  /// How often its sound was interrupted, because a period came too late.
+  virtual std::uint64_t interruptions() const = 0;
   /// False once the device is gone; from then on the sink must not be used.
   virtual bool alive() const = 0;
 };
@@ -35,6 +37,7 @@ class PacedSink final : public AudioSink {
   void write(std::span<const std::int16_t>) override {}
   double queued_s() const override { return 0.0; }
   double device_latency_s() const override { return 0.0; }
+  std::uint64_t interruptions() const override { return 0; }
   bool alive() const override { return true; }
 
  private:

@@ -13,7 +13,7 @@ namespace {
 
 // Silence ahead of the signal, so that the queues never run dry between two calls: a source that stops and
 // starts again loses its filters' memory. More than OpenAL's resamplers look ahead.
-constexpr std::size_t kLeadFrames = 64;
+constexpr std::size_t kLeadFrames = 32;
 
 ALCint format_of(Layout layout) {
   return layout == Layout::k5_1   ? ALC_5POINT1_SOFT

@@ -85,6 +85,7 @@ void percept_to_sound(benchmark::State& state) {
   state.counters["p50_ms"] = figures.latency_p50_ms;
   state.counters["p99_ms"] = figures.latency_p99_ms;
   state.counters["device_ms"] = figures.device_latency_ms;
+  state.counters["interruptions"] = static_cast<double>(figures.interruptions);
 }
 BENCHMARK(percept_to_sound)->Iterations(1)->Repetitions(3)->UseRealTime();
 

@@ -35,6 +35,7 @@ struct ScriptedDevice final : AudioSink {
   }
   double queued_s() const override { return queue_s; }
   double device_latency_s() const override { return 0.004; }
+  std::uint64_t interruptions() const override { return 3; }
   bool alive() const override { return true; }
 };
 
@@ -70,6 +71,7 @@ TEST(Engine, LatencyIsTheWaitForTheTurnTheQueueAheadAndTheDevice) {
   const EngineFigures figures = engine.figures();
   EXPECT_EQ(figures.percepts, 200U);
   EXPECT_DOUBLE_EQ(figures.device_latency_ms, 4.0);
+  EXPECT_EQ(figures.interruptions, 3U);
   EXPECT_NEAR(figures.latency_p50_ms, 17.0, 17.0 / 16.0);
   EXPECT_NEAR(figures.latency_p99_ms, 17.0, 17.0 / 16.0);
 }

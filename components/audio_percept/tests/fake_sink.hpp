@@ -32,20 +32,28 @@ class FakeSink final : public AudioSink {
       --queued_;
       since_progress_s_ = 0.0;
     }
-    if (queued_ == 0) playing_s_ = 0.0;
+    if (queued_ == 0) {
+      playing_s_ = 0.0;
+      interruptions_ += started_;
+      started_ = false;
+    }
     return device_.queue - queued_;
   }
   void write(std::span<const std::int16_t> period) override {
     device_.heard.insert(device_.heard.end(), period.begin(), period.end());
     ++queued_;
+    started_ = started_ || queued_ == device_.queue;
   }
   double queued_s() const override { return queued_ * kPeriod_s; }
   double device_latency_s() const override { return device_.latency_s; }
+  std::uint64_t interruptions() const override { return interruptions_; }
   bool alive() const override { return device_.plugged && since_progress_s_ <= 2.0; }
 
  private:
   FakeDevice& device_;
   int queued_ = 0;
+  bool started_ = false;
+  std::uint64_t interruptions_ = 0;
   double playing_s_ = 0.0, since_progress_s_ = 0.0;
 };
 
