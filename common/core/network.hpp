@@ -12,6 +12,9 @@ struct NetworkOptions {
   std::filesystem::path qos_profiles;      ///< XML file with a writer's and a reader's profile per topic
   std::vector<std::string> interfaces;     ///< IP addresses of this host to use; empty: all
   std::vector<std::string> initial_peers;  ///< addresses of hosts to announce to; empty: multicast discovery
+  int participants_per_host = 64;          ///< ports tried at an initial peer; more participants are not found there
+  std::vector<std::string> discovery_servers;  ///< "address:port" of Fast DDS discovery servers 0, 1 …; empty: none
+  std::filesystem::path security;              ///< folder that deploy/security/make made; empty: without DDS Security
   bool shared_memory = false;  ///< shared-memory transport between processes of one host, besides UDP
 };
 

@@ -1,8 +1,10 @@
+#include <fastdds/rtps/attributes/ServerAttributes.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 #include <spdlog/spdlog.h>
 
+#include <cstdio>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
@@ -11,6 +13,7 @@
 
 #include "common/dds/participant_impl.hpp"
 #include "common/dds/qos.hpp"
+#include "common/dds/security.hpp"
 #include "common/dds/topic_list.hpp"
 
 namespace phantom::dds {
@@ -21,7 +24,6 @@ namespace rtps = eprosima::fastdds::rtps;
 
 constexpr std::uint32_t kSocketBufferBytes = 4 << 20;  // a late joiner's workspace comes as one burst
 constexpr std::uint32_t kSharedSegmentBytes = 16 << 20;
-constexpr std::uint32_t kParticipantsPerHost = 64;  // ports tried for an initial peer given by address alone
 
 // The factory keeps profiles for the process's life and refuses a second file with the same names, so each
 // file is loaded once.
@@ -39,8 +41,28 @@ void load_profiles(const std::filesystem::path& file) {
   }
 }
 
-edds::DomainParticipantQos participant_qos(const std::string& component,
-                                           const core::NetworkOptions& network) {
+// Clients announce to the servers alone. `whole`: hears of every endpoint, not only of those it matches.
+void use_discovery_servers(eprosima::fastrtps::rtps::DiscoverySettings& discovery,
+                           const std::vector<std::string>& servers, bool whole) {
+  using Protocol = eprosima::fastrtps::rtps::DiscoveryProtocol_t;
+  discovery.discoveryProtocol = whole ? Protocol::SUPER_CLIENT : Protocol::CLIENT;
+  for (std::size_t id = 0; id < servers.size(); ++id) {
+    const auto colon = servers[id].rfind(':');
+    eprosima::fastrtps::rtps::Locator_t locator;
+    locator.kind = LOCATOR_KIND_UDPv4;
+    eprosima::fastrtps::rtps::IPLocator::setIPv4(locator, servers[id].substr(0, colon));
+    locator.port = static_cast<std::uint32_t>(std::stoul(servers[id].substr(colon + 1)));
+    rtps::RemoteServerAttributes server;
+    char prefix[64];  // the GUID prefix that `fast-discovery-server -i ID` has
+    std::snprintf(prefix, sizeof prefix, "44.53.%02zx.5f.45.50.52.4f.53.49.4d.41", id);
+    server.ReadguidPrefix(prefix);
+    server.metatrafficUnicastLocatorList.push_back(locator);
+    discovery.m_DiscoveryServers.push_back(server);
+  }
+}
+
+edds::DomainParticipantQos participant_qos(const std::string& component, const core::NetworkOptions& network,
+                                           bool observes) {
   edds::DomainParticipantQos qos = edds::PARTICIPANT_QOS_DEFAULT;
   qos.name(component);
   qos.transport().use_builtin_transports = false;
@@ -48,7 +70,7 @@ edds::DomainParticipantQos participant_qos(const std::string& component,
   udp->interfaceWhiteList = network.interfaces;
   udp->sendBufferSize = kSocketBufferBytes;
   udp->receiveBufferSize = kSocketBufferBytes;
-  udp->maxInitialPeersRange = kParticipantsPerHost;
+  udp->maxInitialPeersRange = static_cast<std::uint32_t>(network.participants_per_host);
   qos.transport().user_transports.push_back(udp);
   if (network.shared_memory) {
     auto shared = std::make_shared<rtps::SharedMemTransportDescriptor>();
@@ -66,6 +88,9 @@ edds::DomainParticipantQos participant_qos(const std::string& component,
     }
     qos.wire_protocol().builtin.initialPeersList.push_back(locator);
   }
+  if (!network.discovery_servers.empty())
+    use_discovery_servers(discovery, network.discovery_servers, observes);
+  if (!network.security.empty()) add_security(qos.properties(), network.security, component);
   return qos;
 }
 
@@ -153,11 +178,15 @@ Participant::Participant(const std::string& component, const core::NetworkOption
   impl_->session = random_session();
   impl_->discovery = std::move(discovery);
   impl_->participant = edds::DomainParticipantFactory::get_instance()->create_participant(
-      static_cast<edds::DomainId_t>(network.domain), participant_qos(component, network), impl_->discovery.get(),
+      static_cast<edds::DomainId_t>(network.domain),
+      participant_qos(component, network, impl_->discovery != nullptr), impl_->discovery.get(),
       edds::StatusMask::none());
   if (impl_->participant == nullptr) {
     throw DdsError("domain " + std::to_string(network.domain) +
-                   ": Fast DDS could not join; check that network.interfaces are addresses of this host");
+                   ": Fast DDS could not join; check that network.interfaces are addresses of this host" +
+                   (network.security.empty()
+                        ? ""
+                        : ", and the documents by deploy/security/make check " + network.security.string()));
   }
   impl_->publisher = impl_->participant->create_publisher(edds::PUBLISHER_QOS_DEFAULT);
   impl_->subscriber = impl_->participant->create_subscriber(edds::SUBSCRIBER_QOS_DEFAULT);

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "common/core/service_manager.hpp"
+
 namespace phantom::dds {
 namespace {
 
@@ -70,6 +72,11 @@ auto converted(const In& items, std::size_t limit) {
   return out;
 }
 
+std::string state_name(core::ComponentState state) {
+  constexpr const char* kNames[] = {"starting", "ready", "running", "degraded", "stopped", "fault"};
+  return kNames[static_cast<std::size_t>(state)];
+}
+
 std::string host_name() {
   char name[65] = {};
   gethostname(name, sizeof name - 1);
@@ -96,6 +103,8 @@ void StatusReporter::publish(const core::Health& health) {
   status.topics(converted(participant_.endpoints(), kMaxTopics));
   status.figures(converted(health.figures, kMaxFigures));
   writer_.write(status);
+  core::tell_service_manager(state_name(health.state) +
+                             (health.message.empty() ? "" : ": " + health.message));
 }
 
 }  // namespace phantom::dds

@@ -1,44 +1,135 @@
 #include "common/runtime/deployment.hpp"
 
+#include <arpa/inet.h>
+#include <ifaddrs.h>
+
+#include <algorithm>
+#include <set>
+
 #include "common/runtime/config_reader.hpp"
 
 namespace phantom::runtime {
+namespace {
+
+bool is_ipv4(const std::string& text) {
+  in_addr address{};
+  return inet_pton(AF_INET, text.c_str(), &address) == 1;
+}
+
+std::vector<std::string> addresses(const ConfigReader& section, const std::string& key) {
+  if (!section.has(key)) return {};
+  std::vector<std::string> all = section.texts(key);
+  for (const std::string& address : all) {
+    if (!is_ipv4(address))
+      throw section.error(key, "'" + address + "' is no address; allowed: IPv4, as 10.0.1.2");
+  }
+  return all;
+}
+
+void check_server(const ConfigReader& section, const std::string& server) {
+  const auto colon = server.rfind(':');
+  const std::string port = colon == std::string::npos ? "" : server.substr(colon + 1);
+  const bool digits =
+      !port.empty() && port.size() <= 5 && port.find_first_not_of("0123456789") == std::string::npos;
+  if (!digits || std::stoi(port) < 1 || std::stoi(port) > 65535 || !is_ipv4(server.substr(0, colon)))
+    throw section.error("discovery_servers",
+                        "'" + server + "' is no server; allowed: IPv4 address and port, as 10.0.1.2:11811");
+}
+
+void read_network(const ConfigReader& section, core::NetworkOptions& net) {
+  net.interfaces = addresses(section, "interfaces");
+  net.initial_peers = addresses(section, "initial_peers");
+  net.participants_per_host =
+      section.integer("participants_per_host", net.participants_per_host, {1, 115, ""});
+  if (section.has("discovery_servers")) net.discovery_servers = section.texts("discovery_servers");
+  for (const std::string& server : net.discovery_servers) check_server(section, server);
+  net.shared_memory = section.flag("shared_memory", false);
+  if (section.has("security")) net.security = section.path("security");
+  if (net.discovery_servers.empty()) return;
+  if (!net.security.empty())
+    throw section.error(
+        "discovery_servers",
+        "do not work together with security in this Fast DDS; allowed: initial_peers instead");
+  if (!net.initial_peers.empty())
+    throw section.error("discovery_servers", "and initial_peers exclude each other; allowed: one of the two");
+}
+
+DeployedHost read_host(const ConfigReader& section) {
+  DeployedHost host{section.text("name"), {}, addresses(section, "interfaces")};
+  for (const auto& item : section.sections("processes")) {
+    DeployedProcess process;
+    process.component = item.text("component");
+    process.name = item.text("name", process.component);
+    for (const auto& other : host.processes) {
+      if (other.name == process.name)
+        throw item.error(
+            "name", "'" + process.name + "' is there already; allowed: each name once per host (key name)");
+    }
+    if (item.has("config")) process.config = item.path("config");
+    process.on_topics = item.flag("on_topics", true);
+    if (item.has("arguments")) process.arguments = item.texts("arguments");
+    process.nice = item.integer("nice", 0, {-20, 19, ""});
+    host.processes.push_back(std::move(process));
+  }
+  return host;
+}
+
+std::set<std::string> own_addresses() {
+  std::set<std::string> own;
+  ifaddrs* list = nullptr;
+  if (getifaddrs(&list) != 0) return own;
+  for (const ifaddrs* entry = list; entry != nullptr; entry = entry->ifa_next) {
+    if (entry->ifa_addr == nullptr || entry->ifa_addr->sa_family != AF_INET) continue;
+    char text[INET_ADDRSTRLEN] = {};
+    inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(entry->ifa_addr)->sin_addr, text, sizeof text);
+    own.insert(text);
+  }
+  freeifaddrs(list);
+  return own;
+}
+
+// The host that the options name, or the one whose interfaces this machine has; null: it does not matter, or
+// none.
+const DeployedHost* this_host(const Deployment& deployment, const ProcessOptions& options) {
+  std::string known;
+  for (const DeployedHost& host : deployment.hosts) {
+    if (!options.host.empty() && host.name == options.host) return &host;
+    known += (known.empty() ? "" : ", ") + host.name;
+  }
+  if (!options.host.empty())
+    throw ConfigError(deployment.file.string() + ": hosts: no host called '" + options.host +
+                      "'; allowed: " + known);
+  const auto pinned = [](const DeployedHost& host) { return !host.interfaces.empty(); };
+  if (options.check || std::none_of(deployment.hosts.begin(), deployment.hosts.end(), pinned)) return nullptr;
+  const std::set<std::string> own = own_addresses();
+  for (const DeployedHost& host : deployment.hosts) {
+    const auto here = [&](const std::string& address) { return own.contains(address); };
+    if (pinned(host) && std::all_of(host.interfaces.begin(), host.interfaces.end(), here)) return &host;
+  }
+  throw ConfigError(
+      deployment.file.string() +
+      ": hosts: this machine has no host's interfaces; say by --host which one it is, or correct the "
+      "addresses; allowed: " +
+      known);
+}
+
+}  // namespace
 
 Deployment load_deployment(const ProcessOptions& options) {
-  const auto& path = options.deployment;
-  const ConfigReader file = ConfigReader::from_file(path);
+  const ConfigReader file = ConfigReader::from_file(options.deployment);
   Deployment deployment;
-  deployment.file = path;
+  deployment.file = options.deployment;
   deployment.name = file.text("name");
   core::NetworkOptions& net = deployment.network;
   net.domain = file.integer("domain", {0, 232, ""});
   if (options.domain >= 0) net.domain = options.domain;
   net.qos_profiles = file.path("qos_profiles");
   deployment.cell = file.path("cell");
-  const ConfigReader network = file.optional_section("network");
-  if (network.has("interfaces")) net.interfaces = network.texts("interfaces");
-  if (network.has("initial_peers")) net.initial_peers = network.texts("initial_peers");
-  net.shared_memory = network.flag("shared_memory", false);
-  for (const auto& host_section : file.sections("hosts")) {
-    DeployedHost host{host_section.text("name"), {}};
-    for (const auto& item : host_section.sections("processes")) {
-      DeployedProcess process;
-      process.component = item.text("component");
-      process.name = item.text("name", process.component);
-      for (const auto& other : host.processes) {
-        if (other.name == process.name)
-          throw item.error("name", "'" + process.name +
-                                       "' is there already; allowed: each name once per host (key name)");
-      }
-      if (item.has("config")) process.config = item.path("config");
-      process.on_topics = item.flag("on_topics", true);
-      if (item.has("arguments")) process.arguments = item.texts("arguments");
-      process.nice = item.integer("nice", 0, {-20, 19, ""});
-      host.processes.push_back(std::move(process));
-    }
-    deployment.hosts.push_back(std::move(host));
-  }
+  read_network(file.optional_section("network"), net);
+  for (const auto& section : file.sections("hosts")) deployment.hosts.push_back(read_host(section));
   file.finish();
+  if (const DeployedHost* host = this_host(deployment, options); host != nullptr && !host->interfaces.empty())
+    net.interfaces = host->interfaces;
   return deployment;
 }
 

@@ -51,6 +51,9 @@ void add_common_options(CLI::App& app, ProcessOptions& options) {
   app.add_option("--deployment", options.deployment, "topology: domain, hosts, transports, cell (YAML)");
   app.add_option("--domain", options.domain, "DDS domain, instead of the topology's")
       ->check(CLI::Range(0, 232));
+  app.add_option("--host", options.host,
+                 "which of the topology's hosts this is; default: its only one, or the one whose interfaces "
+                 "this machine has");
   app.add_option("--log-level", options.log_level, "trace, debug, info, warning, error or off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "off"}));
   app.add_flag("--check", options.check, "validate configuration, files and devices, then exit");

@@ -24,6 +24,7 @@ struct ProcessOptions {
   std::filesystem::path config;      ///< default: <prefix>/share/phantom/config/<component>.yaml
   std::filesystem::path deployment;  ///< topology file; default: deploy/topologies/single_host.yaml
   int domain = -1;                   ///< −1: the topology's
+  std::string host;                  ///< which of the topology's hosts this is; empty: found by its addresses
   std::string log_level = "info";
   bool check = false;                ///< validate everything that can be validated, then exit
   std::filesystem::path report_dir;  ///< where to leave the session's own files; empty: nowhere

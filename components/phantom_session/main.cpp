@@ -20,7 +20,6 @@ int main(int argc, char** argv) {
   description.add_options = [&](CLI::App& app) {
     app.add_option("--seconds", request.seconds, "length of the session once all are ready; 0: until Ctrl-C")
         ->check(CLI::Range(0.0, 1e6));
-    app.add_option("--host", request.host, "whose processes to run, if the topology has several hosts");
     app.add_option("--operator", operator_model, "operator model of master_io");
     app.add_option("--law", law, "bilateral law of master_io");
     app.add_option("--driver", driver, "who moves the master: sim, or desk (a person with gamepad or joystick)");

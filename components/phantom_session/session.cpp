@@ -192,7 +192,7 @@ class Session {
 std::vector<PlannedProcess> plan(const runtime::Deployment& deployment,
                                  const runtime::ProcessOptions& options, const SessionRequest& request) {
   std::vector<PlannedProcess> planned;
-  const auto& processes = find_host(deployment, request.host).processes;
+  const auto& processes = find_host(deployment, options.host).processes;
   for (const std::string& name : request.without) {
     if (std::none_of(processes.begin(), processes.end(), [&](const auto& p) { return p.name == name; }))
       throw runtime::ConfigError("--without " + name + ": no such process in " + deployment.file.string());
@@ -204,6 +204,7 @@ std::vector<PlannedProcess> plan(const runtime::Deployment& deployment,
         process,
         {"--deployment", deployment.file.string(), "--domain", std::to_string(deployment.network.domain),
          "--report-dir", options.report_dir.string(), "--log-level", options.log_level}};
+    if (!options.host.empty()) entry.arguments.insert(entry.arguments.end(), {"--host", options.host});
     if (!process.config.empty()) {
       entry.arguments.emplace_back("--config");
       entry.arguments.push_back(process.config.string());

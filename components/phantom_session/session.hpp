@@ -12,7 +12,6 @@ namespace phantom::phantom_session {
 /// What the user asked of one session.
 struct SessionRequest {
   double seconds = 0.0;                     ///< after all components are ready; 0: until Ctrl-C
-  std::string host;                         ///< whose processes to run; empty: the topology's only host
   std::vector<std::string> without;         ///< components that somebody else runs
   std::vector<std::string> master_options;  ///< passed on to master_io (operator model, law)
 };

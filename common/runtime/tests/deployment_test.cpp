@@ -16,6 +16,7 @@ TEST(Deployment, ShippedTopologiesLoad) {
   for (const auto& entry : std::filesystem::directory_iterator(PHANTOM_SOURCE_DIR "/deploy/topologies")) {
     ProcessOptions options;
     options.deployment = entry.path();
+    options.check = true;  // on none of its hosts
     const Deployment deployment = load_deployment(options);
     EXPECT_TRUE(std::filesystem::is_regular_file(deployment.network.qos_profiles)) << entry.path();
     EXPECT_FALSE(deployment.hosts.empty()) << entry.path();
@@ -72,6 +73,63 @@ TEST(Deployment, FaultsAreNamed) {
               testing::ThrowsMessage<ConfigError>(
                   testing::HasSubstr(":2: domain: '500' is out of range; allowed: 0 to 232")));
   std::filesystem::remove(options.deployment);
+}
+
+// A topology from text, in a file of this process's own.
+class NetworkText : public testing::Test {
+ protected:
+  Deployment load(const std::string& text, ProcessOptions options = {}) {
+    options.deployment = file_;
+    std::ofstream(file_) << "name: x\ndomain: 5\nqos_profiles: q.xml\ncell: c.yaml\n" << text;
+    return load_deployment(options);
+  }
+  void refuses(const std::string& text, const std::string& message) {
+    EXPECT_THAT([&] { load(text); }, testing::ThrowsMessage<ConfigError>(testing::HasSubstr(message)));
+  }
+  ~NetworkText() override { std::filesystem::remove(file_); }
+  const std::filesystem::path file_ =
+      std::filesystem::temp_directory_path() / ("phantom_network_" + std::to_string(getpid()) + ".yaml");
+};
+
+constexpr const char* kTwoHosts =
+    "network: {interfaces: [127.0.0.1]}\n"
+    "hosts:\n- {name: here, interfaces: [127.0.0.1]}\n- {name: there, interfaces: [192.0.2.7]}\n";
+
+TEST_F(NetworkText, AHostIsFoundByItsInterfacesUnlessItIsNamed) {
+  EXPECT_THAT(load(kTwoHosts).network.interfaces, testing::ElementsAre("127.0.0.1"));
+  EXPECT_THAT(load(kTwoHosts, {.host = "there"}).network.interfaces, testing::ElementsAre("192.0.2.7"));
+  EXPECT_THAT([&] { load(kTwoHosts, {.host = "elsewhere"}); },
+              testing::ThrowsMessage<ConfigError>(
+                  testing::HasSubstr("no host called 'elsewhere'; allowed: here, there")));
+}
+
+TEST_F(NetworkText, AMachineThatIsNoneOfTheHostsJoinsNothing) {
+  const std::string elsewhere = "hosts:\n- {name: there, interfaces: [192.0.2.7]}\n";
+  refuses(elsewhere, "this machine has no host's interfaces; say by --host which one it is");
+  EXPECT_NO_THROW(load(elsewhere, {.check = true}));
+}
+
+TEST_F(NetworkText, PeersServersAndSecurityAreRead) {
+  const Deployment deployment = load(
+      "network: {initial_peers: [192.0.2.1, 192.0.2.2], participants_per_host: 12, security: ../keys}\n");
+  EXPECT_THAT(deployment.network.initial_peers, testing::ElementsAre("192.0.2.1", "192.0.2.2"));
+  EXPECT_EQ(deployment.network.participants_per_host, 12);
+  EXPECT_EQ(deployment.network.security, file_.parent_path() / "../keys");
+  EXPECT_THAT(load("network: {discovery_servers: ['192.0.2.1:11811']}\n").network.discovery_servers,
+              testing::ElementsAre("192.0.2.1:11811"));
+}
+
+TEST_F(NetworkText, WhatCannotWorkIsRefusedInWords) {
+  refuses("network: {interfaces: [eth0]}\n", ":5: network.interfaces: 'eth0' is no address");
+  refuses("network: {initial_peers: [cell.example]}\n",
+          "network.initial_peers: 'cell.example' is no address");
+  refuses("network: {discovery_servers: [192.0.2.1]}\n",
+          "'192.0.2.1' is no server; allowed: IPv4 address and port");
+  refuses("network: {discovery_servers: ['192.0.2.1:70000']}\n", "'192.0.2.1:70000' is no server");
+  refuses("network: {discovery_servers: ['192.0.2.1:11811'], security: keys}\n",
+          "network.discovery_servers: do not work together with security");
+  refuses("network: {discovery_servers: ['192.0.2.1:11811'], initial_peers: [192.0.2.1]}\n",
+          "exclude each other; allowed: one of the two");
 }
 
 }  // namespace

@@ -22,18 +22,17 @@ runtime::Deployment two_hosts() {
 }
 
 TEST(Plan, GivesEachProcessTheCommonOptionsThenItsOwn) {
-  SessionRequest request{.host = "master", .master_options = {"--operator", "constant_velocity"}};
-  const auto planned = plan(two_hosts(), {}, request);
+  const SessionRequest request{.master_options = {"--operator", "constant_velocity"}};
+  const auto planned = plan(two_hosts(), {.host = "master"}, request);
   ASSERT_EQ(planned.size(), 1u);
   EXPECT_THAT(planned[0].arguments,
-              testing::IsSupersetOf({"--deployment", "t.yaml", "--domain", "9", "--operator", "--config", "own.yaml"}));
+              testing::IsSupersetOf({"--deployment", "t.yaml", "--domain", "9", "--host", "master", "--operator", "--config", "own.yaml"}));
   EXPECT_EQ(planned[0].arguments.back(), "constant_velocity");
-  request.host = "view";
-  EXPECT_THAT(plan(two_hosts(), {}, request)[0].arguments, testing::Not(testing::Contains("--operator")));
+  EXPECT_THAT(plan(two_hosts(), {.host = "view"}, request)[0].arguments, testing::Not(testing::Contains("--operator")));
 }
 
 TEST(Plan, AnUnknownHostIsNamedWithThoseThereAre) {
-  EXPECT_THAT([] { plan(two_hosts(), {}, {.host = "desk"}); },
+  EXPECT_THAT([] { plan(two_hosts(), {.host = "desk"}, {}); },
               testing::ThrowsMessage<runtime::ConfigError>(
                   "t.yaml: hosts: no host called 'desk'; allowed: master, view"));
 }
