@@ -1,0 +1,14 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "common/dds/topics.hpp"
+
+namespace phantom::interop {
+
+/// Gives `use` a sample of the topic's type in which members of every kind differ from each other and from
+/// their defaults.
+void with_sample(const dds::TopicDescription& topic, const std::function<void(void*)>& use);
+
+}  // namespace phantom::interop
