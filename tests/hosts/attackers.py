@@ -1,0 +1,94 @@
+"""Who has no right to, can neither read nor command a secured site: he is on its network, with this project's own tools."""
+import json
+import shutil
+
+from hosts import eventually
+
+LISTEN_S = 6  # an admitted spy hears its first sample within two
+REFUSED = (1, 2, 3)
+
+
+def samples(done):
+    """Samples that a spy printed."""
+    return sum(1 for line in done.stdout.splitlines() if line.startswith("{") and "sample" in json.loads(line))
+
+
+def listen(wall, topology):
+    return wall.site["diagnostics"].try_run(
+        *wall.words("dds_spy", "echo", "--json", "--seconds", str(LISTEN_S), topology=topology), limit_s=120)
+
+
+def command(wall, topology):
+    """Tries to move an object; what it answered."""
+    pose = "0.4 -0.1 0.301 0 0 30"
+    return wall.site["diagnostics"].try_run(
+        *wall.words("wva_server", "command", "move", "--object", "pump", "--pose", pose, "--timeout-s", str(LISTEN_S),
+                    topology=topology), limit_s=120)
+
+
+def attempt(wall, name, documents):
+    """`documents`: what he has in place of the site's; "none": he does not even try DDS Security."""
+    topology = wall.make_topology(f"{name}.yaml", documents)
+    heard, commanded = listen(wall, topology), command(wall, topology)
+    assert samples(heard) == 0, f"{name} read {samples(heard)} samples"
+    assert commanded.returncode in REFUSED, f"{name} commanded: {commanded.stdout}"
+    print(f"  {name}: reads nothing ({heard.returncode}), commands nothing "
+          f"({commanded.returncode}: {(commanded.stderr or commanded.stdout).strip().splitlines()[-1][:120]})")
+
+
+def copy_of_site(wall, name):
+    folder = wall.folder / name
+    shutil.copytree(wall.security, folder)
+    return folder
+
+
+def swapped(wall):
+    """Right certificates, of this site, with the wrong permissions: the spy's tool has the commander's documents and vice versa."""
+    folder = copy_of_site(wall, "swapped")
+    shutil.rmtree(folder / "dds_spy")
+    shutil.rmtree(folder / "wva_server_command")
+    shutil.copytree(wall.security / "phantom_sensing_command", folder / "dds_spy")
+    shutil.copytree(wall.security / "dds_spy", folder / "wva_server_command")
+    return folder
+
+
+def forged(wall):
+    """Right certificates; permissions of another site's authority, which grant everything."""
+    folder = copy_of_site(wall, "forged")
+    for name in ("dds_spy", "wva_server_command"):
+        shutil.copy(wall.folder / "rogue" / name / "permissions.p7s", folder / name / "permissions.p7s")
+    return folder
+
+
+def edited(wall):
+    """Right certificates; signed permissions, edited afterwards."""
+    folder = copy_of_site(wall, "edited")
+    for name in ("dds_spy", "wva_server_command"):
+        file = folder / name / "permissions.p7s"
+        text = file.read_bytes()
+        assert b"<default>DENY</default>" in text
+        file.write_bytes(text.replace(b"<default>DENY</default>", b"<default>ALLOW</default>"))
+    return folder
+
+
+def version(wall, watch):
+    status = watch.get("wva_server")
+    return next(f["value"] for f in status["figures"] if f["name"] == "version")
+
+
+def attackers_fail(wall, watch):
+    before = version(wall, watch)
+    wall.make_security(wall.folder / "rogue")
+    attempt(wall, "no_documents", "none")
+    attempt(wall, "rogue_authority", wall.folder / "rogue")
+    attempt(wall, "wrong_permissions", swapped(wall))
+    attempt(wall, "forged_permissions", forged(wall))
+    attempt(wall, "edited_permissions", edited(wall))
+    assert version(wall, watch) == before, "somebody changed the workspace"
+    # The same tools with their own documents are heard: what was refused above was refused for its documents.
+    heard = listen(wall, wall.topology)
+    assert samples(heard) > 0, heard.stderr
+    done = command(wall, wall.topology)
+    assert done.returncode == 0, done.stdout + done.stderr
+    eventually(lambda: version(wall, watch) > before, 60, "the rightful command changes the workspace")
+    print(f"  rightful: reads {samples(heard)} samples, moves an object")

@@ -1,0 +1,45 @@
+"""Holds deploy/security/rights against what the running components open, as discovery tells it."""
+import json
+from pathlib import Path
+
+from hosts import eventually
+
+RIGHTS = Path(__file__).resolve().parents[2] / "deploy/security/rights"
+RUNNING = {"wva_server", "slave_io", "phantom_sensing", "master_io", "audio_percept", "synthetic_viewer", "phantom_session"}
+
+
+def read_rights(file=RIGHTS):
+    rights = {}
+    for line in file.read_text().splitlines():
+        line = line.split("#")[0]
+        if line.count("|") == 2:
+            name, publishes, subscribes = (part.split() for part in line.split("|"))
+            rights[name[0]] = (set(publishes), set(subscribes))
+    return rights
+
+
+def endpoints_have_exactly_their_rights(wall):
+    rights = read_rights()
+
+    def opened():
+        done = wall.site["diagnostics"].try_run(*wall.words("dds_spy", "topology", "--json", "--seconds", "3"))
+        ends = {}
+        for participant in json.loads(done.stdout)["participants"]:
+            writes, reads = ends.setdefault(participant["name"], (set(), set()))
+            writes.update(participant["writes"])
+            reads.update(participant["reads"])
+        return ends
+
+    ends = {}
+
+    def all_seen():
+        ends.update(opened())
+        return RUNNING <= set(ends) and all(ends[name] == rights[name] for name in RUNNING)
+    try:
+        eventually(all_seen, 60)
+    except AssertionError:
+        for name in sorted(RUNNING):
+            for what, have, may in zip(("publishes", "subscribes"), ends.get(name, (set(), set())), rights[name]):
+                if have != may:
+                    print(f"{name} {what}: beyond its rights {sorted(have - may)}, rights it does not use {sorted(may - have)}")
+        raise
