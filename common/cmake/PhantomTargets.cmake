@@ -56,11 +56,19 @@ function(phantom_component NAME)
   target_link_libraries(${NAME}_core PUBLIC ${ARG_LIBRARIES} phantom::runtime PRIVATE phantom_options)
   add_executable(${NAME} main.cpp)
   target_link_libraries(${NAME} PRIVATE ${NAME}_core phantom_options)
+  set_property(GLOBAL APPEND PROPERTY PHANTOM_COMPONENT_NAMES ${NAME})
   install(TARGETS ${NAME} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${NAME})
   if(EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/${NAME}.yaml")
     file(CREATE_LINK "${CMAKE_CURRENT_SOURCE_DIR}/${NAME}.yaml" "${PHANTOM_SHARE_DIR}/config/${NAME}.yaml" SYMBOLIC)
     install(FILES ${NAME}.yaml DESTINATION ${CMAKE_INSTALL_DATADIR}/phantom/config COMPONENT ${NAME})
   endif()
+endfunction()
+
+# What a component's package and systemd unit are called: phantom-slave-io; phantom_sensing is phantom-sensing.
+function(phantom_package_name RESULT COMPONENT)
+  string(REGEX REPLACE "^phantom_" "" name "${COMPONENT}")
+  string(REPLACE "_" "-" name "phantom-${name}")
+  set(${RESULT} "${name}" PARENT_SCOPE)
 endfunction()
 
 # Test executables stand in <build>/tests; GoogleTest's cases are registered with CTest one by one.

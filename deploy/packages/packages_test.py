@@ -1,0 +1,112 @@
+#!/usr/bin/env python3
+"""The Debian packages, built by CPack: each holds its own and nothing else's, depends on what it needs, and its units hold.
+
+packages_test.py BUILD_FOLDER VERSION COMPONENT …
+"""
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+BUILD, VERSION, COMPONENTS = Path(sys.argv[1]).resolve(), sys.argv[2], sys.argv[3:]
+SERVICES = {"wva_server", "slave_io", "phantom_sensing", "master_io", "audio_percept", "synthetic_viewer", "dds_recorder"}
+
+
+def run(*words, **more):
+    done = subprocess.run([str(w) for w in words], capture_output=True, text=True, **more)
+    assert done.returncode == 0, f"{words}: {done.stdout[-2000:]}{done.stderr[-2000:]}"
+    return done.stdout
+
+
+def name_of(component):
+    return "phantom-" + re.sub("^phantom_", "", component).replace("_", "-")
+
+
+def field(deb, name):
+    return run("dpkg-deb", "-f", deb, name).strip()
+
+
+def check_package(deb, component, files):
+    unit = f"/usr/lib/systemd/system/{name_of(component)}.service"
+    assert f"/usr/bin/{component}" in files, f"{deb.name}: no executable"
+    assert (unit in files) == (component in SERVICES), f"{deb.name}: unit {unit}"
+    stray = [f for f in files if component not in f and f != unit and not f.endswith("/report.gp")]
+    assert not stray, f"{deb.name} holds {stray}"
+    depends = field(deb, "Depends")
+    assert f"phantom-common (= {VERSION})" in depends, depends
+    if component != "simulated_drive":
+        assert "libfastrtps" in depends, f"{deb.name}: {depends}"
+    assert "libgtest" not in depends and "-dev" not in depends, depends
+
+
+def check_common(files):
+    for wanted in ("share/phantom/deploy/qos/phantom.xml", "share/phantom/deploy/cells/hot_cell/cell.yaml",
+                   "share/phantom/deploy/topologies/shield_wall.yaml", "share/phantom/deploy/security/make",
+                   "share/phantom/deploy/security/rights", "share/phantom/idl/types.idl", "bin/phantom-doctor",
+                   "share/phantom/examples/default", "lib/systemd/system/phantom.target",
+                   "lib/systemd/system/phantom-discovery.service", "lib/sysusers.d/phantom.conf"):
+        assert "/usr/" + wanted in files, f"phantom-common lacks {wanted}"
+
+
+def check_units(root):
+    """systemd's own checker, on the packages' files alone; and what it does not check."""
+    units = sorted((root / "usr/lib/systemd/system").glob("phantom*"))
+    assert len(units) == len(SERVICES) + 2, units
+    for unit in units:
+        text = unit.read_text()
+        assert "@" not in text.replace("@phantom", ""), f"{unit.name}: a placeholder is left"
+        for program in re.findall(r"^ExecStart=(\S+)", text, re.M):
+            here = root / program.lstrip("/")
+            assert here.exists() or program == "/usr/bin/fast-discovery-server", f"{unit.name}: {program} is in no package"
+    if shutil.which("systemd-analyze") is None:
+        return "without systemd-analyze"
+    # It looks for executables and documentation below the root that it is given.
+    server = root / "usr/bin/fast-discovery-server"
+    server.touch()
+    server.chmod(0o755)
+    for target in ("network-online", "time-sync", "multi-user", "sysinit", "basic", "shutdown"):
+        (root / f"usr/lib/systemd/system/{target}.target").write_text("[Unit]\nDescription=stands for systemd's own\n")
+    done = subprocess.run(["systemd-analyze", "verify", "--root", str(root), "--man=no", "--recursive-errors=no",
+                           *[u.name for u in units]], capture_output=True, text=True)
+    ours = [line for line in done.stderr.splitlines() if "phantom" in line]
+    assert done.returncode == 0 and not ours, done.stderr
+    return "units verified by systemd"
+
+
+def main():
+    for tool in ("cpack", "dpkg-deb", "dpkg-shlibdeps"):
+        if shutil.which(tool) is None:
+            print(f"skipped: {tool} is missing; scripts/setup installs it")
+            sys.exit(77)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        run("cpack", "-G", "DEB", "-D", f"CPACK_OUTPUT_FILE_PREFIX={folder}", "--config", BUILD / "CPackConfig.cmake", cwd=folder)
+        debs = {field(deb, "Package"): deb for deb in folder.glob("*.deb")}
+        assert set(debs) == {"phantom-common", *map(name_of, COMPONENTS)}, sorted(debs)
+        owner, root = {}, folder / "root"
+        root.mkdir()
+        for package, deb in sorted(debs.items()):
+            run("dpkg-deb", "-x", deb, root / package)
+            files = {"/" + str(f.relative_to(root / package)) for f in (root / package).rglob("*") if not f.is_dir()}
+            for file in files:
+                assert file.startswith(("/usr/",)), f"{package}: {file}"
+                assert file not in owner, f"{file} is in {owner.get(file)} and {package}"
+                owner[file] = package
+            if package == "phantom-common":
+                check_common(files)
+            else:
+                check_package(deb, next(c for c in COMPONENTS if name_of(c) == package), files)
+        whole = folder / "whole"
+        for deb in debs.values():
+            run("dpkg-deb", "-x", deb, whole)
+        units = check_units(whole)
+        # The installed tree stands on its own: executables find configuration and cells below their own prefix.
+        for component in COMPONENTS:
+            run(whole / "usr/bin" / component, "--version")
+        run(whole / "usr/bin/wva_server", "--check")
+        print(f"{len(debs)} packages, {len(owner)} files, {units}")
+
+
+main()
