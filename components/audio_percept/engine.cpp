@@ -6,8 +6,9 @@
 namespace phantom::audio_percept {
 namespace {
 
-// A device is asked twice a period, so that its queue is refilled half a period after it moved on.
-constexpr double kTurnPeriod_s = 0.5 * kPeriod_s;
+// A device is asked four times a period: backends that poll a clock take two updates in half the time now and
+// then, and the queue is to be refilled between them.
+constexpr double kTurnPeriod_s = 0.25 * kPeriod_s;
 
 }  // namespace
 
@@ -20,7 +21,7 @@ Engine::Engine(const AudioPerceptConfig& config, std::unique_ptr<AudioSink> devi
       has_device_(device_ != nullptr),
       inbox_(inbox),
       recording_(recording),
-      loop_("audio", kTurnPeriod_s) {}
+      loop_("audio", kTurnPeriod_s, {.fifo_priority = config.fifo_priority}) {}
 
 Engine::~Engine() {
   stop();

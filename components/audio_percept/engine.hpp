@@ -58,6 +58,8 @@ class Engine {
   /// Newest figures and loop statistics. One reader thread.
   EngineFigures figures();
   core::LoopStatistics loop_statistics() { return loop_.statistics(); }
+  /// What the audio thread was refused (real-time priority); empty if nothing. Any thread.
+  std::string notice() const { return loop_.notice(); }
 
   /// One turn of the thread: `dt_s` since the last one, now at `now_ns`. For the thread and for tests.
   void turn(double dt_s, core::Nanoseconds now_ns);

@@ -34,11 +34,14 @@ QuietStderr::~QuietStderr() {
   close(saved_);
 }
 
-void prepare_openal(Layout layout) {
+void prepare_openal(Layout layout, int fifo_priority) {
   if (std::getenv("ALSOFT_CONF") != nullptr) return;
-  // The application has no other way than a configuration file, which here is an anonymous one.
+  // The application has no other way than a configuration file, which here is an anonymous one. The rate
+  // stands in it too: a device that opens at another one has its updates stretched to more than our period.
   static const int file = memfd_create("alsoft.conf", MFD_CLOEXEC);
-  std::string text = "[general]\nperiod_size = " + std::to_string(kPeriodFrames) + "\nperiods = 2\n";
+  std::string text =
+      "[general]\nfrequency = 48000\nperiod_size = " + std::to_string(kPeriodFrames) + "\nperiods = 2\n";
+  text += "rt-prio = " + std::to_string(fifo_priority) + "\n";
   if (layout == Layout::k5_1) text += "channels = surround51\n";
   if (layout == Layout::k7_1) text += "channels = surround71\n";
   if (file < 0 || pwrite(file, text.data(), text.size(), 0) != static_cast<ssize_t>(text.size())) return;

@@ -22,9 +22,10 @@ class QuietStderr {
   int saved_;
 };
 
-/// Asks OpenAL Soft for updates as short as our period and for the loudspeakers that `layout` needs, unless
+/// Asks OpenAL Soft for updates as short as our period, for the loudspeakers that `layout` needs and for a
+/// mixing thread of that SCHED_FIFO priority (0: an ordinary one), unless
 /// the user names a configuration file. Call before any other use of OpenAL; it reads this once a process.
-void prepare_openal(Layout layout);
+void prepare_openal(Layout layout, int fifo_priority = 0);
 
 /// An OpenAL device with a context. The context is current in a thread only while a Use of it lives there, so
 /// that a loopback device and a playback device get along, in any threads.

@@ -13,14 +13,19 @@ namespace {
 constexpr int kMostQueued = 64;
 constexpr double kCalm_s = 120.0;  // without an interruption, after which the queue is tried shorter
 
-// Periods to keep queued at first: what the device takes in one update and what passes between two of our
-// turns. Two, 10 ms, where the device grants the short updates.
-int least_queue(ALCdevice* device) {
+// A device that has just begun fills its own buffers, faster than it plays: that says nothing of the host.
+constexpr double kSettling_s = 0.2;
+
+double update_period_s(ALCdevice* device) {
   ALCint updates_Hz = 0;
   alcGetIntegerv(device, ALC_REFRESH, 1, &updates_Hz);
-  if (updates_Hz <= 0) return 4;
-  const double periods_per_update = 1.0 / (updates_Hz * kPeriod_s);
-  return static_cast<int>(std::clamp(std::ceil(periods_per_update + 0.5), 2.0, 0.5 * kMostQueued));
+  return updates_Hz > 0 ? 1.0 / updates_Hz : 0.02;
+}
+
+// Periods to keep queued at first: what the device takes in one update and what passes between two of our
+// turns. Two, 10 ms, where the device grants the short updates.
+int least_queue(double update_s) {
+  return static_cast<int>(std::clamp(std::ceil(update_s / kPeriod_s + 0.5), 2.0, 0.5 * kMostQueued));
 }
 
 ALenum format_of(Layout layout) {
@@ -43,7 +48,8 @@ class OpenAlSink final : public AudioSink {
   OpenAlSink(std::unique_ptr<OpenAlContext> context, Layout layout) : context_(std::move(context)) {
     const OpenAlContext::Use use(*context_);
     format_ = format_of(layout);
-    wanted_ = least_ = least_queue(context_->device());
+    update_s_ = update_period_s(context_->device());
+    wanted_ = least_ = least_queue(update_s_);
     buffers_.resize(kMostQueued);
     alGenBuffers(static_cast<ALsizei>(buffers_.size()), buffers_.data());
     alGenSources(1, &source_);
@@ -76,6 +82,7 @@ class OpenAlSink final : public AudioSink {
     alGetSourcei(source_, AL_BUFFERS_PROCESSED, &played);
     since_progress_s_ += dt_s;
     calm_s_ += dt_s;
+    age_s_ += dt_s;
     for (; played > 0; --played) {
       ALuint buffer = 0;
       alSourceUnqueueBuffers(source_, 1, &buffer);
@@ -103,7 +110,10 @@ class OpenAlSink final : public AudioSink {
     }
   }
 
-  double queued_s() const override { return queued_ * kPeriod_s; }
+  // The device takes an update at a time: the first of the queue waits for the next one.
+  double queued_s() const override {
+    return queued_ * kPeriod_s + (playing_ ? std::max(0.0, update_s_ - since_progress_s_) : 0.0);
+  }
 
   double device_latency_s() const override {
     if (get_64_ == nullptr) return 0.0;
@@ -130,7 +140,7 @@ class OpenAlSink final : public AudioSink {
     if (playing_ && queued_ == 0) {
       playing_ = false;
       ++interruptions_;
-      wanted_ = std::min(wanted_ + 1, kMostQueued);
+      if (age_s_ > kSettling_s) wanted_ = std::min(wanted_ + 1, kMostQueued);
       calm_s_ = 0.0;
     } else if (calm_s_ > kCalm_s && wanted_ > least_) {
       --wanted_;
@@ -147,33 +157,39 @@ class OpenAlSink final : public AudioSink {
   int queued_ = 0, wanted_ = 2, least_ = 2;
   bool playing_ = false;
   std::uint64_t interruptions_ = 0;
-  double calm_s_ = 0.0;
-  double since_progress_s_ = 0.0;
+  double calm_s_ = 0.0, age_s_ = 0.0;
+  double since_progress_s_ = 0.0, update_s_ = kPeriod_s;
   bool watches_connection_ = false;
   std::string name_;
 };
 
 }  // namespace
 
-std::unique_ptr<AudioSink> open_live_sink(Layout layout, const std::string& device_name,
-                                          std::string& reason) {
-  prepare_openal(layout);
+std::unique_ptr<AudioSink> open_live_sink(const AudioPerceptConfig& config, std::string& reason) {
+  prepare_openal(config.layout, config.fifo_priority);
   const QuietStderr quiet;
-  // Our sound is already filtered for a head where it is to be.
-  const std::array<ALCint, 5> wishes{ALC_FREQUENCY, static_cast<ALCint>(kSampleRate_Hz), ALC_HRTF_SOFT,
-                                     ALC_FALSE, 0};
-  ALCdevice* device = alcOpenDevice(device_name.empty() ? nullptr : device_name.c_str());
+  // Our sound is already filtered for a head where it is to be, and within full scale: a limiter would but
+  // look ahead, 1.5 ms.
+  constexpr ALCint kOutputLimiter = 0x199A;  // ALC_OUTPUT_LIMITER_SOFT, which the headers may lack
+  const std::array<ALCint, 7> wishes{ALC_FREQUENCY,
+                                     static_cast<ALCint>(kSampleRate_Hz),
+                                     ALC_HRTF_SOFT,
+                                     ALC_FALSE,
+                                     kOutputLimiter,
+                                     ALC_FALSE,
+                                     0};
+  ALCdevice* device = alcOpenDevice(config.device.empty() ? nullptr : config.device.c_str());
   auto context = std::make_unique<OpenAlContext>(device, wishes.data());
   if (device == nullptr) {
-    reason = device_name.empty() ? "no playback device opens"
-                                 : "the playback device '" + device_name + "' does not open";
+    reason = config.device.empty() ? "no playback device opens"
+                                   : "the playback device '" + config.device + "' does not open";
     return nullptr;
   }
   if (!*context) {
     reason = "the playback device opens but gives no context";
     return nullptr;
   }
-  return std::make_unique<OpenAlSink>(std::move(context), layout);
+  return std::make_unique<OpenAlSink>(std::move(context), config.layout);
 }
 
 }  // namespace phantom::audio_percept

@@ -157,13 +157,15 @@ void run_session(const AudioPerceptConfig& config, const core::NetworkOptions& n
   }
   Engine engine(config, std::move(sink.sink), inbox, recorder.ring());
   DeviceKeeper device(
-      engine, [&config](std::string& reason) { return open_live_sink(config.layout, config.device, reason); },
-      config.retry_s, first_name);
+      engine, [&config](std::string& reason) { return open_live_sink(config, reason); }, config.retry_s,
+      first_name);
   DdsAdapter adapter(network, inbox);
   engine.start();
-  std::string last_message;
+  std::string last_message, last_notice;
   for (int i = 0; runtime::sleep_unless_stopped(kDrainPeriod_s); ++i) {
     recorder.drain();
+    if (const std::string notice = engine.notice(); notice != last_notice)
+      spdlog::info("{}", last_notice = notice);
     if (config.sink != SinkChoice::kPaced) device.step(kDrainPeriod_s);
     if (i % kDrainsPerStatus != 0) continue;
     const core::Health health = health_of(engine.figures(), engine.loop_statistics(), device.name());

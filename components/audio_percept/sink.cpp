@@ -19,7 +19,7 @@ int PacedSink::periods_due(double dt_s) {
 OpenedSink open_sink(const AudioPerceptConfig& config) {
   if (config.sink == SinkChoice::kPaced) return {};
   std::string reason;
-  if (auto live = open_live_sink(config.layout, config.device, reason)) return {std::move(live), ""};
+  if (auto live = open_live_sink(config, reason)) return {std::move(live), ""};
   if (config.sink == SinkChoice::kLive) {
     throw runtime::MissingError("output.sink: live needs a playback device: " + reason +
                                 "; allowed without one: auto or paced");

@@ -44,8 +44,9 @@ class PacedSink final : public AudioSink {
   double owed_s_ = 0.0;
 };
 
-/// Opens a playback device through OpenAL; null if there is none, with the reason in `reason`.
-std::unique_ptr<AudioSink> open_live_sink(Layout layout, const std::string& device, std::string& reason);
+/// Opens the configured playback device through OpenAL, whatever `sink` says; null if there is none, with the
+/// reason in `reason`.
+std::unique_ptr<AudioSink> open_live_sink(const AudioPerceptConfig& config, std::string& reason);
 
 struct OpenedSink {
   std::unique_ptr<AudioSink> sink;  ///< null: paced

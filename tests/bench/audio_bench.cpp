@@ -64,7 +64,7 @@ void percept_to_sound(benchmark::State& state) {
   for (auto _ : state) {
     const AudioPerceptConfig config = shipped(Layout::kStereo);
     std::string reason;
-    auto device = open_live_sink(config.layout, "", reason);
+    auto device = open_live_sink(config, reason);
     if (device == nullptr) {
       state.SkipWithError(reason.c_str());
       return;

@@ -29,7 +29,7 @@ class SinkContract : public testing::TestWithParam<Device> {
   std::unique_ptr<AudioSink> open() {
     if (!GetParam().real) return std::make_unique<FakeSink>(fake_);
     std::string reason;
-    auto sink = open_live_sink(GetParam().layout, "", reason);
+    auto sink = open_live_sink(test_config(GetParam().layout), reason);
     EXPECT_NE(sink, nullptr) << reason;
     return sink;
   }
