@@ -172,6 +172,8 @@ class Site:
             self.router.run("ip", "addr", "add", gateway + "/24", "dev", f"r_{short}")
             host.run("ip", "addr", "add", address + "/24", "dev", "eth0")
             host.run("ip", "route", "add", "default", "via", gateway)
+        for host in self.hosts.values():  # as network-online.target waits
+            eventually(lambda: " state UP " in host.run("ip", "-o", "link", "show", "eth0"), what="the interface is up")
 
     @staticmethod
     def _pair(one, one_name, other, other_name, to_cable):

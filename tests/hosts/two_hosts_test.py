@@ -1,0 +1,66 @@
+#!/usr/bin/env python3
+"""The shipped topology of two hosts, as it is, on two hosts with one network between them: they find each other by multicast.
+
+two_hosts_test.py --bin DIR
+"""
+import argparse
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+from hosts import Host, eventually, need_rights, run
+
+SOURCE = Path(__file__).resolve().parents[2]
+ADDRESSES = {"haptic": "10.20.0.1", "view": "10.20.0.2"}
+LIMIT_S = 150  # only bounds a failing test
+
+
+def connected():
+    hosts = {name: Host(name) for name in ADDRESSES}
+    run("ip", "link", "add", "eth0", "netns", str(hosts["haptic"].pid), "type", "veth", "peer", "name", "eth0", "netns",
+        str(hosts["view"].pid))
+    for name, address in ADDRESSES.items():
+        hosts[name].run("ip", "addr", "add", address + "/24", "dev", "eth0")
+        hosts[name].run("ip", "link", "set", "eth0", "up")
+        hosts[name].run("ip", "route", "add", "default", "dev", "eth0")
+    for host in hosts.values():  # as network-online.target waits
+        eventually(lambda: " state UP " in host.run("ip", "-o", "link", "show", "eth0"), what="the interface is up")
+    return hosts
+
+
+def main():
+    arguments = argparse.ArgumentParser()
+    arguments.add_argument("--bin", required=True)
+    binaries = Path(arguments.parse_args().bin).resolve()
+    need_rights()
+    folder = Path(tempfile.mkdtemp(prefix="phantom_two_hosts_"))
+    topology = SOURCE / "deploy/topologies/two_hosts.yaml"
+    hosts = connected()
+    try:
+        for name, host in hosts.items():
+            host.start([binaries / "phantom_session", "--deployment", topology, "--host", name, "--seconds", "0", "--report-dir",
+                        folder / name], folder / f"{name}.log")
+        # The spy is not told where it is: it finds out by its addresses.
+        watch = hosts["view"].watch(
+            [binaries / "dds_spy", "echo", "master_state", "component_status", "--deployment", topology, "--json", "--every", "0.1",
+             "--seconds", "0"], folder / "spy.log", lambda line: line.get("sample", {}).get("component_name", line.get("topic")))
+        eventually(lambda: (watch.get("master_state") or {}).get("state") == "LINK_COUPLED", LIMIT_S, "coupled, as seen from the view host")
+
+        def objects(component):
+            status = watch.get(component) or {"figures": []}
+            return next((f["value"] for f in status["figures"] if f["name"] == "objects"), 0)
+        eventually(lambda: 0 < objects("wva_server") == objects("synthetic_viewer"), LIMIT_S, "the whole cell at the view host")
+        print(f"coupled; {objects('synthetic_viewer'):.0f} objects at the view host")
+    except BaseException:
+        for log in sorted(folder.glob("*.log")):
+            print(f"--- {log.name}", *log.read_text(errors="replace").splitlines()[-12:], sep="\n", file=sys.stderr)
+        raise
+    finally:
+        for host in hosts.values():
+            host.close()
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+if __name__ == "__main__":
+    main()
