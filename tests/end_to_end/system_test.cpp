@@ -126,8 +126,9 @@ TEST_F(System, TheWorkspaceArrivesWholeAndItsHashAgrees) {
   EXPECT_GE(seen_->objects.size(), 12u);
   std::set<std::uint16_t> ids;
   for (const auto& key : workspace->bricks()) {
-    const auto brick = workspace->brick(key);
-    for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i) ids.insert(brick.object[i]);
+    std::vector<std::uint16_t> objects(voxel::kBrickVoxels);
+    workspace->brick(key).copy_objects(objects.data());
+    ids.insert(objects.begin(), objects.end());
   }
   for (const auto& [id, object] : seen_->objects) {
     EXPECT_TRUE(ids.contains(static_cast<std::uint16_t>(id))) << object.name() << " left no voxel";
