@@ -56,10 +56,11 @@ BENCHMARK_CAPTURE(render, stereo, Layout::kStereo)->Name("render/stereo/1s");
 BENCHMARK_CAPTURE(render, surround, Layout::k7_1)->Name("render/7.1/1s");
 BENCHMARK_CAPTURE(render, hrtf, Layout::kHrtf)->Name("render/hrtf/1s");
 
+// A sound server's device where one runs, else OpenAL's own paced one: chosen before OpenAL is first used.
+[[maybe_unused]] const int drivers_chosen = setenv("ALSOFT_DRIVERS", "pulse,null", 0);
+
 // The running audio thread on a device of 240-frame periods: percepts come at 100 Hz for two seconds.
 void percept_to_sound(benchmark::State& state) {
-  setenv("ALSOFT_DRIVERS", "pulse,null",
-         0);  // a sound server's device where one runs, else OpenAL's own paced one
   EngineFigures figures;
   for (auto _ : state) {
     const AudioPerceptConfig config = shipped(Layout::kStereo);
