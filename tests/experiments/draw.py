@@ -1,0 +1,242 @@
+#!/usr/bin/env python3
+"""Draws what experiments left: for each OUT/ID/plots.json its plots as SVG, and OUT/index.html, a page that shows them beside
+what the thesis states. Needs Debian's python3-matplotlib.
+
+usage: draw.py OUT LIST.json      LIST.json: what `experiments --list --json` prints
+"""
+import base64
+import csv
+import html
+import json
+import math
+import re
+import sys
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+
+STYLE = {
+    "font.size": 9, "axes.titlesize": 9.5, "axes.labelsize": 9, "legend.fontsize": 7.5, "figure.titlesize": 10.5,
+    "axes.grid": True, "grid.color": "#dddddd", "grid.linewidth": 0.6, "axes.axisbelow": True,
+    "axes.spines.top": False, "axes.spines.right": False, "lines.linewidth": 1.3,
+    # Okabe and Ito's colours: told apart by the colour-blind too.
+    "axes.prop_cycle": matplotlib.cycler(color=["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#8c6d31"]),
+    "svg.fonttype": "path", "svg.hashsalt": "phantom",
+}
+PANEL_INCHES = {1: (7.2, 3.2), 2: (4.4, 3.2), 3: (3.6, 3.2), 4: (2.9, 2.7)}
+
+
+def read_table(path):
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    columns = rows[0]
+    values = [[float(cell) if cell else math.nan for cell in row] for row in rows[1:]]
+    return {name: [row[i] for row in values] for i, name in enumerate(columns)}
+
+
+def draw_map(axes, x, y, values, label):
+    xs, ys = sorted(set(x)), sorted(set(y))
+    column, row = {v: i for i, v in enumerate(xs)}, {v: i for i, v in enumerate(ys)}
+    cells = [[math.nan] * len(xs) for _ in ys]
+    for a, b, value in zip(x, y, values):
+        cells[row[b]][column[a]] = value
+    half_x, half_y = (0.5 * (v[-1] - v[0]) / max(len(v) - 1, 1) or 0.5 for v in (xs, ys))
+    image = axes.imshow(cells, origin="lower", aspect="auto", interpolation="nearest", cmap="viridis",
+                        extent=(xs[0] - half_x, xs[-1] + half_x, ys[0] - half_y, ys[-1] + half_y))
+    axes.grid(False)
+    axes.figure.colorbar(image, ax=axes, label=label, shrink=0.9)
+
+
+def draw_series(axes, series, tables, bars):
+    table = tables[series["table"]]
+    x, y = table[series["x"]], table[series["y"]]
+    kind, label = series["kind"], series["label"]
+    if kind == "map":
+        draw_map(axes, x, y, table[series["value"]], label)
+    elif kind == "arrows":
+        axes.quiver(x, y, table[series["u"]], table[series["v"]], label=label, angles="xy", color="#D55E00", width=0.004)
+    elif kind == "bars":
+        index, count = bars
+        width = 0.8 / count
+        axes.bar([v + (index - (count - 1) / 2) * width for v in x], y, width=width, label=label)
+    elif kind == "points":
+        axes.plot(x, y, linestyle="none", marker="o", markersize=3, label=label)
+    elif kind == "step":
+        axes.step(x, y, where="post", label=label)
+    else:
+        axes.plot(x, y, linestyle="--" if kind == "dashed" else "-", label=label)
+
+
+def draw_panel(axes, panel, tables):
+    if panel["log_x"]:
+        axes.set_xscale("log")
+    if panel["log_y"]:
+        axes.set_yscale("log")
+    bars = [s for s in panel["series"] if s["kind"] == "bars"]
+    for series in panel["series"]:
+        draw_series(axes, series, tables, (bars.index(series), len(bars)) if series in bars else None)
+    for mark in panel["marks"]:
+        across = mark["axis"] == "x"
+        if mark["from"] == mark["to"]:
+            (axes.axvline if across else axes.axhline)(mark["from"], color="#666666", linestyle=":", linewidth=1.1, label=mark["label"])
+        else:
+            (axes.axvspan if across else axes.axhspan)(mark["from"], mark["to"], color="#E69F00", alpha=0.16, linewidth=0, label=mark["label"])
+    axes.set(title=panel["title"], xlabel=panel["x"], ylabel=panel["y"])
+    if panel["names_x"]:
+        axes.set_xticks(range(len(panel["names_x"])), panel["names_x"])
+    if panel["range_x"]:
+        axes.set_xlim(panel["range_x"])
+    if panel["range_y"]:
+        axes.set_ylim(panel["range_y"])
+    if panel["equal"]:
+        axes.set_aspect("equal")
+
+
+def legends_of(panel_axes):
+    """(axes, handles, labels) of the legends needed; panels with the same entries share the first one's."""
+    seen = set()
+    for axes in panel_axes:
+        handles, labels = axes.get_legend_handles_labels()
+        found = {}
+        for handle, label in zip(handles, labels):
+            if label:
+                found.setdefault(label, handle)
+        if found and tuple(found) not in seen:
+            seen.add(tuple(found))
+            yield axes, list(found.values()), list(found)
+
+
+def draw_plot(folder, plot, tables):
+    panels = plot["panels"]
+    columns = min(plot["columns"], len(panels))
+    rows = math.ceil(len(panels) / columns)
+    width, height = PANEL_INCHES[min(columns, 4)]
+    with matplotlib.rc_context(STYLE):
+        figure, grid = plt.subplots(rows, columns, figsize=(width * columns, height * rows + 0.6), squeeze=False, layout="constrained")
+        every = [axes for row in grid for axes in row]
+        for axes, panel in zip(every, panels):
+            draw_panel(axes, panel, tables)
+        for axes in every[len(panels):]:
+            axes.remove()
+        legends = list(legends_of(every[:len(panels)]))
+        if len(legends) == 1 and len(panels) > 1:  # one for all, below them
+            across = min(3, len(legends[0][2]))
+            share = (0.1 + 0.18 * math.ceil(len(legends[0][2]) / across)) / figure.get_figheight()
+            figure.legend(*legends[0][1:], loc="lower center", ncols=across, frameon=False)
+            figure.get_layout_engine().set(rect=(0, share, 1, 1 - share))
+        else:
+            for axes, handles, labels in legends:
+                axes.legend(handles, labels, loc="best", framealpha=0.85)
+        figure.suptitle(plot["title"])
+        path = folder / f"{plot['name']}.svg"
+        figure.savefig(path, metadata={"Date": None})
+        plt.close(figure)
+    return path
+
+
+def draw_experiment(folder):
+    """The experiment's plots as SVG; what plots.json and checks.json say."""
+    drawn = json.loads((folder / "plots.json").read_text(encoding="utf-8"))
+    names = {s["table"] for plot in drawn["plots"] for panel in plot["panels"] for s in panel["series"]}
+    tables = {name: read_table(folder / f"{name}.csv") for name in names}
+    drawn["files"] = [draw_plot(folder, plot, tables) for plot in drawn["plots"]]
+    drawn["checks"] = json.loads((folder / "checks.json").read_text(encoding="utf-8"))
+    return drawn
+
+
+def figure_text(value):
+    return "not a number" if value is None else f"{value:.4g}"
+
+
+def check_rows(checks):
+    for check in checks:
+        unit = " " + html.escape(check["unit"]) if check["unit"] else ""
+        verdict = "pass" if check["passed"] else "fail"
+        yield (f"<tr class={verdict}><td>{html.escape(check['what'])}</td><td>{figure_text(check['value'])}{unit}</td>"
+               f"<td>{figure_text(check['low'])} … {figure_text(check['high'])}{unit}</td><td>{verdict}</td></tr>")
+
+
+def inline_svg(path, number):
+    """The drawing without its XML head, its ids made unique on the page."""
+    text = path.read_text(encoding="utf-8")
+    text = text[text.index("<svg"):]
+    for id_ in set(re.findall(r'id="([^"]+)"', text)):
+        text = re.sub(rf'(id="|href="#|url\(#){re.escape(id_)}(?=["\)])', rf"\g<1>n{number}_{id_}", text)
+    return re.sub(r'<svg ([^>]*?)width="[^"]*"|<svg ([^>]*?)height="[^"]*"', lambda m: "<svg " + (m.group(1) or m.group(2)), text, count=1)
+
+
+CSS = """
+body { font: 15px/1.5 "DejaVu Sans", system-ui, sans-serif; max-width: 72rem; margin: 2rem auto; padding: 0 1rem; color: #1a1a1a }
+h1 { font-size: 1.6rem } h2 { font-size: 1.25rem; margin-top: 3rem; border-bottom: 1px solid #bbb }
+table { border-collapse: collapse; width: 100%; font-size: .88rem; margin: .8rem 0 }
+th, td { text-align: left; padding: .25rem .6rem; border-bottom: 1px solid #ddd; vertical-align: top }
+tr.fail td { background: #fbe3e0; font-weight: 600 } tr.pass td:last-child { color: #00664a }
+figure { margin: 1rem 0 } figure svg, figure img { max-width: 100%; height: auto; display: block; margin: auto }
+figcaption { font-size: .85rem; color: #444 } .source { color: #555 } .difference { background: #f3f3f3; padding: .4rem .8rem; margin: .4rem 0 }
+@media print { body { font-size: 10pt; margin: 0; max-width: none } h2 { break-before: page; margin-top: 0 }
+  figure, tr, .difference { break-inside: avoid } a { color: inherit; text-decoration: none } @page { size: A4; margin: 14mm } }
+"""
+
+
+def section(entry, folder, drawn, number):
+    yield f"<h2 id='{entry['id']}'>{entry['id']}</h2><p class=source>Thesis: {html.escape(entry['source'])}</p>"
+    yield f"<p><b>The thesis states:</b> {html.escape(entry['statement'])}</p>"
+    if drawn is None:
+        yield "<p class=difference>Not run.</p>"
+        return
+    for i, path in enumerate(drawn["files"]):
+        yield f"<figure>{inline_svg(path, f'{number}_{i}')}</figure>"
+    for picture in drawn["pictures"]:
+        data = base64.b64encode((folder / picture["file"]).read_bytes()).decode()
+        caption = html.escape(picture["caption"])
+        yield f"<figure><img src='data:image/png;base64,{data}' alt='{caption}'><figcaption>{caption}</figcaption></figure>"
+    yield "<table><tr><th>checked</th><th>ours</th><th>band</th><th></th></tr>"
+    yield from check_rows(drawn["checks"])
+    yield "</table>"
+    for text in drawn["differences"]:
+        yield f"<p class=difference><b>Ours differs:</b> {html.escape(text)}</p>"
+
+
+def page(out, entries, results):
+    yield "<!doctype html><html lang=en><head><meta charset=utf-8><meta name=viewport content='width=device-width'>"
+    yield f"<title>Phantom: the thesis's experiments</title><style>{CSS}</style></head><body>"
+    yield "<h1>The thesis's experiments, run with this product</h1>"
+    yield "<p>Made by <code>scripts/experiments</code>: every figure comes from the product's own libraries and executables. "
+    yield "The first check of each experiment stands here; all of them stand with it.</p>"
+    yield "<table><tr><th>experiment</th><th>thesis</th><th>checked</th><th>ours</th><th>band</th><th></th></tr>"
+    for entry in entries:
+        drawn = results.get(entry["id"])
+        name = f"<td><a href='#{entry['id']}'>{entry['id']}</a></td><td>{html.escape(entry['source'])}</td>"
+        if drawn is None:
+            yield f"<tr>{name}<td colspan=3></td><td>not run</td></tr>"
+            continue
+        failed = sum(not check["passed"] for check in drawn["checks"])
+        first = next(iter(check_rows(drawn["checks"][:1])))
+        cells = re.sub(r"^<tr[^>]*>|<td>[^<]*</td></tr>$", "", first)
+        of_all = f"{len(drawn['checks']) - failed} of {len(drawn['checks'])} pass"
+        yield f"<tr class={'fail' if failed else 'pass'}>{name}{cells}<td>{of_all}</td></tr>"
+    yield "</table>"
+    for number, entry in enumerate(entries):
+        yield from section(entry, out / entry["id"], results.get(entry["id"]), number)
+    yield "</body></html>\n"
+
+
+def main(arguments):
+    if len(arguments) != 2:
+        print(__doc__, file=sys.stderr)
+        return 2
+    out, entries = Path(arguments[0]), json.loads(Path(arguments[1]).read_text(encoding="utf-8"))
+    results = {}
+    for entry in entries:
+        folder = out / entry["id"]
+        if (folder / "plots.json").exists():
+            results[entry["id"]] = draw_experiment(folder)
+    (out / "index.html").write_text("\n".join(page(out, entries, results)), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/experiments/report.hpp"
+
+namespace phantom::experiments {
+
+/// A law of the physics that is broken on purpose, to see which experiments notice (rig.hpp applies it).
+enum class Sabotage {
+  kNone,
+  kConstantMu,      ///< every layer has the viscosity of layer 1
+  kLayersOffByOne,  ///< every layer lies one voxel too far out
+  kIgnoredSpeed     ///< the drag is that of a fixed speed, whatever the speed is
+};
+
+struct Settings {
+  bool fast = false;  ///< coarser or shorter where that saves time; the same checks
+  Sabotage sabotage = Sabotage::kNone;
+  std::filesystem::path out;         ///< the experiment's folder is OUT/ID
+  std::filesystem::path source_dir;  ///< of the repository
+  std::filesystem::path bin_dir;     ///< where the product's executables stand
+};
+
+/// One row of the specification's table of experiments.
+struct Experiment {
+  std::string id;         ///< "mpc-steps"
+  std::string source;     ///< figures and tables of the thesis
+  std::string statement;  ///< what the thesis states, and the checks look for
+  std::vector<Sabotage> fails_under;  ///< exactly these make a check fail
+  void (*run)(Report& report, const Settings& settings) = nullptr;
+};
+
+/// All experiments, in the specification's order.
+const std::vector<Experiment>& experiments();
+
+}  // namespace phantom::experiments

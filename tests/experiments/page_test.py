@@ -1,0 +1,63 @@
+#!/usr/bin/env python3
+"""Draws the results of all experiments and looks at the page: every experiment in the specification's order, with a plot
+whose axes are named, its statement and its checks; nothing loaded from elsewhere.
+
+usage: page_test.py EXPERIMENTS RESULTS
+"""
+import json
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+import draw  # noqa: E402
+
+SPECIFIED = ("mpc-steps filter-cost voxelise layers drag-tracks speed smoothing merge arm-sensors pffb-speed coworking btm-cases "
+             "enhanced pgd hit-view audio model-error survey").split()
+
+
+class Page(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.entries = json.loads(subprocess.run([EXECUTABLE, "--list", "--json"], check=True, stdout=subprocess.PIPE, text=True).stdout)
+        with tempfile.NamedTemporaryFile("w", suffix=".json") as listed:
+            json.dump(cls.entries, listed)
+            listed.flush()
+            assert draw.main([RESULTS, listed.name]) == 0
+        cls.text = Path(RESULTS, "index.html").read_text(encoding="utf-8")
+
+    def test_names_experiments_in_the_specifications_order(self):
+        ids = [entry["id"] for entry in self.entries]
+        self.assertEqual(ids, [id_ for id_ in SPECIFIED if id_ in ids])
+        self.assertEqual(re.findall(r"<h2 id='([^']+)'", self.text), ids)
+        self.assertNotIn("not run", self.text)
+
+    def test_every_experiment_has_a_plot_with_named_axes_and_units(self):
+        for entry in self.entries:
+            plots = json.loads(Path(RESULTS, entry["id"], "plots.json").read_text())["plots"]
+            self.assertTrue(plots, entry["id"])
+            for plot in plots:
+                where = f"{entry['id']}/{plot['name']}"
+                ElementTree.parse(Path(RESULTS, entry["id"], plot["name"] + ".svg"))
+                self.assertTrue(plot["title"], where)
+                for panel in plot["panels"]:
+                    self.assertTrue(panel["x"] and panel["y"] and panel["series"], where)
+                    for label in (panel["x"], panel["y"]):
+                        self.assertRegex(label, r"\[.+\]|^(fraction|number|share|case|ratio)", where)
+
+    def test_the_page_needs_nothing_from_elsewhere(self):
+        self.assertFalse(re.findall(r'(?:src|href)=["\'](?!#|data:)', re.sub(r"<svg.*?</svg>", "", self.text, flags=re.S)))
+
+    def test_a_failing_check_is_shown_as_one(self):
+        rows = list(draw.check_rows([{"what": "a", "value": None, "low": 0.0, "high": 1.0, "unit": "N", "passed": False}]))
+        self.assertIn("class=fail", rows[0])
+        self.assertIn("not a number", rows[0])
+
+
+if __name__ == "__main__":
+    EXECUTABLE, RESULTS = sys.argv[1:3]
+    unittest.main(argv=sys.argv[:1])
