@@ -59,7 +59,7 @@ AlarmSet AudioPercept::conditions(const Inputs& inputs) const noexcept {
 }
 
 void AudioPercept::turn_to(const Inputs& inputs, double dt_s) noexcept {
-  const bool chosen = config_.listener.follow_operator && inputs.command.view >= 0;
+  const bool chosen = config_.listener.follow_operator && inputs.command.view;
   const Vector3 target = heard_at(config_.listener, chosen ? inputs.command.view : config_.listener.view,
                                   inputs.percept.position_m);
   const double share = tone_.gain > 0.0 ? 1.0 - std::exp(-dt_s / kTurnTime_s) : 1.0;

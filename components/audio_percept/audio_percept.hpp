@@ -58,8 +58,8 @@ struct AlertSample {
 
 /// What the operator asked for that concerns the ear.
 struct CommandSample {
-  core::Nanoseconds reset_ns = 0;  ///< when a reset was asked for last: what stands is known
-  int view = -1;                   ///< chosen view node; −1: none was chosen
+  core::Nanoseconds reset_ns = 0;         ///< when a reset was asked for last: what stands is known
+  std::optional<percept::ViewNode> view;  ///< that was chosen, if any
 };
 
 struct Inputs {

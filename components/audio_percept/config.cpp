@@ -72,8 +72,7 @@ ListenerConfig read_listener(const runtime::ConfigReader& section) {
   listener.ears_m = {ears_m.x(), ears_m.y(), ears_m.z()};
   const std::string view = section.choice(
       "view", "main", {"main", "1", "2", "3", "4", "5", "6", "7", "8", "N", "S", "E", "W", "T", "B"});
-  listener.view =
-      static_cast<int>(std::find(kViewNames.begin(), kViewNames.end(), view) - kViewNames.begin());
+  listener.view = percept::node_from_name(view);  // "main" names none
   listener.follow_operator = section.flag("follow_operator", listener.follow_operator);
   listener.main_azimuth_rad = kRadPerDeg * section.number("main_azimuth_deg", -50.0, {-360, 360, "deg"});
   listener.main_elevation_rad = kRadPerDeg * section.number("main_elevation_deg", 26.0, {-90, 90, "deg"});

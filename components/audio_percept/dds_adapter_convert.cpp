@@ -113,10 +113,10 @@ bool CommandConverter::accept(const msg::OperatorCommand& message, core::Nanosec
                               CommandSample& out) {
   if (message.kind() == msg::COMMAND_RESET) latest_.reset_ns = received_ns;
   if (message.kind() == msg::COMMAND_VIEW_NODE) {
-    if (!in_range(message.value(), 0, kViewCount - 1) || message.value() != std::floor(message.value()))
-      return false;
+    const auto view = percept::node_from_number(message.value());
+    if (!view) return false;
     // 0 gives the choice back to the viewer, which turns its hit view by itself: the ears face as configured.
-    latest_.view = message.value() == 0.0 ? -1 : static_cast<int>(message.value());
+    latest_.view = view == percept::ViewNode::kAutomatic ? std::nullopt : view;
   }
   out = latest_;
   return true;

@@ -1,31 +1,29 @@
 #pragma once
 
 #include <array>
-#include <string_view>
+#include <optional>
+
+#include "common/percept/view_node.hpp"
 
 namespace phantom::audio_percept {
 
 using Vector3 = std::array<double, 3>;
 
-/// Views by the numbers of operator_command: 0 the main view, 1…8 the cube's corners, 9…14 N S E W T B.
-inline constexpr int kMainView = 0, kViewCount = 15;
-/// "main", "1" … "8", "N", "S", "E", "W", "T", "B".
-extern const std::array<const char*, kViewCount> kViewNames;
-
 /// Where the operator's ears are, and which way they face: into the view that the operator looks at.
 struct ListenerConfig {
-  Vector3 ears_m{0.0, 0.0, 0.8};  ///< in W: the place from which directions are told
-  int view = kMainView;           ///< until the operator chooses another
-  bool follow_operator = true;    ///< whether the view node that the operator chooses turns the ears
+  Vector3 ears_m{0.0, 0.0, 0.8};          ///< in W: the place from which directions are told
+  std::optional<percept::ViewNode> view;  ///< until the operator chooses another; none: the main view
+  bool follow_operator = true;            ///< whether the view node that the operator chooses turns the ears
   double main_azimuth_rad =
       0.0;  ///< where the main view's camera stands, seen from the ears: from x towards y
   double main_elevation_rad = 0.0;  ///< above the floor
   double near_m = 0.15;             ///< closer than this a sound comes from all around
 };
 
-/// `p_W_m` as the ears have it when they face into `view` (0…14): x right, y up, z backward, metres.
-/// Real-time safe: yes.
-Vector3 heard_at(const ListenerConfig& listener, int view, const Vector3& p_W_m) noexcept;
+/// `p_W_m` as the ears have it when they face into the view from a node, or into the main view if there is
+/// none: x right, y up, z backward, metres. Real-time safe: yes.
+Vector3 heard_at(const ListenerConfig& listener, std::optional<percept::ViewNode> view,
+                 const Vector3& p_W_m) noexcept;
 
 /// Clockwise from straight ahead, seen from above: +90° is right. 0 for a place straight above or below.
 /// Real-time safe: yes.

@@ -4,25 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/percept/view_node.hpp"
+
 namespace phantom::synthetic_viewer {
-namespace {
-
-/// Rows: right, up, backward. Looking (nearly) along z, y of W takes the place of up.
-Eigen::Matrix3d camera_axes(const Eigen::Vector3d& forward) {
-  const Eigen::Vector3d up =
-      std::abs(forward.z()) > 0.999 ? Eigen::Vector3d::UnitY().eval() : Eigen::Vector3d::UnitZ().eval();
-  const Eigen::Vector3d right = forward.cross(up).normalized();
-  Eigen::Matrix3d rows;
-  rows.row(0) = right;
-  rows.row(1) = right.cross(forward);
-  rows.row(2) = -forward;
-  return rows;
-}
-
-}  // namespace
 
 Eigen::Matrix4d view_matrix(const Camera& camera) {
-  const Eigen::Matrix3d rows = camera_axes((camera.target_m - camera.eye_m).normalized());
+  const Eigen::Matrix3d rows = percept::view_axes((camera.eye_m - camera.target_m).normalized());
   Eigen::Matrix4d view = Eigen::Matrix4d::Identity();
   view.topLeftCorner<3, 3>() = rows;
   view.topRightCorner<3, 1>() = -(rows * camera.eye_m);
@@ -54,9 +41,8 @@ Camera frame_box(const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m, dou
   Camera camera;
   camera.vertical_fov_rad = vertical_fov_rad;
   camera.target_m = (min_m + max_m) / 2;
-  const Eigen::Vector3d away(std::cos(elevation_rad) * std::cos(azimuth_rad),
-                             std::cos(elevation_rad) * std::sin(azimuth_rad), std::sin(elevation_rad));
-  const Eigen::Matrix3d rows = camera_axes(-away);
+  const Eigen::Vector3d away = percept::direction_at(azimuth_rad, elevation_rad);
+  const Eigen::Matrix3d rows = percept::view_axes(away);
   const double tan_y = std::tan(vertical_fov_rad / 2) / margin, tan_x = tan_y * aspect;
   double distance_m = 0, reach_m = 0;
   for (int corner = 0; corner < 8; ++corner) {

@@ -182,7 +182,7 @@ Hud Compositor::main_hud(const Moment& moment) const {
 Hud Compositor::hit_hud(const Moment& moment, const HitView& hit) const {
   const ViewerState& state = moment.state;
   Hud hud;
-  hud.title = "HIT ZONE - from " + std::string(node_name(hit.node)) + (state.hold ? " - held" : "");
+  hud.title = "HIT ZONE - from " + std::string(percept::node_name(hit.node)) + (state.hold ? " - held" : "");
   hud.alarm = hit.threatening;
   for (const HitRecord& record : state.hits) {
     if (record.raised.alert != hit.alert) continue;

@@ -140,7 +140,7 @@ std::string page_state_json(const ViewerState& state, const CellScene& scene, co
       {"view",
        {{"alert", view.alert},
         {"threatening", view.threatening},
-        {"node", view.alert == 0 ? "" : node_name(view.node)},
+        {"node", view.alert == 0 ? "" : percept::node_name(view.node)},
         {"wish", static_cast<int>(state.wish)},
         {"moved", moved_json(state.cameras)},
         {"hold", state.hold}}},

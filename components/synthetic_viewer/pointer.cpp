@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <string>
 
 namespace phantom::synthetic_viewer {
 
@@ -26,11 +25,7 @@ ViewRequest wheel_request(View view, double notches) {
 
 std::optional<ViewNode> node_of_key(char key) {
   if (key == 'A') return ViewNode::kAutomatic;
-  for (int number = 1; number <= kNodeCount; ++number) {
-    const auto node = static_cast<ViewNode>(number);
-    if (std::string(1, key) == node_name(node)) return node;
-  }
-  return std::nullopt;
+  return percept::node_from_name({&key, 1});
 }
 
 WindowPlace place_in_window(View view, double width, double height, double aspect) {

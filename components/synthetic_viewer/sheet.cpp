@@ -97,7 +97,7 @@ int run_sheet(const SheetRequest& request, const ViewerConfig& config) {
   Compositor::Picture whole = compositor.main_picture(moment, {});
   whole.hud.gauges = false;
   add(whole);
-  for (int number = 0; number <= kNodeCount; ++number) {
+  for (int number = 0; number <= percept::kNodeCount; ++number) {
     SyntheticViewer viewer(config.hit_view.rule);
     viewer.take({hit.alert, false, look_at_m, pgv});
     const auto wish = static_cast<ViewNode>(number);
@@ -105,11 +105,11 @@ int run_sheet(const SheetRequest& request, const ViewerConfig& config) {
     Compositor::Picture picture = compositor.hit_picture(moment, view);
     char seen[48];
     std::snprintf(seen, sizeof seen, "sees %.0f %% of the zone", 100 * seen_from(view.situation, view.eye_m));
-    picture.hud.title = (number == 0 ? "AUTOMATIC: " : "") + std::string("from ") + node_name(view.node);
+    picture.hud.title = (number == 0 ? "AUTOMATIC: " : "") + std::string("from ") + percept::node_name(view.node);
     picture.hud.subtitle = seen;
     picture.hud.alarm = number == 0;
-    std::printf("%-4s %s %s\n", number == 0 ? "auto" : node_name(wish),
-                number == 0 ? node_name(view.node) : "", seen);
+    std::printf("%-4s %s %s\n", number == 0 ? "auto" : percept::node_name(wish),
+                number == 0 ? percept::node_name(view.node) : "", seen);
     add(picture);
   }
   std::ofstream file(request.out, std::ios::binary);

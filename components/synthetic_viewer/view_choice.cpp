@@ -1,29 +1,10 @@
 #include "components/synthetic_viewer/view_choice.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 namespace phantom::synthetic_viewer {
 namespace {
-
-constexpr std::array<std::array<int, 3>, kNodeCount + 1> kSigns{{{0, 0, 0},
-                                                                 {1, 1, 1},
-                                                                 {-1, 1, 1},
-                                                                 {-1, -1, 1},
-                                                                 {1, -1, 1},
-                                                                 {1, 1, -1},
-                                                                 {-1, 1, -1},
-                                                                 {-1, -1, -1},
-                                                                 {1, -1, -1},
-                                                                 {0, 1, 0},
-                                                                 {0, -1, 0},
-                                                                 {1, 0, 0},
-                                                                 {-1, 0, 0},
-                                                                 {0, 0, 1},
-                                                                 {0, 0, -1}}};
-constexpr std::array<const char*, kNodeCount + 1> kNames{"auto", "1", "2", "3", "4", "5", "6", "7",
-                                                         "8",    "N", "S", "E", "W", "T", "B"};
 
 // A view from below is as good in geometry but unfamiliar: it loses against its mirror image above.
 constexpr double kFamiliar = 0.06;
@@ -32,18 +13,8 @@ constexpr double kBlind = 0.05;
 
 }  // namespace
 
-Eigen::Vector3d node_direction(ViewNode node) noexcept {
-  const auto& s = kSigns[static_cast<std::size_t>(node)];
-  const Eigen::Vector3d direction(s[0], s[1], s[2]);
-  return node == ViewNode::kAutomatic ? direction : direction.normalized().eval();
-}
-
-const char* node_name(ViewNode node) noexcept { return kNames[static_cast<std::size_t>(node)]; }
-
-std::optional<ViewNode> node_from_number(double number) noexcept {
-  if (!(number >= 0 && number <= kNodeCount) || number != std::floor(number)) return std::nullopt;
-  return static_cast<ViewNode>(static_cast<int>(number));
-}
+using percept::kNodeCount;
+using percept::node_direction;
 
 ViewChooser::Scores ViewChooser::scores(const ViewSituation& situation, const VisibleShare& visible) const {
   Scores result{};

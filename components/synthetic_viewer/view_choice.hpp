@@ -3,38 +3,12 @@
 #include <Eigen/Core>
 #include <array>
 #include <functional>
-#include <optional>
+
+#include "common/percept/view_node.hpp"
 
 namespace phantom::synthetic_viewer {
 
-/// Where to look from: nodes of a cube around the look-at point, its axes parallel to W (fig. 6.22). The
-/// numbers are those of operator_command. Corners: 1 to 4 above, 5 to 8 below, each set counter-clockwise
-/// from +x+y.
-enum class ViewNode : int {
-  kAutomatic = 0,
-  kCorner1 = 1,
-  kCorner2,
-  kCorner3,
-  kCorner4,
-  kCorner5,
-  kCorner6,
-  kCorner7,
-  kCorner8,
-  kNorth,   ///< +y
-  kSouth,   ///< −y
-  kEast,    ///< +x
-  kWest,    ///< −x
-  kTop,     ///< +z
-  kBottom,  ///< −z
-};
-inline constexpr int kNodeCount = 14;
-
-/// Unit vector from the look-at point to the node; zero for kAutomatic. Real-time safe: yes.
-Eigen::Vector3d node_direction(ViewNode node) noexcept;
-/// "1" … "8", "N", "S", "E", "W", "T", "B"; "auto". Real-time safe: yes.
-const char* node_name(ViewNode node) noexcept;
-/// The node with an operator_command's number; nothing unless it is a whole number 0…14.
-std::optional<ViewNode> node_from_number(double number) noexcept;
+using percept::ViewNode;
 
 struct ViewChoiceConfig {
   double distance_m = 0.6;    ///< from the look-at point to the camera
@@ -67,11 +41,11 @@ class ViewChooser {
 
   ViewNode node() const noexcept { return node_; }
   Eigen::Vector3d eye_m(const ViewSituation& situation) const {
-    return situation.look_at_m + config_.distance_m * node_direction(node_);
+    return situation.look_at_m + config_.distance_m * percept::node_direction(node_);
   }
 
  private:
-  using Scores = std::array<double, kNodeCount + 1>;  // by node number
+  using Scores = std::array<double, percept::kNodeCount + 1>;  // by node number
   Scores scores(const ViewSituation& situation, const VisibleShare& visible) const;
   void change_to(ViewNode node) noexcept;
 

@@ -136,7 +136,7 @@ void ViewerLoop::photograph_alert() {
   const HitSample hit = unphotographed_.front();
   unphotographed_.pop_front();
   const HitView view = view_of(hit);
-  report_.save_hit(hit.alert, node_name(view.node), core::seconds(hit.received_ns - start_ns_), hit.utc_ns,
+  report_.save_hit(hit.alert, percept::node_name(view.node), core::seconds(hit.received_ns - start_ns_), hit.utc_ns,
                    photograph(compositor_.hit_picture(moment(), view)));
 }
 

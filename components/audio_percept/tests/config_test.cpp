@@ -55,7 +55,7 @@ TEST(Config, TheShippedFileIsValid) {
   EXPECT_EQ(config.percept_timeout_ns, 200 * core::kNsPerMillisecond);
   EXPECT_EQ(config.sink, SinkChoice::kAuto);
   EXPECT_EQ(config.layout, Layout::kStereo);
-  EXPECT_EQ(config.listener.view, kMainView);
+  EXPECT_FALSE(config.listener.view) << "the main view";
   EXPECT_DOUBLE_EQ(config.alarms.lasting_repeat_s, AlarmRules().lasting_repeat_s);
 }
 
@@ -102,10 +102,11 @@ TEST(Config, EveryLayoutViewAndLawCanBeChosen) {
   };
   for (const Layout layout : {Layout::kMono, Layout::kStereo, Layout::k5_1, Layout::k7_1, Layout::kHrtf})
     EXPECT_EQ(with("channels: stereo", std::string("channels: ") + name_of(layout)).layout, layout);
-  for (int view = 0; view < kViewCount; ++view)
-    EXPECT_EQ(
-        with("view: main", std::string("view: ") + kViewNames[static_cast<std::size_t>(view)]).listener.view,
-        view);
+  EXPECT_FALSE(with("view: main", "view: main").listener.view);
+  for (int number = 1; number <= percept::kNodeCount; ++number) {
+    const auto node = static_cast<percept::ViewNode>(number);
+    EXPECT_EQ(with("view: main", std::string("view: ") + percept::node_name(node)).listener.view, node);
+  }
   EXPECT_EQ(with("law: exponential", "law: power").law.pitch, percept::PitchLaw::kPower);
   EXPECT_EQ(with("law: exponential", "law: linear").law.pitch, percept::PitchLaw::kLinear);
   EXPECT_EQ(with("law: power                   # power, exponential", "law: power  #").law.level,

@@ -118,17 +118,17 @@ TEST(CommandConverter, KeepsTheViewAndTheResetAndRefusesWhatIsNoNode) {
     return converter.accept(message, at_ns, sample);
   };
   EXPECT_TRUE(command(msg::COMMAND_VIEW_NODE, 9.0, 10));
-  EXPECT_EQ(sample.view, 9);
+  EXPECT_EQ(sample.view, percept::ViewNode::kNorth);
   EXPECT_TRUE(command(msg::COMMAND_RESET, 0.0, 20));
-  EXPECT_EQ(sample.view, 9);
+  EXPECT_EQ(sample.view, percept::ViewNode::kNorth);
   EXPECT_EQ(sample.reset_ns, 20);
   for (const double value : {-1.0, 15.0, 2.5, kNan})
     EXPECT_FALSE(command(msg::COMMAND_VIEW_NODE, value, 30)) << value;
-  EXPECT_EQ(sample.view, 9);
+  EXPECT_EQ(sample.view, percept::ViewNode::kNorth);
   EXPECT_TRUE(command(msg::COMMAND_SET_PERCEPT_GAIN, 2.0, 40));
   EXPECT_EQ(sample.reset_ns, 20);
   EXPECT_TRUE(command(msg::COMMAND_VIEW_NODE, 0.0, 50)) << "automatic again";
-  EXPECT_EQ(sample.view, -1);
+  EXPECT_FALSE(sample.view);
 }
 
 TEST(LinkConverter, TellsTheStatesApartAndRefusesUnknownOnes) {

@@ -54,7 +54,7 @@ TEST(DdsAdapter, BringsTheSamplesOfEveryTopicToTheInbox) {
     system.command.write(view);
     inbox.collect(inputs);
     return inputs.percept.valid && inputs.slave.state == Link::kStopped && inputs.alerts.active == 1 &&
-           inputs.command.view == 11;
+           inputs.command.view == percept::ViewNode::kEast;
   }));
   EXPECT_DOUBLE_EQ(inputs.percept.closeness, 0.75);
   EXPECT_GT(inputs.percept.received_ns, 0);

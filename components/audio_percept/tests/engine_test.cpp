@@ -117,7 +117,7 @@ TEST(Engine, EveryLayoutIsRecordedWithAllItsChannels) {
 
 TEST(Engine, TellsTheDirectionThatIsHeard) {
   AudioPerceptConfig config = test_config();
-  config.listener.view = 10;  // from the south: x is right
+  config.listener.view = percept::ViewNode::kSouth;  // x is right
   config.listener.ears_m = {0, 0, 0};
   Inbox inbox;
   Engine engine(config, nullptr, inbox, nullptr);

@@ -94,7 +94,7 @@ TEST(Render, AnApproachFromLeftToRightIsHeardSo) {
       track_of(approach(200)),
       [] {
         AudioPerceptConfig config = test_config(Layout::kStereo);
-        config.listener.view = 10;  // from the south: x is right
+        config.listener.view = percept::ViewNode::kSouth;  // x is right
         return config;
       }(),
       0.0);

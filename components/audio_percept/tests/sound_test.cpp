@@ -169,7 +169,7 @@ TEST(Sound, NothingThatComesMakesItClick) {
 
 TEST(Sound, ThePerceptMovesWithItsPlaceAndWithTheView) {
   AudioPerceptConfig config = test_config(Layout::kStereo);
-  config.listener.view = 10;  // from the south: x is right
+  config.listener.view = percept::ViewNode::kSouth;  // x is right
   config.listener.ears_m = {0, 0, 0};
   Desk desk(config);
   const auto rightness_dB = [&] {
@@ -180,7 +180,7 @@ TEST(Sound, ThePerceptMovesWithItsPlaceAndWithTheView) {
   EXPECT_GT(rightness_dB(), 6.0);
   desk.sense(0.5, 0.1, 100, {-1, 0.3, 0});
   EXPECT_LT(rightness_dB(), -6.0);
-  desk.inputs.command.view = 9;  // the operator looks from the north: what was left is right
+  desk.inputs.command.view = percept::ViewNode::kNorth;  // what was left is right
   desk.sense(0.5, 0.1, 100, {-1, 0.3, 0});
   EXPECT_GT(rightness_dB(), 6.0);
 }

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <set>
-
 #include "common/geometry/primitives.hpp"
 #include "components/synthetic_viewer/ray_scene.hpp"
 #include "components/synthetic_viewer/synthetic_viewer.hpp"
@@ -12,33 +10,11 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
+using percept::kNodeCount;
+using percept::node_direction;
+using percept::node_from_number;
+
 const VisibleShare kAllSeen = [](const ViewSituation&, const Eigen::Vector3d&) { return 1.0; };
-
-TEST(ViewNodes, AreTheNodesOfACubeWithAxesAlongW) {
-  std::set<std::string> names;
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (int number = 1; number <= kNodeCount; ++number) {
-    const auto node = node_from_number(number);
-    ASSERT_TRUE(node);
-    const Eigen::Vector3d direction = node_direction(*node);
-    EXPECT_NEAR(direction.norm(), 1, 1e-12);
-    const double greatest = direction.cwiseAbs().maxCoeff();
-    for (const double part : direction) EXPECT_TRUE(part == 0 || std::abs(std::abs(part) - greatest) < 1e-12);
-    names.insert(node_name(*node));
-    sum += direction;
-  }
-  EXPECT_EQ(names.size(), 14U);
-  EXPECT_NEAR(sum.norm(), 0, 1e-12);
-  EXPECT_EQ(node_direction(ViewNode::kNorth), Eigen::Vector3d::UnitY());
-  EXPECT_EQ(node_direction(ViewNode::kEast), Eigen::Vector3d::UnitX());
-  EXPECT_EQ(node_direction(ViewNode::kTop), Eigen::Vector3d::UnitZ());
-}
-
-TEST(ViewNodes, OnlyTheirNumbersNameThem) {
-  for (const double number : {-1.0, 14.5, 15.0, 1e30, std::nan("")})
-    EXPECT_FALSE(node_from_number(number)) << number;
-  EXPECT_EQ(node_from_number(9.0), ViewNode::kNorth);
-}
 
 // Property: with everything in sight, the view is lateral whatever the direction of the PGV.
 TEST(ViewChooser, LooksFromTheSide) {
