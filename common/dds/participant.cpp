@@ -11,6 +11,7 @@
 #include <random>
 #include <set>
 
+#include "common/core/host_interfaces.hpp"
 #include "common/dds/participant_impl.hpp"
 #include "common/dds/qos.hpp"
 #include "common/dds/security.hpp"
@@ -174,6 +175,7 @@ Participant::Participant(const std::string& component, const core::NetworkOption
                          std::shared_ptr<edds::DomainParticipantListener> discovery)
     : impl_(std::make_shared<Impl>()) {
   check_qos_profiles(network.qos_profiles);
+  core::require_interfaces(network, core::host_interfaces());
   impl_->component = component;
   impl_->session = random_session();
   impl_->discovery = std::move(discovery);
@@ -182,14 +184,19 @@ Participant::Participant(const std::string& component, const core::NetworkOption
       participant_qos(component, network, impl_->discovery != nullptr), impl_->discovery.get(),
       edds::StatusMask::none());
   if (impl_->participant == nullptr) {
-    throw DdsError("domain " + std::to_string(network.domain) +
-                   ": Fast DDS could not join; check that network.interfaces are addresses of this host" +
-                   (network.security.empty()
-                        ? ""
-                        : ", and the documents by deploy/security/make check " + network.security.string()));
+    throw DdsError("domain " + std::to_string(network.domain) + ": Fast DDS could not join" +
+                   (network.security.empty() ? ""
+                                             : "; check the documents by deploy/security/make check " +
+                                                   network.security.string()));
   }
-  impl_->publisher = impl_->participant->create_publisher(edds::PUBLISHER_QOS_DEFAULT);
-  impl_->subscriber = impl_->participant->create_subscriber(edds::SUBSCRIBER_QOS_DEFAULT);
+  edds::PublisherQos publisher = edds::PUBLISHER_QOS_DEFAULT;
+  edds::SubscriberQos subscriber = edds::SUBSCRIBER_QOS_DEFAULT;
+  if (!network.partition.empty()) {
+    publisher.partition().push_back(network.partition.c_str());
+    subscriber.partition().push_back(network.partition.c_str());
+  }
+  impl_->publisher = impl_->participant->create_publisher(publisher);
+  impl_->subscriber = impl_->participant->create_subscriber(subscriber);
 }
 
 Participant::~Participant() = default;

@@ -42,8 +42,9 @@ void check_qos_profiles(const std::filesystem::path& qos_profiles);
 /// One DDS participant: the process's membership in the domain. Writers and readers keep it alive.
 class Participant {
  public:
-  /// Joins `network.domain` as `component` (the executable's name). `discovery` is told of every other participant and
-  /// its endpoints, from the first on (for common/observation; null: nobody). Throws DdsError.
+  /// Joins `network.domain` as `component` (the executable's name). `discovery` is told of every other
+  /// participant and its endpoints, from the first on (for common/observation; null: nobody). Throws
+  /// DdsError, and MissingError if an interface that it is to use is not there or does not run.
   Participant(const std::string& component, const core::NetworkOptions& network,
               std::shared_ptr<eprosima::fastdds::dds::DomainParticipantListener> discovery = nullptr);
   ~Participant();

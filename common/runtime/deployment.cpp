@@ -1,11 +1,11 @@
 #include "common/runtime/deployment.hpp"
 
 #include <arpa/inet.h>
-#include <ifaddrs.h>
 
 #include <algorithm>
-#include <set>
+#include <cctype>
 
+#include "common/core/host_interfaces.hpp"
 #include "common/runtime/config_reader.hpp"
 
 namespace phantom::runtime {
@@ -36,8 +36,23 @@ void check_server(const ConfigReader& section, const std::string& server) {
                         "'" + server + "' is no server; allowed: IPv4 address and port, as 10.0.1.2:11811");
 }
 
+// Names, no patterns: a cell that wrote into several partitions would be heard by its neighbours.
+std::string partition(const ConfigReader& section) {
+  if (!section.has("partition")) return "";
+  const std::string name = section.text("partition");
+  const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.' || c == '/';
+  });
+  if (name.empty() || name.size() > 64 || !plain)
+    throw section.error("partition",
+                        "'" + name + "' is no name of a partition; allowed: 1 to 64 of A-Z a-z 0-9 _ - . /");
+  return name;
+}
+
 void read_network(const ConfigReader& section, core::NetworkOptions& net) {
   net.interfaces = addresses(section, "interfaces");
+  net.interfaces_place = section.place() + ".interfaces";
+  net.partition = partition(section);
   net.initial_peers = addresses(section, "initial_peers");
   net.participants_per_host =
       section.integer("participants_per_host", net.participants_per_host, {1, 115, ""});
@@ -55,7 +70,8 @@ void read_network(const ConfigReader& section, core::NetworkOptions& net) {
 }
 
 DeployedHost read_host(const ConfigReader& section) {
-  DeployedHost host{section.text("name"), {}, addresses(section, "interfaces")};
+  DeployedHost host{
+      section.text("name"), {}, addresses(section, "interfaces"), section.place() + ".interfaces"};
   for (const auto& item : section.sections("processes")) {
     DeployedProcess process;
     process.component = item.text("component");
@@ -74,20 +90,6 @@ DeployedHost read_host(const ConfigReader& section) {
   return host;
 }
 
-std::set<std::string> own_addresses() {
-  std::set<std::string> own;
-  ifaddrs* list = nullptr;
-  if (getifaddrs(&list) != 0) return own;
-  for (const ifaddrs* entry = list; entry != nullptr; entry = entry->ifa_next) {
-    if (entry->ifa_addr == nullptr || entry->ifa_addr->sa_family != AF_INET) continue;
-    char text[INET_ADDRSTRLEN] = {};
-    inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(entry->ifa_addr)->sin_addr, text, sizeof text);
-    own.insert(text);
-  }
-  freeifaddrs(list);
-  return own;
-}
-
 // The host that the options name, or the one whose interfaces this machine has; null: it does not matter, or
 // none.
 const DeployedHost* this_host(const Deployment& deployment, const ProcessOptions& options) {
@@ -101,16 +103,17 @@ const DeployedHost* this_host(const Deployment& deployment, const ProcessOptions
                       "'; allowed: " + known);
   const auto pinned = [](const DeployedHost& host) { return !host.interfaces.empty(); };
   if (options.check || std::none_of(deployment.hosts.begin(), deployment.hosts.end(), pinned)) return nullptr;
-  const std::set<std::string> own = own_addresses();
+  const std::vector<core::HostInterface> own = core::host_interfaces();
   for (const DeployedHost& host : deployment.hosts) {
-    const auto here = [&](const std::string& address) { return own.contains(address); };
+    const auto here = [&](const std::string& address) {
+      return std::any_of(own.begin(), own.end(), [&](const auto& has) { return has.address == address; });
+    };
     if (pinned(host) && std::all_of(host.interfaces.begin(), host.interfaces.end(), here)) return &host;
   }
-  throw ConfigError(
-      deployment.file.string() +
-      ": hosts: this machine has no host's interfaces; say by --host which one it is, or correct the "
-      "addresses; allowed: " +
-      known);
+  throw core::MissingError(
+      deployment.file.string() + ": hosts: this machine has no host's interfaces: it has " +
+      core::describe(own) +
+      "; give it its address, say by --host which one it is, or correct the addresses; allowed: " + known);
 }
 
 }  // namespace
@@ -128,8 +131,11 @@ Deployment load_deployment(const ProcessOptions& options) {
   read_network(file.optional_section("network"), net);
   for (const auto& section : file.sections("hosts")) deployment.hosts.push_back(read_host(section));
   file.finish();
-  if (const DeployedHost* host = this_host(deployment, options); host != nullptr && !host->interfaces.empty())
+  if (const DeployedHost* host = this_host(deployment, options);
+      host != nullptr && !host->interfaces.empty()) {
     net.interfaces = host->interfaces;
+    net.interfaces_place = host->interfaces_place;
+  }
   return deployment;
 }
 

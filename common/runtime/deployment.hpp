@@ -23,6 +23,7 @@ struct DeployedHost {
   std::string name;
   std::vector<DeployedProcess> processes;
   std::vector<std::string> interfaces;  ///< its own, instead of the topology's; empty: the topology's
+  std::string interfaces_place;         ///< where they are written: "site.yaml:12: hosts[0].interfaces"
 };
 
 /// deploy/topologies/<name>.yaml: what is shared by all processes of a deployment.
@@ -30,13 +31,14 @@ struct Deployment {
   std::string name;
   std::filesystem::path file;
   core::NetworkOptions network;  ///< as it is on this host
-  std::filesystem::path cell;  ///< cell.yaml
+  std::filesystem::path cell;    ///< cell.yaml
   std::vector<DeployedHost> hosts;
 };
 
 /// Reads and checks the topology file that the options name; --domain wins over the file's. Paths in it are
-/// relative to it. Where hosts have interfaces of their own, the network is that of options.host, or of the host whose
-/// interfaces this machine has; neither is needed for a check. Throws ConfigError.
+/// relative to it. Where hosts have interfaces of their own, the network is that of options.host, or of the
+/// host whose interfaces this machine has; neither is needed for a check. Throws ConfigError; MissingError if
+/// this machine is none of the hosts.
 Deployment load_deployment(const ProcessOptions& options);
 
 }  // namespace phantom::runtime

@@ -98,6 +98,10 @@ constexpr const char* kTwoHosts =
 TEST_F(NetworkText, AHostIsFoundByItsInterfacesUnlessItIsNamed) {
   EXPECT_THAT(load(kTwoHosts).network.interfaces, testing::ElementsAre("127.0.0.1"));
   EXPECT_THAT(load(kTwoHosts, {.host = "there"}).network.interfaces, testing::ElementsAre("192.0.2.7"));
+  EXPECT_THAT(load(kTwoHosts, {.host = "there"}).network.interfaces_place,
+              testing::EndsWith(":8: hosts[1].interfaces"));
+  EXPECT_THAT(load("network: {interfaces: [127.0.0.1]}\n").network.interfaces_place,
+              testing::EndsWith(":5: network.interfaces"));
   EXPECT_THAT([&] { load(kTwoHosts, {.host = "elsewhere"}); },
               testing::ThrowsMessage<ConfigError>(
                   testing::HasSubstr("no host called 'elsewhere'; allowed: here, there")));
@@ -105,7 +109,10 @@ TEST_F(NetworkText, AHostIsFoundByItsInterfacesUnlessItIsNamed) {
 
 TEST_F(NetworkText, AMachineThatIsNoneOfTheHostsJoinsNothing) {
   const std::string elsewhere = "hosts:\n- {name: there, interfaces: [192.0.2.7]}\n";
-  refuses(elsewhere, "this machine has no host's interfaces; say by --host which one it is");
+  EXPECT_THAT([&] { load(elsewhere); },
+              testing::ThrowsMessage<core::MissingError>(testing::AllOf(
+                  testing::HasSubstr("this machine has no host's interfaces: it has"),
+                  testing::HasSubstr("127.0.0.1 (lo)"), testing::HasSubstr("allowed: there"))));
   EXPECT_NO_THROW(load(elsewhere, {.check = true}));
 }
 
@@ -117,6 +124,14 @@ TEST_F(NetworkText, PeersServersAndSecurityAreRead) {
   EXPECT_EQ(deployment.network.security, file_.parent_path() / "../keys");
   EXPECT_THAT(load("network: {discovery_servers: ['192.0.2.1:11811']}\n").network.discovery_servers,
               testing::ElementsAre("192.0.2.1:11811"));
+}
+
+TEST_F(NetworkText, APartitionIsANameAndNoPattern) {
+  EXPECT_EQ(load("network: {partition: hall_2/cell-7}\n").network.partition, "hall_2/cell-7");
+  EXPECT_EQ(load("").network.partition, "");
+  for (const char* pattern : {"'cell_*'", "'cell_?'", "'[ab]'", "''"})
+    refuses("network: {partition: " + std::string(pattern) + "}\n",
+            "is no name of a partition; allowed: 1 to 64 of");
 }
 
 TEST_F(NetworkText, WhatCannotWorkIsRefusedInWords) {
