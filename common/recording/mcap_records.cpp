@@ -1,5 +1,8 @@
 #include "common/recording/mcap_records.hpp"
 
+#include <tuple>
+#include <type_traits>
+
 #include "common/recording/checksum.hpp"
 #include "common/recording/fields.hpp"
 
@@ -32,26 +35,49 @@ void put_block(Bytes& out, const Put& put_content) {
   set_length<std::uint32_t>(out, at);
 }
 
-void put_map(Bytes& out, const StringMap& map) {
-  put_block(out, [&] {
-    for (const auto& [key, value] : map) {
-      put(out, key);
-      put(out, value);
-    }
-  });
+void put_field(Bytes& out, std::unsigned_integral auto value) { put(out, value); }
+void put_field(Bytes& out, const std::string& text) { put(out, text); }
+void put_field(Bytes& out, Opcode opcode) { put(out, static_cast<std::uint8_t>(opcode)); }
+void put_field(Bytes& out, ByteView rest) { put(out, rest); }
+void put_field(Bytes& out, const Bytes& block) {
+  put_block(out, [&] { put(out, ByteView(block)); });
 }
-
-void put_map(Bytes& out, const std::map<std::uint16_t, std::uint64_t>& map) {
-  put_block(out, [&] {
-    for (const auto& [key, value] : map) {
-      put(out, key);
-      put(out, value);
-    }
-  });
-}
-
 template <class Key, class Value>
-bool get_map(Fields& fields, std::map<Key, Value>& map) {
+void put_field(Bytes& out, const std::map<Key, Value>& map) {
+  put_block(out, [&] {
+    for (const auto& [key, value] : map) {
+      put(out, key);
+      put(out, value);
+    }
+  });
+}
+
+// Each returns whether the field is there.
+bool get_field(Fields& fields, std::unsigned_integral auto& value) {
+  fields.get(value);
+  return fields.ok();
+}
+bool get_field(Fields& fields, std::string& text) {
+  fields.get(text);
+  return fields.ok();
+}
+bool get_field(Fields& fields, Opcode& opcode) {
+  std::uint8_t value = 0;
+  fields.get(value);
+  opcode = static_cast<Opcode>(value);
+  return fields.ok();
+}
+bool get_field(Fields& fields, ByteView& rest) {
+  rest = fields.rest();
+  return fields.ok();
+}
+bool get_field(Fields& fields, Bytes& block) {
+  const ByteView bytes = fields.get_block<std::uint32_t>();
+  block.assign(bytes.begin(), bytes.end());
+  return fields.ok();
+}
+template <class Key, class Value>
+bool get_field(Fields& fields, std::map<Key, Value>& map) {
   map.clear();
   Fields entries(fields.get_block<std::uint32_t>());
   while (!entries.done()) {
@@ -65,91 +91,76 @@ bool get_map(Fields& fields, std::map<Key, Value>& map) {
   return fields.ok();
 }
 
+template <class Given, class Record>
+concept Is = std::is_same_v<std::remove_const_t<Given>, Record>;
+
+// A record's fields in the order of the file, once for writing and reading. Chunk, MessageIndex and
+// Attachment are not as plain: they have functions of their own.
+auto layout(Is<Header> auto& r) { return std::tie(r.profile, r.library); }
+auto layout(Is<Footer> auto& r) { return std::tie(r.summary_start, r.summary_offset_start, r.summary_crc); }
+auto layout(Is<Schema> auto& r) { return std::tie(r.id, r.name, r.encoding, r.data); }
+auto layout(Is<Channel> auto& r) {
+  return std::tie(r.id, r.schema_id, r.topic, r.message_encoding, r.metadata);
+}
+auto layout(Is<Message> auto& r) {
+  return std::tie(r.channel_id, r.sequence, r.log_time_ns, r.publish_time_ns, r.data);
+}
+auto layout(Is<ChunkIndex> auto& r) {
+  return std::tie(r.message_start_time_ns, r.message_end_time_ns, r.chunk_start_offset, r.chunk_length,
+                  r.message_index_offsets, r.message_index_length, r.compression, r.compressed_size,
+                  r.uncompressed_size);
+}
+auto layout(Is<AttachmentIndex> auto& r) {
+  return std::tie(r.offset, r.length, r.log_time_ns, r.create_time_ns, r.data_size, r.name, r.media_type);
+}
+auto layout(Is<Statistics> auto& r) {
+  return std::tie(r.message_count, r.schema_count, r.channel_count, r.attachment_count, r.metadata_count,
+                  r.chunk_count, r.message_start_time_ns, r.message_end_time_ns, r.channel_message_counts);
+}
+auto layout(Is<Metadata> auto& r) { return std::tie(r.name, r.metadata); }
+auto layout(Is<MetadataIndex> auto& r) { return std::tie(r.offset, r.length, r.name); }
+auto layout(Is<SummaryOffset> auto& r) { return std::tie(r.group_opcode, r.group_start, r.group_length); }
+auto layout(Is<DataEnd> auto& r) { return std::tie(r.data_section_crc); }
+
+template <class Record>
+void append_plain(Bytes& out, const Record& record) {
+  const Frame frame(out, Record::kOpcode);
+  std::apply([&](const auto&... field) { (put_field(out, field), ...); }, layout(record));
+}
+
+template <class Record>
+bool parse_plain(ByteView content, Record& record) {
+  Fields fields(content);
+  return std::apply([&](auto&... field) { return (get_field(fields, field) && ...); }, layout(record));
+}
+
 }  // namespace
 
-void append(Bytes& out, const Header& record) {
-  const Frame frame(out, record.kOpcode);
-  put(out, record.profile);
-  put(out, record.library);
-}
+void append(Bytes& out, const Header& record) { append_plain(out, record); }
+void append(Bytes& out, const Footer& record) { append_plain(out, record); }
+void append(Bytes& out, const Schema& record) { append_plain(out, record); }
+void append(Bytes& out, const Channel& record) { append_plain(out, record); }
+void append(Bytes& out, const Message& record) { append_plain(out, record); }
+void append(Bytes& out, const ChunkIndex& record) { append_plain(out, record); }
+void append(Bytes& out, const AttachmentIndex& record) { append_plain(out, record); }
+void append(Bytes& out, const Statistics& record) { append_plain(out, record); }
+void append(Bytes& out, const Metadata& record) { append_plain(out, record); }
+void append(Bytes& out, const MetadataIndex& record) { append_plain(out, record); }
+void append(Bytes& out, const SummaryOffset& record) { append_plain(out, record); }
+void append(Bytes& out, const DataEnd& record) { append_plain(out, record); }
 
-bool parse(ByteView content, Header& record) {
-  Fields fields(content);
-  fields.get(record.profile);
-  fields.get(record.library);
-  return fields.ok();
-}
-
-void append(Bytes& out, const Footer& record) {
-  const Frame frame(out, record.kOpcode);
-  put(out, record.summary_start);
-  put(out, record.summary_offset_start);
-  put(out, record.summary_crc);
-}
-
-bool parse(ByteView content, Footer& record) {
-  Fields fields(content);
-  fields.get(record.summary_start);
-  fields.get(record.summary_offset_start);
-  fields.get(record.summary_crc);
-  return fields.ok();
-}
-
-void append(Bytes& out, const Schema& record) {
-  const Frame frame(out, record.kOpcode);
-  put(out, record.id);
-  put(out, record.name);
-  put(out, record.encoding);
-  put(out, static_cast<std::uint32_t>(record.data.size()));
-  put(out, ByteView(record.data));
-}
-
-bool parse(ByteView content, Schema& record) {
-  Fields fields(content);
-  fields.get(record.id);
-  fields.get(record.name);
-  fields.get(record.encoding);
-  const ByteView data = fields.get_block<std::uint32_t>();
-  record.data.assign(data.begin(), data.end());
-  return fields.ok();
-}
-
-void append(Bytes& out, const Channel& record) {
-  const Frame frame(out, record.kOpcode);
-  put(out, record.id);
-  put(out, record.schema_id);
-  put(out, record.topic);
-  put(out, record.message_encoding);
-  put_map(out, record.metadata);
-}
-
-bool parse(ByteView content, Channel& record) {
-  Fields fields(content);
-  fields.get(record.id);
-  fields.get(record.schema_id);
-  fields.get(record.topic);
-  fields.get(record.message_encoding);
-  return get_map(fields, record.metadata);
-}
-
-void append(Bytes& out, const Message& record) {
-  const Frame frame(out, record.kOpcode);
-  put(out, record.channel_id);
-  put(out, record.sequence);
-  put(out, record.log_time_ns);
-  put(out, record.publish_time_ns);
-  put(out, record.data);
-}
-
-bool parse(ByteView content, Message& record) {
-  Fields fields(content);
-  fields.get(record.channel_id);
-  fields.get(record.sequence);
-  fields.get(record.log_time_ns);
-  fields.get(record.publish_time_ns);
-  record.data = fields.rest();
-  return fields.ok();
-}
+bool parse(ByteView content, Header& record) { return parse_plain(content, record); }
+bool parse(ByteView content, Footer& record) { return parse_plain(content, record); }
+bool parse(ByteView content, Schema& record) { return parse_plain(content, record); }
+bool parse(ByteView content, Channel& record) { return parse_plain(content, record); }
+bool parse(ByteView content, Message& record) { return parse_plain(content, record); }
+bool parse(ByteView content, ChunkIndex& record) { return parse_plain(content, record); }
+bool parse(ByteView content, AttachmentIndex& record) { return parse_plain(content, record); }
+bool parse(ByteView content, Statistics& record) { return parse_plain(content, record); }
+bool parse(ByteView content, Metadata& record) { return parse_plain(content, record); }
+bool parse(ByteView content, MetadataIndex& record) { return parse_plain(content, record); }
+bool parse(ByteView content, SummaryOffset& record) { return parse_plain(content, record); }
+bool parse(ByteView content, DataEnd& record) { return parse_plain(content, record); }
 
 void append(Bytes& out, const Chunk& record) {
   const Frame frame(out, record.kOpcode);
@@ -197,33 +208,6 @@ bool parse(ByteView content, MessageIndex& record) {
   return fields.ok() && entries.ok();
 }
 
-void append(Bytes& out, const ChunkIndex& record) {
-  const Frame frame(out, record.kOpcode);
-  put(out, record.message_start_time_ns);
-  put(out, record.message_end_time_ns);
-  put(out, record.chunk_start_offset);
-  put(out, record.chunk_length);
-  put_map(out, record.message_index_offsets);
-  put(out, record.message_index_length);
-  put(out, record.compression);
-  put(out, record.compressed_size);
-  put(out, record.uncompressed_size);
-}
-
-bool parse(ByteView content, ChunkIndex& record) {
-  Fields fields(content);
-  fields.get(record.message_start_time_ns);
-  fields.get(record.message_end_time_ns);
-  fields.get(record.chunk_start_offset);
-  fields.get(record.chunk_length);
-  if (!get_map(fields, record.message_index_offsets)) return false;
-  fields.get(record.message_index_length);
-  fields.get(record.compression);
-  fields.get(record.compressed_size);
-  fields.get(record.uncompressed_size);
-  return fields.ok();
-}
-
 void append(Bytes& out, const Attachment& record) {
   const Frame frame(out, record.kOpcode);
   const std::size_t begin = out.size();
@@ -248,110 +232,6 @@ bool parse(ByteView content, Attachment& record) {
   std::uint32_t crc = 0;
   fields.get(crc);
   return fields.ok() && (crc == 0 || crc == crc32(content.first(covered)));
-}
-
-void append(Bytes& out, const AttachmentIndex& record) {
-  const Frame frame(out, record.kOpcode);
-  put(out, record.offset);
-  put(out, record.length);
-  put(out, record.log_time_ns);
-  put(out, record.create_time_ns);
-  put(out, record.data_size);
-  put(out, record.name);
-  put(out, record.media_type);
-}
-
-bool parse(ByteView content, AttachmentIndex& record) {
-  Fields fields(content);
-  fields.get(record.offset);
-  fields.get(record.length);
-  fields.get(record.log_time_ns);
-  fields.get(record.create_time_ns);
-  fields.get(record.data_size);
-  fields.get(record.name);
-  fields.get(record.media_type);
-  return fields.ok();
-}
-
-void append(Bytes& out, const Statistics& record) {
-  const Frame frame(out, record.kOpcode);
-  put(out, record.message_count);
-  put(out, record.schema_count);
-  put(out, record.channel_count);
-  put(out, record.attachment_count);
-  put(out, record.metadata_count);
-  put(out, record.chunk_count);
-  put(out, record.message_start_time_ns);
-  put(out, record.message_end_time_ns);
-  put_map(out, record.channel_message_counts);
-}
-
-bool parse(ByteView content, Statistics& record) {
-  Fields fields(content);
-  fields.get(record.message_count);
-  fields.get(record.schema_count);
-  fields.get(record.channel_count);
-  fields.get(record.attachment_count);
-  fields.get(record.metadata_count);
-  fields.get(record.chunk_count);
-  fields.get(record.message_start_time_ns);
-  fields.get(record.message_end_time_ns);
-  return get_map(fields, record.channel_message_counts);
-}
-
-void append(Bytes& out, const Metadata& record) {
-  const Frame frame(out, record.kOpcode);
-  put(out, record.name);
-  put_map(out, record.metadata);
-}
-
-bool parse(ByteView content, Metadata& record) {
-  Fields fields(content);
-  fields.get(record.name);
-  return get_map(fields, record.metadata);
-}
-
-void append(Bytes& out, const MetadataIndex& record) {
-  const Frame frame(out, record.kOpcode);
-  put(out, record.offset);
-  put(out, record.length);
-  put(out, record.name);
-}
-
-bool parse(ByteView content, MetadataIndex& record) {
-  Fields fields(content);
-  fields.get(record.offset);
-  fields.get(record.length);
-  fields.get(record.name);
-  return fields.ok();
-}
-
-void append(Bytes& out, const SummaryOffset& record) {
-  const Frame frame(out, record.kOpcode);
-  put(out, static_cast<std::uint8_t>(record.group_opcode));
-  put(out, record.group_start);
-  put(out, record.group_length);
-}
-
-bool parse(ByteView content, SummaryOffset& record) {
-  Fields fields(content);
-  std::uint8_t opcode = 0;
-  fields.get(opcode);
-  record.group_opcode = static_cast<Opcode>(opcode);
-  fields.get(record.group_start);
-  fields.get(record.group_length);
-  return fields.ok();
-}
-
-void append(Bytes& out, const DataEnd& record) {
-  const Frame frame(out, record.kOpcode);
-  put(out, record.data_section_crc);
-}
-
-bool parse(ByteView content, DataEnd& record) {
-  Fields fields(content);
-  fields.get(record.data_section_crc);
-  return fields.ok();
 }
 
 bool next_record(ByteView bytes, RecordView& record) {
