@@ -13,6 +13,18 @@ bool same_prefix(const Guid& a, const Guid& b) {
   return std::equal(a.begin(), a.begin() + kPrefix, b.begin());
 }
 
+using Ends = std::vector<const EndpointInfo*>;
+
+bool apart_by_partition_alone(const std::vector<Mismatch>& reasons) {
+  return reasons.size() == 1 && reasons.front().policy == "partition";
+}
+
+bool meets_one_of(const EndpointInfo& end, const Ends& others) {
+  return std::any_of(others.begin(), others.end(), [&](const EndpointInfo* other) {
+    return share_a_partition(end.qos.partitions, other->qos.partitions);
+  });
+}
+
 }  // namespace
 
 std::string to_string(const Guid& guid) {
@@ -78,8 +90,7 @@ std::string Graph::who(const Guid& guid) const {
 }
 
 std::vector<Disagreement> Graph::disagreements() const {
-  std::map<std::string, std::pair<std::vector<const EndpointInfo*>, std::vector<const EndpointInfo*>>>
-      by_topic;
+  std::map<std::string, std::pair<Ends, Ends>> by_topic;
   for (const auto& [guid, endpoint] : endpoints_) {
     auto& ends = by_topic[endpoint.topic];
     (endpoint.writer ? ends.first : ends.second).push_back(&endpoint);
@@ -89,6 +100,9 @@ std::vector<Disagreement> Graph::disagreements() const {
     for (const EndpointInfo* writer : ends.first) {
       for (const EndpointInfo* reader : ends.second) {
         auto reasons = mismatches(*writer, *reader);
+        if (apart_by_partition_alone(reasons) && meets_one_of(*writer, ends.second) &&
+            meets_one_of(*reader, ends.first))
+          continue;
         if (!reasons.empty()) found.push_back({writer, reader, std::move(reasons)});
       }
     }

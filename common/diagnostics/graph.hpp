@@ -68,7 +68,9 @@ class Graph {
   const EndpointInfo* endpoint(const Guid& guid) const;
   /// "slave_io (process 4711)", "slave_io on 10.0.0.2" where no process is announced, or the GUID.
   std::string who(const Guid& guid) const;
-  /// Every pair of a writer and a reader of one topic that do not communicate. Valid until the next change.
+  /// Every pair of a writer and a reader of one topic that do not communicate. Two that only have different
+  /// partitions are named if one of them meets nobody in its own: cells that share a domain are apart on
+  /// purpose, a mistyped name is not. Valid until the next change.
   std::vector<Disagreement> disagreements() const;
 
  private:

@@ -42,6 +42,8 @@ bool name_matches(const std::string& a, const std::string& b) {
   return fnmatch(a.c_str(), b.c_str(), 0) == 0 || fnmatch(b.c_str(), a.c_str(), 0) == 0;
 }
 
+}  // namespace
+
 bool share_a_partition(std::vector<std::string> a, std::vector<std::string> b) {
   if (a.empty()) a.emplace_back();
   if (b.empty()) b.emplace_back();
@@ -51,8 +53,6 @@ bool share_a_partition(std::vector<std::string> a, std::vector<std::string> b) {
     });
   });
 }
-
-}  // namespace
 
 std::string duration_text(std::int64_t duration_ns) {
   if (duration_ns == kInfinite_ns) return "none";

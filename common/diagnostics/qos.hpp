@@ -47,6 +47,9 @@ struct Mismatch {
 /// XTypes 1.3 for representations; empty if they do.
 std::vector<Mismatch> mismatches(const EndpointQos& offered, const EndpointQos& requested);
 
+/// Whether ends with these partitions meet, by name or by pattern; none is the default partition.
+bool share_a_partition(std::vector<std::string> a, std::vector<std::string> b);
+
 /// "20 ms", "1.5 s", "none" for kInfinite_ns.
 std::string duration_text(std::int64_t duration_ns);
 std::string to_string(Reliability value);

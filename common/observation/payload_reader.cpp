@@ -72,13 +72,14 @@ struct PayloadReader::Impl : edds::DataReaderListener {
 
   void open(const PayloadTopic& described, const PayloadQos& qos) {
     auto* of = participant->participant;
-    edds::SubscriberQos everywhere = edds::SUBSCRIBER_QOS_DEFAULT;
-    std::vector<std::string> all_partitions{"", "*"};
-    everywhere.partition().names(all_partitions);
+    edds::SubscriberQos where = edds::SUBSCRIBER_QOS_DEFAULT;
+    std::vector<std::string> partitions{"", "*"};
+    if (!qos.partition.empty()) partitions = {qos.partition};
+    where.partition().names(partitions);
     topic = register_type(*of, described)
                 ? of->create_topic(described.name, described.type, edds::TOPIC_QOS_DEFAULT)
                 : nullptr;
-    subscriber = topic != nullptr ? of->create_subscriber(everywhere) : nullptr;
+    subscriber = topic != nullptr ? of->create_subscriber(where) : nullptr;
     reader = subscriber != nullptr ? subscriber->create_datareader(topic, reader_qos(qos), this) : nullptr;
     if (reader != nullptr) return;
     close();

@@ -28,6 +28,7 @@ struct PayloadQos {
   diagnostics::Liveliness liveliness = diagnostics::Liveliness::kAutomatic;
   std::int64_t lease_ns = diagnostics::kInfinite_ns;
   diagnostics::Ownership ownership = diagnostics::Ownership::kShared;
+  std::string partition;  ///< hear this one only; empty: all
 };
 
 enum class InstanceState { kAlive, kDisposed, kNoWriters };
@@ -53,8 +54,8 @@ class PayloadListener {
   virtual void on_liveliness(const diagnostics::Guid& /*writer*/, bool /*alive*/) {}
 };
 
-/// Reads a topic of any type without knowing it: the serialized bytes, in all partitions, in every
-/// representation. All instances count as one to the reader. Announces no type information.
+/// Reads a topic of any type without knowing it: the serialized bytes, in all partitions (unless one is asked
+/// for), in every representation. All instances count as one to the reader. Announces no type information.
 class PayloadReader {
  public:
   /// Throws DdsError: in one participant a topic has one type.

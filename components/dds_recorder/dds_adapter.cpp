@@ -44,7 +44,11 @@ class Ear : public observation::PayloadListener {
 
 struct DdsAdapter::Impl : observation::DiscoveryListener {
   Impl(const core::NetworkOptions& network, KeepsTopic keeps_topic, SampleQueue& to)
-      : keeps(std::move(keeps_topic)), queue(to), participant("dds_recorder", network), status(participant) {
+      : keeps(std::move(keeps_topic)),
+        queue(to),
+        partition(network.partition),
+        participant("dds_recorder", network),
+        status(participant) {
     for (const dds::TopicDescription* topic : dds::all_topics()) {
       if (keeps(topic->name)) fresh.push_back(topic_info(*topic));
       named.insert(topic->name);
@@ -66,7 +70,8 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
 
   KeepsTopic keeps;
   SampleQueue& queue;
-  mutable std::mutex mutex;  // graph, named, fresh
+  const std::string partition;  // of the cell; empty: whatever is in the domain
+  mutable std::mutex mutex;     // graph, named, fresh
   diagnostics::Graph graph;
   std::set<std::string> named;
   std::vector<TopicInfo> fresh;
@@ -93,11 +98,13 @@ std::vector<TopicInfo> DdsAdapter::new_topics() {
 bool DdsAdapter::open(const TopicInfo& topic, TopicNumber number, std::string& why) {
   auto ear = std::make_unique<Ear>(impl_->queue, number);
   Ear& hearing = *ear;
+  observation::PayloadQos qos = reader_qos(topic);
+  qos.partition = impl_->partition;
   impl_->ears[number] = std::move(ear);
   try {
     hearing.reader = std::make_unique<observation::PayloadReader>(
-        impl_->observer->participant(), observation::PayloadTopic{topic.name, topic.type, topic.keyed},
-        reader_qos(topic), hearing);
+        impl_->observer->participant(), observation::PayloadTopic{topic.name, topic.type, topic.keyed}, qos,
+        hearing);
   } catch (const dds::DdsError& problem) {
     why = problem.what();
     return false;

@@ -29,11 +29,12 @@ class LiveWriters : public observation::DiscoveryListener {
     if (presence != observation::Presence::kAppeared) graph_.remove(info.guid);
     if (presence == observation::Presence::kAppeared && info.writer) graph_.put(info);
   }
-  /// In words: "slave_io (process 12)"; empty if nobody.
-  std::string writer_of(const std::string& topic) const {
+  /// Where a replay would meet it; in words: "slave_io (process 12)"; empty if nobody.
+  std::string writer_of(const std::string& topic, const std::vector<std::string>& partitions) const {
     const std::lock_guard lock(mutex_);
     for (const auto& [guid, endpoint] : graph_.endpoints()) {
-      if (endpoint.topic == topic) return graph_.who(guid);
+      if (endpoint.topic == topic && diagnostics::share_a_partition(endpoint.qos.partitions, partitions))
+        return graph_.who(guid);
     }
     return {};
   }
@@ -61,7 +62,9 @@ class DdsOutput : public ReplaySink {
  public:
   DdsOutput(const core::NetworkOptions& network, std::map<std::string, TopicInfo> topics, bool fresh_stamps,
             double rate)
-      : observer_("dds_recorder replay", network, live_),
+      : partitions_(network.partition.empty() ? std::vector<std::string>{}
+                                              : std::vector<std::string>{network.partition}),
+        observer_("dds_recorder replay", network, live_),
         fresh_stamps_(fresh_stamps),
         restamper_(observer_.participant().session(), rate > 0 ? rate : 1.0) {
     for (auto& [name, info] : topics) {
@@ -74,7 +77,7 @@ class DdsOutput : public ReplaySink {
   /// Names a topic that somebody else writes now; empty if there is none.
   std::string conflict() const {
     for (const auto& [name, output] : outputs_) {
-      if (const std::string writer = live_.writer_of(output.info.name); !writer.empty())
+      if (const std::string writer = live_.writer_of(output.info.name, partitions_); !writer.empty())
         return output.info.name + " is written by " + writer;
     }
     return {};
@@ -127,13 +130,16 @@ class DdsOutput : public ReplaySink {
         return codec->instance_of(bytes, instance);
       };
     }
+    diagnostics::EndpointQos qos = writer_qos(output.info);
+    qos.partitions = partitions_;
     output.writer = std::make_unique<observation::PayloadWriter>(
         observer_.participant(),
-        observation::PayloadTopic{output.info.name, output.info.type, output.info.keyed},
-        writer_qos(output.info), history_depth(output.info), std::move(instance_of));
+        observation::PayloadTopic{output.info.name, output.info.type, output.info.keyed}, qos,
+        history_depth(output.info), std::move(instance_of));
   }
 
   LiveWriters live_;
+  const std::vector<std::string> partitions_;  // of the cell that it is played into
   observation::Observer observer_;
   bool fresh_stamps_;
   Restamper restamper_;

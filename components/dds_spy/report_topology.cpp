@@ -58,6 +58,15 @@ std::set<std::string> topics_at(const ReportInput& input, const ParticipantInfo&
   return found;
 }
 
+std::set<std::string> partitions_of(const ReportInput& input, const ParticipantInfo& participant) {
+  std::set<std::string> found;
+  for (const auto& [guid, endpoint] : input.view.graph().endpoints()) {
+    if (diagnostics::participant_of(guid) == participant.guid)
+      found.insert(endpoint.qos.partitions.begin(), endpoint.qos.partitions.end());
+  }
+  return found;
+}
+
 Json endpoint_list(const ReportInput& input, const std::vector<const EndpointInfo*>& endpoints) {
   Json list = Json::array();
   for (const auto* endpoint : endpoints) {
@@ -103,7 +112,8 @@ Json topology_json(const ReportInput& input) {
                {"user", participant.user},
                {"vendor", participant.vendor},
                {"lease", diagnostics::duration_text(participant.lease_ns)},
-               {"locators", participant.locators}};
+               {"locators", participant.locators},
+               {"partitions", partitions_of(input, participant)}};
     entry["writes"] = topics_at(input, participant, true);
     entry["reads"] = topics_at(input, participant, false);
     participants.push_back(std::move(entry));
@@ -145,6 +155,8 @@ std::string topology_text(const ReportInput& input) {
                       participant->process.empty() ? "process unknown" : "process " + participant->process,
                       participant->user.empty() ? "" : " of " + participant->user, participant->vendor,
                       joined(locators, " "));
+      if (const auto partitions = partitions_of(input, *participant); !partitions.empty())
+        text += fmt::format("    in partition {}\n", joined(partitions, ", "));
       for (const bool writer : {true, false}) {
         const auto names_there = topics_at(input, *participant, writer);
         if (!names_there.empty())

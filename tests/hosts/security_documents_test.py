@@ -124,7 +124,7 @@ class Documents(unittest.TestCase):
         self.finds("slave_io/key.pem: missing")
 
     def test_wrong_arguments(self):
-        for words in (["site"], ["nonsense", self.site], ["rotate", self.site, "nobody"], ["site", "/x", "--domain", "400"],
+        for words in (["site"], ["nonsense", self.site], ["rotate", self.site, "nobody"], ["site", "/x", "--domain", "400"], ["site", "/x", "--partition", "a b"],
                       ["check", self.site, "--days", "many"], ["host", self.site, "/tmp/x"]):
             self.assertEqual(make(*words).returncode, 2, words)
         self.assertEqual(make("check", "/nonexistent").returncode, 3)

@@ -61,6 +61,27 @@ TEST(Graph, OnlyEndsOfOneTopicCanDisagree) {
   EXPECT_EQ(found[0].reasons.at(0).requested, "Other");
 }
 
+TEST(Graph, CellsThatArePartitionedDoNotDisagreeButALonelyEndDoes) {
+  const auto in = [](std::uint8_t who, std::uint8_t number, bool writer, const char* partition) {
+    auto made = end(who, number, writer, "a");
+    made.qos.partitions = {partition};
+    return made;
+  };
+  Graph graph;
+  graph.put(in(1, 2, true, "cell_1"));
+  graph.put(in(1, 3, false, "cell_1"));
+  graph.put(in(2, 2, true, "cell_2"));
+  graph.put(in(2, 3, false, "cell_2"));
+  EXPECT_TRUE(graph.disagreements().empty());
+  graph.put(in(2, 4, false, "cell2"));  // mistyped: nobody writes there
+  const auto found = graph.disagreements();
+  ASSERT_EQ(found.size(), 2u) << "told against each writer that it might mean";
+  for (const auto& pair : found) {
+    EXPECT_EQ(pair.reader->guid, guid(2, 4));
+    EXPECT_EQ(pair.reasons.at(0).policy, "partition");
+  }
+}
+
 TEST(Graph, AKeyAtOneEndOnlyIsADisagreement) {
   auto reader = end(2, 2, false, "a");
   reader.keyed = true;

@@ -95,6 +95,26 @@ TEST(PayloadReader, ReadsEveryPartition) {
   EXPECT_EQ(notes.samples.front().bytes, bytes);
 }
 
+TEST(PayloadReader, ReadsOnePartitionIfAskedTo) {
+  dds::Participant there("there", dds::test_network()), here("here", dds::test_network());
+  Notes own, other;
+  const PayloadTopic topic{"acme", "acme::Note", false};
+  PayloadReader reader(here, topic, {.partition = "cell_7"}, own);
+  dds::Participant elsewhere("elsewhere", dds::test_network());
+  PayloadReader apart(elsewhere, topic, {.partition = "cell_8"}, other);
+  diagnostics::EndpointQos qos;
+  qos.partitions = {"cell_7"};
+  PayloadWriter writer(there, topic, qos, 1);
+  const std::vector<std::uint8_t> bytes{0, 1, 0, 0, 5, 6, 7, 8};
+  ASSERT_TRUE(dds::eventually([&] {
+    writer.write(bytes);
+    return own.count() > 0;
+  }));
+  EXPECT_EQ(writer.matched(), 1u);
+  EXPECT_EQ(apart.matched(), 0u);
+  EXPECT_EQ(other.count(), 0u);
+}
+
 TEST(PayloadReader, TellsAWriterThatStopsProvingThatItLives) {
   dds::Participant there("there", dds::test_network()), here("here", dds::test_network());
   Notes notes;
