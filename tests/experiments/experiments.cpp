@@ -4,10 +4,12 @@ namespace phantom::experiments {
 
 // One function per experiment, in a file of its own name.
 Experiment mpc_steps();
+Experiment arm_sensors();
 
 const std::vector<Experiment>& experiments() {
   static const std::vector<Experiment> all{
       mpc_steps(),
+      arm_sensors(),
   };
   return all;
 }

@@ -1,0 +1,69 @@
+#include "tests/experiments/bar_rig.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "common/runtime/arm_model.hpp"
+#include "tests/experiments/rig.hpp"
+
+namespace phantom::experiments {
+namespace {
+
+constexpr double kBarAt_m = 0.45,
+                 kBarHalf_m = 0.025;  // middle of the face that the link meets; half of the bar's edge
+
+}  // namespace
+
+runtime::CellConfig bar_cell(const Settings& settings) {
+  auto cell = runtime::load_cell(settings.source_dir / "tests/experiments/cells/bar/cell.yaml");
+  for (auto& object : cell.objects) object.profile = sabotaged(object.profile, settings.sabotage);
+  return cell;
+}
+
+phantom_sensing::PhantomModel axis_phantom(const runtime::CellConfig& cell, int count,
+                                           robot::Normalisation normalisation,
+                                           const std::optional<robot::ClusterSpec>& cluster) {
+  auto arm = runtime::load_arm(cell.arm());
+  robot::AxisSensors axis;
+  axis.count = count;
+  axis.radius_m = kSkinRadius_m;
+  axis.cluster = cluster;
+  axis.from_m = {-kLink_m, 0.0, 0.0};  // in the frame at the link's end, x along the link
+  // The thesis's sensors stand as far apart as their number says: farther than the rule of one voxel allows.
+  auto skin = must(robot::lay_out_skin(
+      arm, {{.link = "link_under_test", .segments = {}, .axes = {axis}, .meshes = {}}},
+      {.voxel_size_m = cell.voxel_size_m, .pitch_vox = 10.0, .normalisation = normalisation}));
+  return {std::move(arm), std::move(skin), {}};
+}
+
+double bar_distance_m(double r_m, double theta_rad) {
+  // In the frame of the face that the link meets: u along the link at contact, w away from the joint's side
+  // into the bar.
+  const double turned = theta_rad - rad(kContact_deg);
+  const double u = std::abs(r_m * std::cos(turned) - kBarAt_m) - kBarHalf_m;
+  const double w = std::abs(r_m * std::sin(turned) - kBarHalf_m) - kBarHalf_m;
+  const double outside = std::hypot(std::max(u, 0.0), std::max(w, 0.0));
+  return outside + std::min(std::max(u, w), 0.0);
+}
+
+double ideal_coefficient(const voxel::LayerProfile& profile, double voxel_size_m, double theta_rad) {
+  constexpr int kSteps = 5700;  // a tenth of a millimetre
+  const double thicker_m = 0.5 * voxel_size_m * (std::cos(rad(kContact_deg)) + std::sin(rad(kContact_deg)));
+  double sum = 0.0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double r_m = (i + 0.5) * kLink_m / kSteps;
+    const double distance_m = bar_distance_m(r_m, theta_rad) - thicker_m;
+    double mu = distance_m <= 0.0 ? static_cast<double>(profile.mu_skin_Pa_s_per_m) : 0.0, reach_m = 0.0;
+    for (std::size_t layer = 0; distance_m > 0.0 && layer < profile.mu_Pa_s_per_m.size(); ++layer) {
+      reach_m += profile.thickness_vox[layer] * voxel_size_m;
+      if (distance_m > reach_m) continue;
+      mu = static_cast<double>(profile.mu_Pa_s_per_m[layer]);
+      break;
+    }
+    sum += mu * r_m * r_m;
+  }
+  return sum * 2.0 * std::numbers::pi * kSkinRadius_m * kLink_m / kSteps;
+}
+
+}  // namespace phantom::experiments
