@@ -315,11 +315,10 @@ void SkinSensing::sense(const LinkPoses& X_WL, std::size_t joint_count,
       sense_points(part, workspace);
     }
   });
-  auto part = parts_.begin();
-  for (std::size_t link = 0; link <= core::kMaxJoints; ++link) {
-    Totals totals;
-    for (; part != parts_.end() && part->link == link; ++part) totals.add(part->totals);
-    if (felt[link]) take(link, totals, X_WL[link], grid.voxel_size_m);
+  for (auto part = parts_.begin(); part != parts_.end();) {  // a link's parts are added to its first
+    const auto first = part++;
+    for (; part != parts_.end() && part->link == first->link; ++part) first->totals.add(part->totals);
+    if (felt[first->link]) take(first->link, first->totals, X_WL[first->link], grid.voxel_size_m);
   }
   find_worst(X_WL, workspace);
 }

@@ -86,6 +86,12 @@ class SkinSensing {
   struct Part;    // sensors for one thread to take
   struct Ties;    // candidates for the worst sensor
   struct Star;    // voxels around one
+  /// Sum of μ on the star around a voxel, which rises voxel by voxel towards the object, also within a layer; and the
+  /// way it rises.
+  struct Surroundings {
+    double mu;
+    Eigen::Vector3d uphill_W;
+  };
 
   static std::vector<Part> parts_of(const SkinLayout& layout);
   static std::shared_ptr<const Star> make_star(int reach_vox);
@@ -102,7 +108,8 @@ class SkinSensing {
   void take(std::size_t link, const Totals& totals, const geometry::Pose& X_WL, double voxel_size_m) noexcept;
   void find_ties(std::uint8_t code, Ties& ties) const noexcept;
   void find_worst(const LinkPoses& X_WL, const voxel::Workspace& workspace) noexcept;
-  double surroundings(voxel::Index3 at, const voxel::Workspace& workspace) const noexcept;
+  Surroundings surroundings(voxel::Index3 at, const voxel::Workspace& workspace) const noexcept;
+  std::size_t farthest(const Ties& ties, const Eigen::Vector3d& direction_W, const LinkPoses& X_WL) const noexcept;
   std::optional<voxel::Index3> place_of(std::size_t link, std::size_t sensor, std::uint8_t code,
                                         const voxel::Workspace& workspace) const noexcept;
 

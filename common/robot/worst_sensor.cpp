@@ -1,14 +1,17 @@
 // Which sensor the percept speaks of: the worst, and where several are, the nearest to the object.
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <limits>
 
 #include "common/robot/skin_sensing.hpp"
 
 namespace phantom::robot {
 namespace {
 
-/// Sensors of the greatest μ that are compared by their surroundings, at most; and blocks they are taken from.
+/// Blocks of points that sensors of the greatest μ are taken from, and clusters, at most.
 constexpr std::size_t kCandidates = 8;
+/// Sensors among them, evenly chosen, whose surroundings are looked at first.
+constexpr std::size_t kFirstLooks = 3;
 
 }  // namespace
 
@@ -66,17 +69,20 @@ void SkinSensing::find_ties(std::uint8_t code, Ties& ties) const noexcept {
   }
 }
 
-/// Sum of μ on the star around a voxel: rises voxel by voxel towards the object, also within a layer.
-double SkinSensing::surroundings(voxel::Index3 at, const voxel::Workspace& workspace) const noexcept {
+SkinSensing::Surroundings SkinSensing::surroundings(voxel::Index3 at, const voxel::Workspace& workspace) const noexcept {
   const Star& star = *star_;
   const kernel::ToVoxels shift{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {at.x + 0.5, at.y + 0.5, at.z + 0.5}};
   std::array<std::uint8_t, Star::kMost> codes;
   kernel::look_up(kernel::field_of(workspace), shift,
                   {star.x.data(), star.y.data(), star.z.data(), star.weight.data(), kernel::whole_groups(star.count)},
                   codes.data(), nullptr);
-  double sum = 0.0;
-  for (std::size_t i = 0; i < star.count; ++i) sum += static_cast<double>(palette_[codes[i]]);
-  return sum;
+  Surroundings around{0.0, Eigen::Vector3d::Zero()};
+  for (std::size_t i = 0; i < star.count; ++i) {
+    const auto mu = static_cast<double>(palette_[codes[i]]);
+    around.mu += mu;
+    around.uphill_W += mu * Eigen::Vector3d(star.x[i], star.y[i], star.z[i]);
+  }
+  return around;
 }
 
 /// The voxel in which a sensor meets a code: its own, or the nearest of its zone.
@@ -98,7 +104,26 @@ std::optional<voxel::Index3> SkinSensing::place_of(std::size_t link, std::size_t
   return nearest;
 }
 
-/// Picks evenly among the sensors of the greatest code if there are many.
+/// The sensor that lies farthest in a direction.
+std::size_t SkinSensing::farthest(const Ties& ties, const Eigen::Vector3d& direction_W, const LinkPoses& X_WL) const noexcept {
+  std::size_t best = 0;
+  double most = -std::numeric_limits<double>::infinity(), origin = 0.0;
+  std::uint32_t link = core::kMaxJoints + 1;
+  Eigen::Vector3d direction_L = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < ties.count; ++i) {
+    if (const std::uint32_t of = ties.tie[i].link; of != link) {
+      link = of;
+      direction_L = X_WL[link].rotation.transpose() * direction_W;
+      origin = X_WL[link].translation_m.dot(direction_W);
+    }
+    const double along = origin + direction_L.dot(layout_->position(ties.tie[i].sensor));
+    if (along > most) most = along, best = i;
+  }
+  return best;
+}
+
+/// Of the sensors that meet the greatest code, a few are asked where the fluid thickens, and the one that lies farthest
+/// there is compared with them.
 void SkinSensing::find_worst(const LinkPoses& X_WL, const voxel::Workspace& workspace) noexcept {
   std::uint8_t greatest = 0;
   for (const std::uint8_t worst : block_worst_) greatest = std::max(greatest, worst);
@@ -108,14 +133,13 @@ void SkinSensing::find_worst(const LinkPoses& X_WL, const voxel::Workspace& work
   if (greatest == 0) return;
   Ties ties;
   find_ties(greatest, ties);
-  const std::size_t stride = (ties.count + kCandidates - 1) / kCandidates;
-  double best = -1.0;
-  for (std::size_t i = 0; i < ties.count; i += stride) {
+  Surroundings best{-1.0, Eigen::Vector3d::Zero()};
+  const auto look_at = [&](std::size_t i) {
     const auto [link, sensor] = ties.tie[i];
     const auto voxel = place_of(link, sensor, greatest, workspace);
-    if (!voxel) continue;
-    const double around = surroundings(*voxel, workspace);
-    if (around <= best) continue;
+    if (!voxel) return;
+    const Surroundings around = surroundings(*voxel, workspace);
+    if (around.mu <= best.mu) return;
     best = around;
     worst_ = {true,
               sensor,
@@ -125,7 +149,10 @@ void SkinSensing::find_worst(const LinkPoses& X_WL, const voxel::Workspace& work
               workspace.palette()[greatest],
               workspace.order(*voxel),
               workspace.object(*voxel)};
-  }
+  };
+  const std::size_t stride = (ties.count + kFirstLooks - 1) / kFirstLooks;
+  for (std::size_t i = 0; i < ties.count; i += stride) look_at(i);
+  if (worst_.found && stride > 1) look_at(farthest(ties, best.uphill_W, X_WL));
 }
 
 }  // namespace phantom::robot
