@@ -88,6 +88,7 @@ void read_exchange(const ConfigReader& section, const robot::SerialArm& arm, tel
                                    section.number("k_p_N_per_m", {0, 1e7, "N/m"}));
   gains.k_v = robot::by_joint_type(arm, section.number("k_v_N_m_s_per_rad", {0, 1e4, "N·m·s/rad"}),
                                    section.number("k_v_N_s_per_m", {0, 1e6, "N·s/m"}));
+  gains.force_share = section.number("force_share", {0, 10, ""});
 }
 
 /// The guard may add as much damping as the percept may: together they stay within the device's stability.

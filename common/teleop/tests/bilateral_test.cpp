@@ -37,6 +37,20 @@ TEST(Bilateral, EveryLawIsItsLineOfTheTable) {
   }
 }
 
+TEST(Bilateral, TheForceShareScalesTheForceOfLawEAlone) {
+  const JointMotion master = motion(1.5), slave = motion(1.2);
+  const SlaveEffort effort{joints(5, -3, 1), joints(-4, 2, 0.5)};
+  ExchangeGains gains{joints(20, 30, 40), joints(2, 3, 4)};
+  const auto torque_of = [&](BilateralLaw law, double share) {
+    gains.force_share = share;
+    return feedback_torque(law, master, slave, effort, gains, 0.3, 2);
+  };
+  for (std::size_t j = 0; j < 2; ++j) {
+    EXPECT_NEAR(torque_of(BilateralLaw::kPeff, 0.1)[j] - torque_of(BilateralLaw::kPe, 0.1)[j], 0.3 * 0.1 * effort.external_torque_Nm[j], 1e-12);
+    EXPECT_EQ(torque_of(BilateralLaw::kPfff, 0.1)[j], torque_of(BilateralLaw::kPfff, 1.0)[j]);
+  }
+}
+
 TEST(Bilateral, LawsCAndENeedAForceSensor) {
   EXPECT_TRUE(needs_force_sensor(BilateralLaw::kPfff));
   EXPECT_TRUE(needs_force_sensor(BilateralLaw::kPeff));

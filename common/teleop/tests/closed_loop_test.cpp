@@ -44,6 +44,7 @@ struct Outcome {
   double contact_speed_m_s = -1.0, contact_s = -1.0, peak_percept_Nm = 0.0, far_percept_Nm = 0.0,
          greatest_force_N = 0.0;
   double percept_energy_J = 0.0, feedback_at_contact_Nm = 0.0, greatest_power_W = -1e9;
+  double last_swing_Nm = 0.0;  // of the feedback, over the last second
 };
 
 MasterPlantParameters master_parameters() {
@@ -63,7 +64,7 @@ OperatorParameters hand_parameters() {
   return p;
 }
 
-Outcome reach_the_wall(bool percept_on, BilateralLaw law, int network_delay_ticks) {
+Outcome reach_the_wall(bool percept_on, BilateralLaw law, int network_delay_ticks, double force_share = 0.05) {
   const auto arm = robot::test_arms::planar();
   const HalfSpace wall(-Eigen::Vector3d::UnitY(), -0.30);
   SlavePlantParameters sp;
@@ -87,7 +88,7 @@ Outcome reach_the_wall(bool percept_on, BilateralLaw law, int network_delay_tick
   FeedbackParameters fp{.joint_count = kJoints, .law = law, .inverse_a = {0, 0.05, 0.05, 1, 1}};
   for (std::size_t j = 0; j < kJoints; ++j) {
     fp.torque_cap_Nm[j] = 4.0;
-    fp.exchange.k_p[j] = 15.0, fp.exchange.k_v[j] = 0.2;
+    fp.exchange.k_p[j] = 15.0, fp.exchange.k_v[j] = 0.2, fp.exchange.force_share = force_share;
     fp.passivity.allowance_J[j] = 0.02, fp.passivity.store_J[j] = 0.1;
     fp.passivity.damping_limit[j] = pp.damping_limit_Nms_per_rad[j];
   }
@@ -109,6 +110,7 @@ Outcome reach_the_wall(bool percept_on, BilateralLaw law, int network_delay_tick
   target[0] = 0.55;  // the tip would go 7 cm into the wall
   hand.move_to(target, 2.0);
   Outcome out;
+  double last_low_Nm = 1e9, last_high_Nm = -1e9;
   for (double t = 0; t < 6.0; t += kDt) {
     const auto& v = master.velocity();
     const auto rendered = percept.step(field.front(), true, percept_on, 15.0, v, kDt);
@@ -159,7 +161,9 @@ Outcome reach_the_wall(bool percept_on, BilateralLaw law, int network_delay_tick
       out.feedback_at_contact_Nm = std::max(out.feedback_at_contact_Nm, std::abs(feedback[0]));
     }
     EXPECT_TRUE(std::isfinite(slave.true_position()[0]));
+    if (t > 5.0) last_low_Nm = std::min(last_low_Nm, feedback[0]), last_high_Nm = std::max(last_high_Nm, feedback[0]);
   }
+  out.last_swing_Nm = last_high_Nm - last_low_Nm;
   return out;
 }
 
@@ -188,6 +192,16 @@ TEST(ClosedLoop, ContactIsFeltInEveryLawButPositionForward) {
   for (const auto law : {BilateralLaw::kSctfb, BilateralLaw::kPfff, BilateralLaw::kPe, BilateralLaw::kPeff}) {
     EXPECT_GT(reach_the_wall(true, law, 2).feedback_at_contact_Nm, 0.4) << name_of(law);
   }
+}
+
+TEST(ClosedLoop, ContactComesToRestInEveryLaw) {
+  for (const auto law : {BilateralLaw::kSctfb, BilateralLaw::kPfff, BilateralLaw::kPe, BilateralLaw::kPeff}) {
+    for (const int delay : {0, 2, 5}) {
+      EXPECT_LT(reach_the_wall(true, law, delay).last_swing_Nm, 0.3) << name_of(law) << ", delay of " << delay << " ms";
+    }
+  }
+  // A strong arm's whole force on a weak master hammers between the caps: why there is a force share.
+  EXPECT_GT(reach_the_wall(true, BilateralLaw::kPeff, 2, 1.0).last_swing_Nm, 1.0);
 }
 
 }  // namespace
