@@ -4,11 +4,15 @@ namespace phantom::experiments {
 
 // One function per experiment, in a file of its own name.
 Experiment mpc_steps();
+Experiment filter_cost();
+// arms and what is built on them
 Experiment arm_sensors();
 
 const std::vector<Experiment>& experiments() {
   static const std::vector<Experiment> all{
       mpc_steps(),
+      filter_cost(),
+      // arms and what is built on them
       arm_sensors(),
   };
   return all;

@@ -25,11 +25,14 @@ void write_file(const std::filesystem::path& path, const std::string& text) {
   if (!file) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
+/// As RFC 4180 wants a field with commas.
+std::string quoted(const std::string& text) { return text.find(',') == std::string::npos ? text : '"' + text + '"'; }
+
 std::string csv(const Table& table) {
   std::string text;
   for (std::size_t i = 0; i < table.columns().size(); ++i) {
     if (i > 0) text += ',';
-    text += table.columns()[i];
+    text += quoted(table.columns()[i]);
   }
   text += '\n';
   for (const auto& row : table.rows()) {

@@ -59,7 +59,7 @@ std::vector<Eigen::Vector2d> complex_section(double radius_m, double depth) {
   Corners corners;
   for (int i = 0; i < kCorners; ++i) {
     const double psi = 2.0 * std::numbers::pi * i / kCorners;
-    const double r_m = radius_m / (1.0 + depth) * (1.0 + depth * std::cos(4.0 * psi));
+    const double r_m = radius_m / (1.0 + depth) * (1.0 - depth * std::sin(3.0 * psi));
     corners.emplace_back(r_m * std::cos(psi), r_m * std::sin(psi));
   }
   return corners;

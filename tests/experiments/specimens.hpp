@@ -11,8 +11,9 @@ namespace phantom::experiments {
 /// The specification's specimens: closed meshes, triangles facing outwards, in metres, around the origin with their axis
 /// along z unless said otherwise.
 
-/// Corners of the complex section, counter-clockwise: 56 of them on r(ψ) = r_0·(1 + depth·cos 4ψ), so four convex lobes
-/// (the largest radius is `radius_m`, at ψ = 0) and four concave bays.
+/// Corners of the complex section, counter-clockwise: 56 of them on r(ψ) = r_0·(1 − depth·sin 3ψ), so three convex lobes
+/// (out to `radius_m`) and three concave bays. Two lobes face −y with a bay between them, one faces +y: what the tracks of
+/// figure 4.33 meet.
 std::vector<Eigen::Vector2d> complex_section(double radius_m, double depth = 0.22);
 /// The thesis's complex section cylinder: that section drawn out to a 56-gon prism of 220 triangles (2·56 sides, 2·54 in
 /// the ends).
