@@ -260,6 +260,10 @@ struct DdsAdapter::Impl {
   // Each belongs to the thread of its reader's callbacks.
   dds::SequenceGuard arm_order, master_order, percept_order, hit_order, skin_order;
   std::uint64_t arm_arrived = 0;
+  core::Snapshot<ArmSample> arm_for_hits;                     // read by the thread of hits alone
+  core::Snapshot<PerceptSample> percept_for_hits;             // likewise
+  ArmSample newest_arm;                                       // that thread's
+  PerceptSample newest_percept;                               // likewise
   std::map<std::string, dds::SequenceGuard> component_order;  // by name and host
 
   // Last, so that their callbacks end before what they use.
@@ -296,6 +300,9 @@ struct DdsAdapter::Impl {
       if constexpr (std::is_same_v<Sample, ArmSample>) {
         sample->arrived = ++arm_arrived;
         sample->lost = order.lost();
+        arm_for_hits.write(*sample);
+      } else if constexpr (std::is_same_v<Sample, PerceptSample>) {
+        percept_for_hits.write(*sample);
       }
       snapshot.write(*sample);
     };
@@ -316,6 +323,10 @@ void DdsAdapter::Impl::open_events() {
     auto hit = convert(message, shape);
     if (!hit || !hit_order.accept(message.stamp())) return hits.refuse();
     hit->received_ns = info.received_ns;
+    arm_for_hits.read(newest_arm);
+    percept_for_hits.read(newest_percept);
+    hit->arm = newest_arm;
+    hit->percept = newest_percept;
     inbox.put(std::move(*hit));
   });
   skin.open(participant, dds::kSkinPercept,

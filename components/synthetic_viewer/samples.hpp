@@ -75,6 +75,9 @@ struct HitSample {
   double speed_m_s = 0.0;
   double mu_Pa_s_per_m = 0.0;
   bool cleared = false;
+  // Arm and percept as they were when the alert came, for its pictures: these may be drawn much later.
+  ArmSample arm;
+  PerceptSample percept;
 };
 
 struct ObjectSample {  // workspace_object

@@ -97,6 +97,8 @@ HitSample StillScene::hit() const {
   hit.pgv = state.percept.pgv;
   hit.speed_m_s = state.percept.speed_m_s;
   hit.mu_Pa_s_per_m = state.percept.mu_Pa_s_per_m;
+  hit.arm = state.arm;
+  hit.percept = state.percept;
   return hit;
 }
 

@@ -60,9 +60,10 @@ class ViewerLoop {
   void tick(double dt_s);
   core::Nanoseconds period_ns() const;
   Compositor::Moment moment() const { return {state_, objects_, bodies_, now_ns_}; }
-  double visible_share(const ViewSituation& situation, const Eigen::Vector3d& eye_m) const;
   void choose_hit_view(double dt_s);
-  HitView view_of(const HitSample& hit) const;
+  struct AlertMoment;
+  AlertMoment at_alert(const HitSample& hit) const;
+  HitView view_of(const HitSample& hit, const RayScene& bodies) const;
   void show_first(const HitSample& hit);
   void show_hit();
   void show_main();
@@ -95,7 +96,7 @@ class ViewerLoop {
   std::array<ViewPainter, kViews.size()> painters_;
   std::vector<geometry::BoundingBox> link_boxes_;
   Recorder recorder_;
-  std::deque<HitSample> unseen_;         // alerts of which there is no picture yet
+  std::deque<HitSample> unseen_;          // alerts of which there is no picture yet
   std::deque<HitSample> unphotographed_;  // alerts for the report
   core::Nanoseconds lively_until_ns_ = 0, first_object_ns_ = 0;
   bool saved_start_ = false, saved_hit_ = false, saved_contact_ = false;

@@ -15,7 +15,26 @@ constexpr double kHitZone_m = 0.02;  // radius of what a view of a hit zone shou
 
 Eigen::Vector3d eigen(const Vector3& v) { return {v[0], v[1], v[2]}; }
 
+/// Of a hit zone, seen from where the camera will stand: a node inside a wall counts by its nearest free
+/// place.
+VisibleShare visible_among(const RayScene& bodies) {
+  return [&bodies](const ViewSituation& situation, const Eigen::Vector3d& eye_m) {
+    Camera camera;
+    camera.eye_m = eye_m;
+    camera.target_m = situation.look_at_m;
+    return bodies.visible_share(situation.look_at_m, situation.pgv, kHitZone_m,
+                                settled(camera, bodies).camera.eye_m);
+  };
+}
+
 }  // namespace
+
+/// What was known when an alert came.
+struct ViewerLoop::AlertMoment {
+  ViewerState state;
+  RayScene bodies;
+  core::Nanoseconds at_ns;
+};
 
 /// While somebody moves a camera, pictures follow the hand.
 core::Nanoseconds ViewerLoop::period_ns() const {
@@ -25,22 +44,12 @@ core::Nanoseconds ViewerLoop::period_ns() const {
       1.0 / (lively ? std::max(kLivelyRate_hz, config_.frame_rate_hz) : config_.frame_rate_hz));
 }
 
-/// Seen from where the camera will stand: a node inside a wall counts by its nearest free place.
-double ViewerLoop::visible_share(const ViewSituation& situation, const Eigen::Vector3d& eye_m) const {
-  Camera camera;
-  camera.eye_m = eye_m;
-  camera.target_m = situation.look_at_m;
-  return bodies_.visible_share(situation.look_at_m, situation.pgv, kHitZone_m,
-                               settled(camera, bodies_).camera.eye_m);
-}
-
 void ViewerLoop::choose_hit_view(double dt_s) {
   // A view that the operator has turned keeps its node: what he looks at must not be taken from under him.
   const bool turned = hit_.alert != 0 && !state_.cameras.offset(View::kHit).at_home();
   const ViewNode wish = turned && state_.wish == ViewNode::kAutomatic ? hit_.node : state_.wish;
   const std::uint32_t before = hit_.alert;
-  hit_ = viewer_.step(
-      state_.hold, wish, [this](const auto& s, const auto& eye_m) { return visible_share(s, eye_m); }, dt_s);
+  hit_ = viewer_.step(state_.hold, wish, visible_among(bodies_), dt_s);
   if (hit_.alert != before) state_.cameras.home(View::kHit);
 }
 
@@ -60,20 +69,35 @@ void ViewerLoop::tick(double dt_s) {
   ++frames_;
 }
 
+/// The arm moves on while a busy host has other work than to draw.
+ViewerLoop::AlertMoment ViewerLoop::at_alert(const HitSample& hit) const {
+  AlertMoment moment{state_, {}, hit.received_ns};
+  moment.state.arm = hit.arm;
+  moment.state.percept = hit.percept;
+  // The paint is on the graphics card, in its newest state only.
+  const double since_s = std::abs(core::seconds(state_.skin.received_ns - hit.received_ns));
+  if (since_s > config_.staleness.percept_s) moment.state.skin.valid = false;
+  moment.bodies = scene_.obstacles(moment.state, true);
+  return moment;
+}
+
 /// From where an alert's zone is seen: as it is shown, or from the node that suits it while another is shown.
-HitView ViewerLoop::view_of(const HitSample& hit) const {
+HitView ViewerLoop::view_of(const HitSample& hit, const RayScene& bodies) const {
   if (hit_.alert == hit.alert) return hit_;
   SyntheticViewer alone(config_.hit_view.rule);
   alone.take({hit.alert, false, eigen(hit.look_at_m), eigen(hit.pgv)});
-  return alone.step(
-      false, state_.wish, [this](const auto& s, const auto& eye_m) { return visible_share(s, eye_m); }, 0.0);
+  return alone.step(false, state_.wish, visible_among(bodies), 0.0);
 }
 
 /// Every alert gets its first picture at once, also while another alert's zone is shown.
 void ViewerLoop::show_first(const HitSample& hit) {
   ViewPainter alone;
   ViewPainter& painter = hit.alert == hit_.alert ? painters_[static_cast<std::size_t>(View::kHit)] : alone;
-  painter.draw(*renderer_, compositor_.hit_picture(moment(), view_of(hit)), config_.hit_view.format);
+  const AlertMoment then = at_alert(hit);
+  painter.draw(
+      *renderer_,
+      compositor_.hit_picture({then.state, objects_, then.bodies, then.at_ns}, view_of(hit, then.bodies)),
+      config_.hit_view.format);
   const std::string encoded = *painter.jpeg(config_.jpeg_quality);
   alert_to_picture_.record(core::monotonic_ns() - hit.received_ns);
   const std::lock_guard lock(shared_mutex_);
@@ -82,10 +106,15 @@ void ViewerLoop::show_first(const HitSample& hit) {
 }
 
 void ViewerLoop::show_hit() {
-  // A flood of alerts must not stop the live views: some a round, and those that nobody would see any more not at all.
+  // A flood of alerts must not stop the live views: some a round, and those that nobody would see any more
+  // not at all.
   while (unseen_.size() > ViewerState::kMaxHits) unseen_.pop_front();
+  bool just_drawn = false;  // the alert that is shown, as it is
   for (int k = 0; k < kFirstPicturesARound && !unseen_.empty(); ++k) {
-    show_first(unseen_.front());
+    const HitSample& hit = unseen_.front();
+    show_first(hit);
+    just_drawn = just_drawn || (hit.alert == hit_.alert &&
+                                age_s(hit.received_ns, core::monotonic_ns()) <= config_.staleness.slave_s);
     unseen_.pop_front();
   }
   ViewOutput& output = page_.view(View::kHit);
@@ -95,7 +124,7 @@ void ViewerLoop::show_hit() {
     return;
   }
   ViewPainter& painter = painters_[static_cast<std::size_t>(View::kHit)];
-  if (output.followed())
+  if (output.followed() && !just_drawn)
     painter.draw(*renderer_, compositor_.hit_picture(moment(), hit_), config_.hit_view.format);
   painter.publish(output, config_.jpeg_quality);
 }
@@ -135,9 +164,11 @@ void ViewerLoop::photograph_alert() {
   if (unphotographed_.empty()) return;
   const HitSample hit = unphotographed_.front();
   unphotographed_.pop_front();
-  const HitView view = view_of(hit);
-  report_.save_hit(hit.alert, percept::node_name(view.node), core::seconds(hit.received_ns - start_ns_), hit.utc_ns,
-                   photograph(compositor_.hit_picture(moment(), view)));
+  const AlertMoment then = at_alert(hit);
+  const HitView view = view_of(hit, then.bodies);
+  report_.save_hit(
+      hit.alert, percept::node_name(view.node), core::seconds(hit.received_ns - start_ns_), hit.utc_ns,
+      photograph(compositor_.hit_picture({then.state, objects_, then.bodies, then.at_ns}, view)));
 }
 
 Image ViewerLoop::photograph(Compositor::Picture picture) {

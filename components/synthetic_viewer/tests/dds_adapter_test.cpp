@@ -314,6 +314,52 @@ TEST_F(Adapter, AlertsArriveInOrderAndComponentsByName) {
   }));
 }
 
+// What an alert's picture shows is what was known when it came, however late it is drawn.
+TEST_F(Adapter, AnAlertKeepsTheArmAndThePerceptOfItsMoment) {
+  dds::Writer<msg::SlaveState> states(other_, dds::kSlaveState);
+  dds::Writer<msg::Percept> percepts(other_, dds::kPercept);
+  dds::Writer<msg::HitAlert> alerts(other_, dds::kHitAlert);
+  ASSERT_TRUE(
+      eventually([&] { return states.matched() >= 1 && percepts.matched() >= 1 && alerts.matched() >= 1; }));
+  std::uint64_t number = 0;
+  ArmSample arm;
+  PerceptSample percept;
+  const auto tell = [&](double value) {
+    EXPECT_TRUE(eventually([&] {
+      msg::SlaveState state = slave_state();
+      state.stamp(stamp(++number));
+      state.position_rad()[0] = value;
+      states.write(state);
+      return inbox_.arm.read(arm) && arm.position[0] == value;
+    }));
+    EXPECT_TRUE(eventually([&] {
+      msg::Percept message;
+      message.stamp(stamp(++number));
+      message.joint_count(7);
+      message.closeness(value);
+      percepts.write(message);
+      return inbox_.percept.read(percept) && percept.closeness == value;
+    }));
+  };
+  const auto raise = [&](std::uint32_t alert) {
+    msg::HitAlert message;
+    message.stamp(stamp(alert));
+    message.alert(alert);
+    alerts.write(message);
+    EXPECT_TRUE(eventually([&] { return got<HitSample>().size() == alert; }));
+  };
+  raise(1);
+  tell(0.25);
+  raise(2);
+  tell(0.75);
+  const auto hits = got<HitSample>();
+  ASSERT_EQ(hits.size(), 2U);
+  EXPECT_EQ(hits[0].arm.received_ns, 0) << "there was none yet";
+  EXPECT_EQ(hits[1].arm.position[0], 0.25);
+  EXPECT_EQ(hits[1].percept.closeness, 0.25);
+  EXPECT_GT(hits[1].arm.received_ns, 0);
+}
+
 TEST_F(Adapter, ItsCommandsReachOthersAndItself) {
   dds::Waiter waiter;
   std::vector<msg::OperatorCommand> heard;

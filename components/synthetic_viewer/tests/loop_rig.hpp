@@ -51,15 +51,17 @@ class Loop : public ::testing::Test {
                                          Report({}, 0));
     loop_->start();
   }
-  /// The slave's state as it would come, now.
-  void tell_pose() {
+  /// The slave's state as it would come, now; its first joint away from home.
+  ArmSample pose(double turned_rad = 0.0) const {
     ArmSample arm;
     arm.received_ns = core::monotonic_ns();
     arm.state = LinkState::kCoupled;
     const auto& home = cell_.arm().home;
     std::copy(home.begin(), home.end(), arm.position.begin());
-    inbox_.arm.write(arm);
+    arm.position[0] += turned_rad;
+    return arm;
   }
+  void tell_pose(double turned_rad = 0.0) { inbox_.arm.write(pose(turned_rad)); }
   HitSample alert(std::uint32_t number, const Vector3& look_at_m) {
     HitSample hit;
     hit.received_ns = core::monotonic_ns();
@@ -68,6 +70,7 @@ class Loop : public ::testing::Test {
     hit.link = 2;
     hit.look_at_m = look_at_m;
     hit.pgv = {0, 0.02, 0};
+    hit.arm = pose();
     return hit;
   }
   double figure(const std::string& name) {

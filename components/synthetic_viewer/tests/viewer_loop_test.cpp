@@ -43,6 +43,27 @@ TEST_F(Loop, EveryAlertGetsItsFirstPictureAlsoWhileAnotherIsShown) {
   EXPECT_EQ(content_.hit_picture(4), "");
 }
 
+// A busy host may draw an alert's first picture seconds after it came, and the arm has moved on or fallen
+// silent meanwhile: the picture is the same as if it had been drawn at once.
+TEST_F(Loop, AnAlertsFirstPictureShowsTheArmAsItWasWhenTheAlertCame) {
+  const auto first_picture = [&](double turned_rad, double late_s, std::optional<double> turned_now_rad) {
+    start();
+    inbox_.put(Command{CommandKind::kViewNode, 11});  // so that the node does not hang on what stands where
+    if (turned_now_rad) tell_pose(*turned_now_rad);
+    HitSample hit = alert(9, {0.6, 0.1, 1.2});
+    hit.received_ns -= core::from_seconds(late_s);
+    hit.arm = pose(turned_rad);
+    hit.arm.received_ns = hit.received_ns;
+    inbox_.put(hit);
+    EXPECT_TRUE(eventually([&] { return !content_.hit_picture(9).empty(); }));
+    return content_.hit_picture(9);
+  };
+  const std::string at_once = first_picture(0.3, 0.0, 0.3);
+  EXPECT_EQ(first_picture(0.3, 3.0, std::nullopt), at_once) << "late, and nobody tells a pose any more";
+  EXPECT_EQ(first_picture(0.3, 3.0, -0.8), at_once) << "late, and the arm is elsewhere by now";
+  EXPECT_NE(first_picture(0.5, 0.0, 0.3), at_once) << "the arm is in the picture at all";
+}
+
 TEST_F(Loop, ASnapshotIsDrawnForTheOneWhoAsks) {
   start();
   EXPECT_EQ(content_.main_png().substr(1, 3), "PNG");
