@@ -49,17 +49,19 @@ double bar_distance_m(double r_m, double theta_rad) {
 
 double ideal_coefficient(const voxel::LayerProfile& profile, double voxel_size_m, double theta_rad) {
   constexpr int kSteps = 5700;  // a tenth of a millimetre
-  const double thicker_m = 0.5 * voxel_size_m * (std::cos(rad(kContact_deg)) + std::sin(rad(kContact_deg)));
+  // Every voxel that the surface passes is solid: the bar is thicker by half of a voxel's extent across its
+  // faces. Layers begin at the centres of those voxels, which lie half a voxel out at most places.
+  const double tilt = rad(kContact_deg);
+  const double skin_m = 0.5 * voxel_size_m * (std::cos(tilt) + std::sin(tilt)), layers_m = 0.5 * voxel_size_m;
   double sum = 0.0;
   for (int i = 0; i < kSteps; ++i) {
     const double r_m = (i + 0.5) * kLink_m / kSteps;
-    const double distance_m = bar_distance_m(r_m, theta_rad) - thicker_m;
-    double mu = distance_m <= 0.0 ? static_cast<double>(profile.mu_skin_Pa_s_per_m) : 0.0, reach_m = 0.0;
-    for (std::size_t layer = 0; distance_m > 0.0 && layer < profile.mu_Pa_s_per_m.size(); ++layer) {
-      reach_m += profile.thickness_vox[layer] * voxel_size_m;
-      if (distance_m > reach_m) continue;
-      mu = static_cast<double>(profile.mu_Pa_s_per_m[layer]);
-      break;
+    const double distance_m = bar_distance_m(r_m, theta_rad);
+    double mu = distance_m <= skin_m ? static_cast<double>(profile.mu_skin_Pa_s_per_m) : 0.0;
+    double edge_m = layers_m;
+    for (std::size_t layer = 0; mu == 0.0 && layer < profile.mu_Pa_s_per_m.size(); ++layer) {
+      edge_m += profile.thickness_vox[layer] * voxel_size_m;
+      if (distance_m <= edge_m) mu = static_cast<double>(profile.mu_Pa_s_per_m[layer]);
     }
     sum += mu * r_m * r_m;
   }

@@ -7,6 +7,8 @@ Experiment mpc_steps();
 Experiment filter_cost();
 // arms and what is built on them
 Experiment arm_sensors();
+Experiment pffb_speed();
+Experiment coworking();
 
 const std::vector<Experiment>& experiments() {
   static const std::vector<Experiment> all{
@@ -14,6 +16,8 @@ const std::vector<Experiment>& experiments() {
       filter_cost(),
       // arms and what is built on them
       arm_sensors(),
+      pffb_speed(),
+      coworking(),
   };
   return all;
 }

@@ -1,0 +1,184 @@
+#include "tests/experiments/teleop_rig.hpp"
+
+#include "common/percept/closeness.hpp"
+#include "common/runtime/cell_bodies.hpp"
+#include "components/master_io/servo.hpp"
+#include "components/phantom_sensing/model.hpp"
+#include "components/slave_io/servo.hpp"
+#include "components/slave_io/simulated_arm.hpp"
+#include "tests/experiments/bar_rig.hpp"
+#include "tests/experiments/rig.hpp"
+
+namespace phantom::experiments {
+namespace {
+
+constexpr core::Nanoseconds kTick_ns = core::kNsPerMillisecond;
+constexpr double kTick_s = 0.001;
+constexpr std::uint64_t kMasterSession = 1, kSlaveSession = 2;
+constexpr int kSensors = 60;
+
+/// The simulated master device; speeds are sabotaged on their way to the controller.
+class Device final : public master_io::Device {
+ public:
+  Device(const master_io::Config& config, const core::JointArray& start_q, Sabotage sabotage)
+      : device_(config, start_q), sabotage_(sabotage) {}
+  const master_io::DeviceSense& sense() noexcept override {
+    sense_ = device_.sense();
+    sense_.velocity = sabotaged(sense_.velocity, sabotage_);
+    return sense_;
+  }
+  void move(const core::JointArray& motor_Nm, const core::JointArray& hand_Nm, bool reset, double dt_s,
+            core::Nanoseconds now_ns) noexcept override {
+    device_.move(motor_Nm, hand_Nm, reset, dt_s, now_ns);
+  }
+  bool makes_up_periods() const noexcept override { return true; }
+  core::ActuatorHealth health() override { return {}; }
+
+ private:
+  master_io::SimulatedDevice device_;
+  Sabotage sabotage_;
+  master_io::DeviceSense sense_;
+};
+
+}  // namespace
+
+TeleopSetup teleop_setup(const Settings& settings, const std::string& operator_model,
+                         const std::string& law) {
+  auto cell = bar_cell(settings);
+  auto arm = slave_io::load_arm(cell, "");
+  robot::AxisSensors axis;
+  axis.from_m = {-kLink_m, 0.0, 0.0};
+  arm.skin = {{.link = "link_under_test", .segments = {}, .axes = {axis}, .meshes = {}}};
+  auto master =
+      master_io::load_config(settings.source_dir / "components/master_io/master_io.yaml", cell.file, arm.arm,
+                             {.operator_model = operator_model, .law = law, .driver = "", .desk_device = ""});
+  auto slave =
+      slave_io::load_config(settings.source_dir / "components/slave_io/slave_io.yaml", arm.arm, arm.home);
+  master.measure_bare_loop = false;
+  for (std::size_t j = 0; j < arm.arm.joint_count(); ++j) {
+    master.device.joints[j].coulomb = 0.001;
+    master.device.joints[j].viscous = 0.001;
+    master.percept.torque_cap_Nm[j] = 2.2 * kKgcm_Nm;  // figure 5.24
+  }
+  master.script.percept = teleop::PerceptSchedule::kOn;
+  master.script.duration_scatter = master.script.overreach = 0.0;
+  master.script.reaction_s = 1e6;  // nobody lets go at contact
+  slave.contact.point_pitch_m = 0.005;
+  auto workspace = phantom_sensing::build_workspace(cell);
+  auto phantom = axis_phantom(cell, kSensors, robot::Normalisation::kArea);
+  return {std::move(cell),   std::move(arm),   std::move(phantom),
+          std::move(master), std::move(slave), std::move(workspace)};
+}
+
+void set_swing(TeleopSetup& setup, double to_rad, double duration_s) {
+  auto& script = setup.master.script;
+  script.reaches.front().target[kTheta] = to_rad;
+  script.in_s = duration_s;
+  script.hold_s = 1e6;
+  script.patience = 1e6;
+}
+
+struct TeleopRig::Parts {
+  const TeleopSetup& setup;
+  Sabotage sabotage;
+  slave_io::FieldWorld world;
+  master_io::Inbox master_inbox;
+  slave_io::Inbox slave_inbox;
+  Device device;
+  slave_io::SimulatedArm arm;
+  master_io::Servo master;
+  slave_io::Servo slave;
+  phantom_sensing::PhantomSensing phantom;
+  phantom_sensing::SensedWorkspace workspace;
+  core::Nanoseconds now_ns = core::kNsPerSecond;
+  std::uint64_t ticks = 0;
+  master_io::MasterReport master_said;
+  slave_io::SlaveReport slave_said;
+  Moment moment;
+
+  Parts(const TeleopSetup& s, const Settings& settings)
+      : setup(s),
+        sabotage(settings.sabotage),
+        world(s.cell, runtime::load_real_bodies(s.cell), s.slave.contact),
+        device(s.master, s.arm.home, settings.sabotage),
+        arm(s.arm, s.slave, world),
+        master(s.master, s.arm.home, device, master_inbox),
+        slave(s.arm, s.slave, arm, slave_inbox),
+        phantom(s.phantom, {}),
+        workspace{&s.workspace, percept::greatest_neighbour_mu(s.workspace)} {}
+
+  void tick_master() {
+    master.tick(kTick_s, now_ns);
+    master.outbox.read(master_said);
+    slave_inbox.master.write({.received_ns = now_ns,
+                              .stamp = {ticks, now_ns, kMasterSession},
+                              .answers_ns = master_said.slave.monotonic_ns,
+                              .state = master_said.outputs.state,
+                              .position = master_said.position,
+                              .velocity = master_said.velocity});
+  }
+  void tick_slave() {
+    slave.tick(kTick_s, now_ns);
+    slave.outbox.read(slave_said);
+    master_inbox.slave.write({.received_ns = now_ns,
+                              .stamp = {ticks, now_ns, kSlaveSession},
+                              .answers_ns = slave_said.followed.monotonic_ns,
+                              .state = slave_said.outputs.state,
+                              .motion = {slave_said.position, slave_said.velocity},
+                              .effort = {slave_said.outputs.torque.loop_Nm, slave_said.external_torque_Nm},
+                              .force_measured = slave_said.force_measured,
+                              .contact = slave_said.contact,
+                              .contact_object = slave_said.contact_object,
+                              .tool_speed_m_s = slave_said.tool_speed_m_s,
+                              .clearance_m = slave_said.clearance_m});
+  }
+  void tick_phantom() {
+    phantom_sensing::StepInputs in;
+    in.position = slave_said.position;
+    in.velocity = sabotaged(slave_said.velocity, sabotage);
+    in.dt_s = kTick_s;
+    in.workspace = workspace;
+    in.state_valid = true;
+    phantom_sensing::StepOutputs out;
+    phantom.step(in, out);
+    moment.mu = out.percept.mu;
+    master_io::DragSample drag;
+    drag.received_ns = now_ns;
+    drag.answers_ns = slave_said.followed.monotonic_ns;
+    drag.drag = {out.valid, out.drag.plus, out.drag.minus, out.drag.coupled};
+    master_inbox.drag.write(drag);
+  }
+  void note() {
+    moment.t_s += kTick_s;
+    moment.master_rad = master_said.position[kTheta];
+    moment.master_rad_s = master_said.velocity[kTheta];
+    moment.slave_rad = slave_said.position[kTheta];
+    moment.slave_rad_s = slave_said.velocity[kTheta];
+    moment.reference_rad = slave_said.outputs.reference[kTheta];
+    moment.mlt_Nm = master_said.operator_Nm[kTheta];
+    moment.pffb_Nm = -master_said.outputs.percept_Nm[kTheta];
+    moment.sffb_Nm = -master_said.outputs.feedback_Nm[kTheta];
+    moment.loop_Nm = slave_said.outputs.torque.loop_Nm[kTheta];
+    moment.contact = slave_said.contact;
+    moment.force_N = slave_said.contact_force_N;
+    moment.swinging = master_said.reach >= 0;
+    moment.percept = master_said.outputs.percept_enabled;
+  }
+};
+
+TeleopRig::TeleopRig(const TeleopSetup& setup, const Settings& settings)
+    : parts_(std::make_unique<Parts>(setup, settings)) {}
+TeleopRig::~TeleopRig() = default;
+
+const Moment& TeleopRig::step() {
+  Parts& p = *parts_;
+  p.now_ns += kTick_ns;
+  ++p.ticks;
+  p.tick_master();
+  p.tick_slave();
+  p.tick_phantom();
+  p.note();
+  return p.moment;
+}
+
+}  // namespace phantom::experiments
