@@ -9,6 +9,7 @@ Experiment filter_cost();
 Experiment arm_sensors();
 Experiment pffb_speed();
 Experiment coworking();
+Experiment btm_cases();
 
 const std::vector<Experiment>& experiments() {
   static const std::vector<Experiment> all{
@@ -18,6 +19,7 @@ const std::vector<Experiment>& experiments() {
       arm_sensors(),
       pffb_speed(),
       coworking(),
+      btm_cases(),
   };
   return all;
 }

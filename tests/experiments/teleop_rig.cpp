@@ -58,7 +58,6 @@ TeleopSetup teleop_setup(const Settings& settings, const std::string& operator_m
   for (std::size_t j = 0; j < arm.arm.joint_count(); ++j) {
     master.device.joints[j].coulomb = 0.001;
     master.device.joints[j].viscous = 0.001;
-    master.percept.torque_cap_Nm[j] = 2.2 * kKgcm_Nm;  // figure 5.24
   }
   master.script.percept = teleop::PerceptSchedule::kOn;
   master.script.duration_scatter = master.script.overreach = 0.0;
@@ -69,6 +68,8 @@ TeleopSetup teleop_setup(const Settings& settings, const std::string& operator_m
   return {std::move(cell),   std::move(arm),   std::move(phantom),
           std::move(master), std::move(slave), std::move(workspace)};
 }
+
+void clamp_percept(TeleopSetup& setup, double cap_Nm) { setup.master.percept.torque_cap_Nm[kTheta] = cap_Nm; }
 
 void set_swing(TeleopSetup& setup, double to_rad, double duration_s) {
   auto& script = setup.master.script;

@@ -29,6 +29,10 @@ struct TeleopSetup {
 /// settings say.
 TeleopSetup teleop_setup(const Settings& settings, const std::string& operator_model, const std::string& law);
 
+/// Clamps the percept's torque on theta.
+void clamp_percept(TeleopSetup& setup, double cap_Nm);
+inline constexpr double kThesisClamp_Nm = 2.2 * kKgcm_Nm;  // figure 5.24
+
 /// The swing that the operator makes: theta from 0 to `to_rad` in `duration_s`, and the hand stays there.
 void set_swing(TeleopSetup& setup, double to_rad, double duration_s);
 
