@@ -95,8 +95,8 @@ core::Expected<MpcLayers> mpc_layers(const MpcDesign& design, double voxel_size_
   }
   if (transition == MpcTransition::kStepped) return stepped;
   MpcLayers fine;
-  for (double voxel = 0.5; voxel < stroke_vox; voxel += 1.0) {
-    const double gamma = gamma_along(widths_vox, stepped.gamma_N_s_per_m, voxel, transition);
+  for (int voxel = 0; voxel + 0.5 < stroke_vox; ++voxel) {
+    const double gamma = gamma_along(widths_vox, stepped.gamma_N_s_per_m, voxel + 0.5, transition);
     if (!fine.gamma_N_s_per_m.empty() && gamma == fine.gamma_N_s_per_m.back()) {
       ++fine.thickness_vox.back();
       continue;
