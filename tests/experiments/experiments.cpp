@@ -10,6 +10,7 @@ Experiment arm_sensors();
 Experiment pffb_speed();
 Experiment coworking();
 Experiment btm_cases();
+Experiment audio();
 
 const std::vector<Experiment>& experiments() {
   static const std::vector<Experiment> all{
@@ -20,6 +21,7 @@ const std::vector<Experiment>& experiments() {
       pffb_speed(),
       coworking(),
       btm_cases(),
+      audio(),
   };
   return all;
 }
