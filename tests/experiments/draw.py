@@ -44,10 +44,14 @@ def draw_map(axes, x, y, values, label):
     for a, b, value in zip(x, y, values):
         cells[row[b]][column[a]] = value
     half_x, half_y = (0.5 * (v[-1] - v[0]) / max(len(v) - 1, 1) or 0.5 for v in (xs, ys))
-    image = axes.imshow(cells, origin="lower", aspect="auto", interpolation="nearest", cmap="viridis",
+    kinds = sorted({value for value in values if not math.isnan(value)})
+    whole = kinds[-1] - kinds[0] <= 12 and all(value == int(value) for value in kinds)  # kinds or layers: a colour each
+    colours = matplotlib.colormaps["viridis"].resampled(int(kinds[-1] - kinds[0]) + 1) if whole else "viridis"
+    limits = {"vmin": kinds[0] - 0.5, "vmax": kinds[-1] + 0.5} if whole else {}
+    image = axes.imshow(cells, origin="lower", aspect="auto", interpolation="nearest", cmap=colours, **limits,
                         extent=(xs[0] - half_x, xs[-1] + half_x, ys[0] - half_y, ys[-1] + half_y))
     axes.grid(False)
-    axes.figure.colorbar(image, ax=axes, label=label, shrink=0.9)
+    axes.figure.colorbar(image, ax=axes, label=label, shrink=0.75, ticks=range(int(kinds[0]), int(kinds[-1]) + 1) if whole else None)
 
 
 def draw_series(axes, series, tables, bars):

@@ -5,6 +5,8 @@ namespace phantom::experiments {
 // One function per experiment, in a file of its own name.
 Experiment mpc_steps();
 Experiment filter_cost();
+Experiment voxelise();
+Experiment ranked_layers();
 // arms and what is built on them
 Experiment arm_sensors();
 Experiment pffb_speed();
@@ -16,6 +18,8 @@ const std::vector<Experiment>& experiments() {
   static const std::vector<Experiment> all{
       mpc_steps(),
       filter_cost(),
+      voxelise(),
+      ranked_layers(),
       // arms and what is built on them
       arm_sensors(),
       pffb_speed(),
