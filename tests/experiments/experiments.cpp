@@ -7,6 +7,9 @@ Experiment mpc_steps();
 Experiment filter_cost();
 Experiment voxelise();
 Experiment ranked_layers();
+Experiment drag_tracks();
+Experiment speed();
+Experiment smoothing();
 // arms and what is built on them
 Experiment arm_sensors();
 Experiment pffb_speed();
@@ -20,6 +23,9 @@ const std::vector<Experiment>& experiments() {
       filter_cost(),
       voxelise(),
       ranked_layers(),
+      drag_tracks(),
+      speed(),
+      smoothing(),
       // arms and what is built on them
       arm_sensors(),
       pffb_speed(),

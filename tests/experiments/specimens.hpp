@@ -14,10 +14,10 @@ namespace phantom::experiments {
 /// Corners of the complex section, counter-clockwise: 56 of them on r(ψ) = r_0·(1 − depth·sin 3ψ), so three convex lobes
 /// (out to `radius_m`) and three concave bays. Two lobes face −y with a bay between them, one faces +y: what the tracks of
 /// figure 4.33 meet.
-std::vector<Eigen::Vector2d> complex_section(double radius_m, double depth = 0.22);
+std::vector<Eigen::Vector2d> complex_section(double radius_m, double depth = 0.4);
 /// The thesis's complex section cylinder: that section drawn out to a 56-gon prism of 220 triangles (2·56 sides, 2·54 in
 /// the ends).
-geometry::TriangleMesh complex_cylinder(double radius_m, double height_m, double depth = 0.22);
+geometry::TriangleMesh complex_cylinder(double radius_m, double height_m, double depth = 0.4);
 
 /// A polygon without crossing edges, counter-clockwise, drawn out along z to ±height/2: 4n − 4 triangles.
 geometry::TriangleMesh drawn_polygon(const std::vector<Eigen::Vector2d>& corners_m, double height_m);
