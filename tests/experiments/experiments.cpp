@@ -16,6 +16,7 @@ Experiment pffb_speed();
 Experiment coworking();
 Experiment btm_cases();
 Experiment audio();
+Experiment model_error();
 
 const std::vector<Experiment>& experiments() {
   static const std::vector<Experiment> all{
@@ -32,6 +33,7 @@ const std::vector<Experiment>& experiments() {
       coworking(),
       btm_cases(),
       audio(),
+      model_error(),
   };
   return all;
 }

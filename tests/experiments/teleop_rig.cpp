@@ -71,8 +71,9 @@ TeleopSetup teleop_setup(const Settings& settings, const std::string& operator_m
 
 void clamp_percept(TeleopSetup& setup, double cap_Nm) { setup.master.percept.torque_cap_Nm[kTheta] = cap_Nm; }
 
-void set_swing(TeleopSetup& setup, double to_rad, double duration_s) {
+void set_swing(TeleopSetup& setup, double to_rad, double duration_s, double from_rad) {
   auto& script = setup.master.script;
+  setup.arm.home[kTheta] = script.reaches.front().from[kTheta] = from_rad;
   script.reaches.front().target[kTheta] = to_rad;
   script.in_s = duration_s;
   script.hold_s = 1e6;
