@@ -15,6 +15,7 @@ Experiment arm_sensors();
 Experiment pffb_speed();
 Experiment coworking();
 Experiment btm_cases();
+Experiment enhanced();
 Experiment audio();
 Experiment model_error();
 
@@ -32,6 +33,7 @@ const std::vector<Experiment>& experiments() {
       pffb_speed(),
       coworking(),
       btm_cases(),
+      enhanced(),
       audio(),
       model_error(),
   };
