@@ -5,21 +5,57 @@
 
 #include <array>
 #include <cstring>
+#include <map>
+#include <mutex>
 #include <vector>
 
 #include "common/core/errors.hpp"
 
 namespace phantom::synthetic_viewer {
 
+namespace {
+
+/// A platform's EGL display is one for the whole process, and terminating it ends the contexts of all who use
+/// it: that is left to the last of them.
+class SharedDisplay {
+ public:
+  /// Null if the display cannot be had.
+  static std::unique_ptr<SharedDisplay> open(EGLDisplay display) {
+    const std::lock_guard lock(mutex());
+    if (display == EGL_NO_DISPLAY || !eglInitialize(display, nullptr, nullptr)) return nullptr;
+    ++users()[display];
+    return std::unique_ptr<SharedDisplay>(new SharedDisplay(display));
+  }
+  ~SharedDisplay() {
+    const std::lock_guard lock(mutex());
+    if (--users()[display_] == 0) eglTerminate(display_);
+  }
+  EGLDisplay get() const { return display_; }
+
+ private:
+  explicit SharedDisplay(EGLDisplay display) : display_(display) {}
+  static std::mutex& mutex() {
+    static std::mutex the_one;
+    return the_one;
+  }
+  static std::map<EGLDisplay, int>& users() {
+    static std::map<EGLDisplay, int> the_one;
+    return the_one;
+  }
+  EGLDisplay display_;
+};
+
+}  // namespace
+
 struct GlContext::Handles {
-  EGLDisplay display = EGL_NO_DISPLAY;
+  std::unique_ptr<SharedDisplay> display;
   EGLContext context = EGL_NO_CONTEXT;
 
   ~Handles() {
-    if (display == EGL_NO_DISPLAY) return;
-    eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
-    if (context != EGL_NO_CONTEXT) eglDestroyContext(display, context);
-    eglTerminate(display);
+    if (!display) return;
+    eglMakeCurrent(display->get(), EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    if (context != EGL_NO_CONTEXT) eglDestroyContext(display->get(), context);
+    display.reset();
     eglReleaseThread();
   }
 };
@@ -100,10 +136,8 @@ GlContext::GlContext(GraphicsPlatform platform) {
   for (const Candidate& candidate : candidates_for(platform)) {
     auto handles = std::make_unique<Handles>();
     std::string problem = "is not there";
-    if (candidate.display != EGL_NO_DISPLAY && eglInitialize(candidate.display, nullptr, nullptr)) {
-      handles->display = candidate.display;
-      problem = make_current(handles->display, handles->context);
-    }
+    handles->display = SharedDisplay::open(candidate.display);
+    if (handles->display) problem = make_current(handles->display->get(), handles->context);
     if (problem.empty()) {
       handles_ = std::move(handles);
       description_ = text(GL_RENDERER) + ", OpenGL " + text(GL_VERSION);

@@ -14,7 +14,7 @@ enum class GraphicsPlatform {
 };
 
 /// A headless OpenGL 3.3 core context, current on the thread that made it until it is destroyed. That thread
-/// alone may use OpenGL and destroy it.
+/// alone may use OpenGL and destroy it. Several may stand beside each other.
 class GlContext {
  public:
   /// Throws core::MissingError naming every platform that was tried and why it did not work.

@@ -5,7 +5,8 @@
 namespace phantom::synthetic_viewer {
 
 bool Inbox::put(Event event) {
-  const bool urgent = std::holds_alternative<HitSample>(event);
+  const auto* hit = std::get_if<HitSample>(&event);
+  const bool urgent = hit != nullptr && !hit->cleared;
   {
     const std::lock_guard lock(mutex_);
     if (events_.size() >= kMaxEvents) {
@@ -13,7 +14,7 @@ bool Inbox::put(Event event) {
       return false;
     }
     events_.push_back(std::move(event));
-    urgent_ = urgent_ || urgent;
+    if (urgent) urgent_ = true;
   }
   if (urgent) arrived_.notify_one();
   return true;
@@ -30,7 +31,7 @@ std::deque<Event> Inbox::take_events() {
 void Inbox::wait_until(core::Nanoseconds due_ns) {
   const auto left = std::chrono::nanoseconds(due_ns - core::monotonic_ns());
   std::unique_lock lock(mutex_);
-  arrived_.wait_for(lock, left, [this] { return urgent_; });
+  arrived_.wait_for(lock, left, [this] { return urgent_.load(); });
 }
 
 void Inbox::wake() {

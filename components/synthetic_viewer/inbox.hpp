@@ -25,12 +25,15 @@ class Inbox {
   core::Snapshot<PerceptSample> percept;
   core::Snapshot<MasterSample> master;
 
-  /// Any thread. A HitSample wakes wait_until(). False if the queue is full: the event is lost (and counted).
+  /// Any thread. An alert that is raised is urgent. False if the queue is full: the event is lost (and
+  /// counted).
   bool put(Event event);
   std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
   /// All events since the last call, in order.
   std::deque<Event> take_events();
-  /// Sleeps until `due_ns` (CLOCK_MONOTONIC), a HitSample, or wake().
+  /// Whether something urgent came since the last take_events(). Any thread.
+  bool urgent() const noexcept { return urgent_.load(std::memory_order_relaxed); }
+  /// Sleeps until `due_ns` (CLOCK_MONOTONIC), something urgent, or wake().
   void wait_until(core::Nanoseconds due_ns);
   /// Ends the present or the next wait_until() at once.
   void wake();
@@ -41,7 +44,7 @@ class Inbox {
   static constexpr std::size_t kMaxEvents = 16384;
 
   std::deque<Event> events_;
-  bool urgent_ = false;
+  std::atomic<bool> urgent_{false};
   std::atomic<std::uint64_t> lost_{0};
 };
 

@@ -24,6 +24,15 @@ constexpr std::array<double, 3> kLevelPitches_m{0.0015, 0.004, 0.010};
 constexpr std::size_t kLeastForLevels = 2000;  // triangles
 constexpr double kWorthALevel = 0.6;
 constexpr float kUnseen_px = 0.9F;
+// Each question costs a picture a millisecond or so in software: the driver must have drawn what it was
+// given.
+constexpr int kTrianglesBetweenQuestions = 8000;
+
+bool given_up(const GiveUp& give_up) {
+  if (!give_up) return false;
+  glFinish();
+  return give_up();
+}
 
 /// Flattens along the key light onto the plane z = floor_z.
 Eigen::Matrix4f shadow_matrix(float floor_z) {
@@ -157,6 +166,11 @@ void Renderer::paint(PaintHandle name, const PaintVolume& volume) {
 }
 
 Image Renderer::render(const Frame& frame, const PictureFormat& format) {
+  return *render_unless(frame, format, {});
+}
+
+std::optional<Image> Renderer::render_unless(const Frame& frame, const PictureFormat& format,
+                                             const GiveUp& give_up) {
   gl::Target& target = parts_->target_for(format);
   const double aspect = static_cast<double>(format.width_px) / format.height_px;
   // OpenGL's rows run upwards. Drawing the picture upside down (and turning the sense of front faces) makes
@@ -175,7 +189,7 @@ Image Renderer::render(const Frame& frame, const PictureFormat& format) {
   draw_floor(frame, view);
   if (format.shadows) draw_shadows(frame, view);
   draw_lines(frame, view);
-  draw_items(frame, view);
+  if (!draw_items(frame, view, give_up)) return std::nullopt;
   if (target.plain_frame != 0) {
     glBindFramebuffer(GL_READ_FRAMEBUFFER, target.frame);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.plain_frame);
@@ -252,7 +266,9 @@ void Renderer::draw_lines(const Frame& frame, const Shot& view) const {
   glDrawArrays(GL_LINES, 0, static_cast<GLsizei>(2 * frame.lines.size()));
 }
 
-void Renderer::draw_items(const Frame& frame, const Shot& view) const {
+/// False if it was given up.
+bool Renderer::draw_items(const Frame& frame, const Shot& view, const GiveUp& give_up) const {
+  if (given_up(give_up)) return false;
   glEnable(GL_DEPTH_TEST);
   for (const MeshProgram* each : {&parts_->plain, &parts_->painted}) {
     glUseProgram(each->program);
@@ -269,13 +285,20 @@ void Renderer::draw_items(const Frame& frame, const Shot& view) const {
   }
   const auto nearer = [](const auto& a, const auto& b) { return a.first < b.first; };
   std::stable_sort(solid.begin(), solid.end(), nearer);  // what is hidden then needs no colour
-  for (const auto& item : solid) draw_item(*item.second, view);
+  int triangles = 0;
+  for (const auto& item : solid) {
+    triangles += draw_item(*item.second, view);
+    if (triangles < kTrianglesBetweenQuestions) continue;
+    triangles = 0;
+    if (given_up(give_up)) return false;
+  }
   std::stable_sort(see_through.rbegin(), see_through.rend(), nearer);
   glEnable(GL_BLEND);
   glDepthMask(GL_FALSE);
   for (const auto& item : see_through) draw_item(*item.second, view);
   glDepthMask(GL_TRUE);
   glDisable(GL_BLEND);
+  return !given_up(give_up);
 }
 
 /// The item's body; null if it is not there, or if a ball around it lies outside one of the picture's
@@ -294,7 +317,8 @@ const Renderer::Body* Renderer::in_sight(const DrawItem& item, const Shot& view)
   return &found->second;
 }
 
-void Renderer::draw_item(const DrawItem& item, const Shot& view) const {
+/// Returns how many triangles it has.
+int Renderer::draw_item(const DrawItem& item, const Shot& view) const {
   const Body& body = parts_->bodies.at(item.mesh);
   const auto paint = parts_->paints.find(item.paint);
   const bool painted = paint != parts_->paints.end();
@@ -319,6 +343,7 @@ void Renderer::draw_item(const DrawItem& item, const Shot& view) const {
       level = &coarser;
   }
   level->mesh.draw();
+  return level->mesh.index_count / 3;
 }
 
 }  // namespace phantom::synthetic_viewer

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "common/geometry/mesh.hpp"
@@ -21,6 +23,9 @@ struct PictureFormat {
   bool shadows = true;  ///< of the items that cast one, on the floor
 };
 
+/// Whether there is more urgent work than the picture that is being drawn.
+using GiveUp = std::function<bool()>;
+
 /// Turns frames into pictures with OpenGL, without a window. Made, used and destroyed on one thread.
 class Renderer {
  public:
@@ -39,6 +44,8 @@ class Renderer {
 
   /// Draws a frame. Items whose mesh is not there are left out. Blocks until the picture is done.
   Image render(const Frame& frame, const PictureFormat& format);
+  /// The same, but `give_up` is asked now and then on the way; nothing once it says yes.
+  std::optional<Image> render_unless(const Frame& frame, const PictureFormat& format, const GiveUp& give_up);
 
   const std::string& description() const { return context_.description(); }
 
@@ -49,8 +56,8 @@ class Renderer {
   void draw_background() const;
   void draw_floor(const Frame& frame, const Shot& view) const;
   void draw_shadows(const Frame& frame, const Shot& view) const;
-  void draw_items(const Frame& frame, const Shot& view) const;
-  void draw_item(const DrawItem& item, const Shot& view) const;
+  bool draw_items(const Frame& frame, const Shot& view, const GiveUp& give_up) const;
+  int draw_item(const DrawItem& item, const Shot& view) const;
   void draw_lines(const Frame& frame, const Shot& view) const;
   const Body* in_sight(const DrawItem& item, const Shot& view) const;
 

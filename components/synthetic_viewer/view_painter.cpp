@@ -4,10 +4,14 @@
 
 namespace phantom::synthetic_viewer {
 
-const std::shared_ptr<const Image>& ViewPainter::draw(Renderer& renderer, const Compositor::Picture& picture,
-                                                      const PictureFormat& format) {
+bool ViewPainter::draw(Renderer& renderer, const Compositor::Picture& picture, const PictureFormat& format,
+                       const GiveUp& give_up) {
   const bool other = !last_ || !same_picture(last_->frame, picture.frame);
-  if (other) bare_ = renderer.render(picture.frame, format);
+  if (other) {
+    auto drawn = renderer.render_unless(picture.frame, format, give_up);
+    if (!drawn) return false;
+    bare_ = std::move(*drawn);
+  }
   if (other || last_->hud != picture.hud) {
     auto image = std::make_shared<Image>(bare_);
     draw_hud(*image, picture.hud);
@@ -17,7 +21,7 @@ const std::shared_ptr<const Image>& ViewPainter::draw(Renderer& renderer, const 
     if (other) last_ = picture;
     last_->hud = picture.hud;
   }
-  return image_;
+  return true;
 }
 
 const std::shared_ptr<const std::string>& ViewPainter::jpeg(int quality) {

@@ -13,9 +13,12 @@ namespace phantom::synthetic_viewer {
 /// on and encoded once, however often it is asked for and by however many. One thread, that of the renderer.
 class ViewPainter {
  public:
-  /// The newest picture, with its HUD.
-  const std::shared_ptr<const Image>& draw(Renderer& renderer, const Compositor::Picture& picture,
-                                           const PictureFormat& format);
+  /// Makes the newest picture, with its HUD. False, and all stays as it was, if `give_up` said yes on the
+  /// way.
+  bool draw(Renderer& renderer, const Compositor::Picture& picture, const PictureFormat& format,
+            const GiveUp& give_up = {});
+  /// The newest picture; null: none yet.
+  const std::shared_ptr<const Image>& image() const { return image_; }
   /// The newest picture as JPEG.
   const std::shared_ptr<const std::string>& jpeg(int quality);
   /// Hands the newest picture to those who follow it; nothing if they have it.

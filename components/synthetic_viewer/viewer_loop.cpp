@@ -99,13 +99,17 @@ void ViewerLoop::work() {
     const double dt_s = core::seconds(begin_ns - now_ns_);
     now_ns_ = begin_ns;
     take_news();
-    tick(dt_s);
+    const bool whole = tick(dt_s);
+    broken_off_ += whole ? 0 : 1;
     work_.record(core::monotonic_ns() - begin_ns);
     publish_health();
-    due_ns = std::max(due_ns + period_ns(), core::monotonic_ns());
+    due_ns = std::max(whole ? due_ns + period_ns() : begin_ns, core::monotonic_ns());
+    // A round that was broken off for an alert is followed by one whose views are not: a flood stops none.
+    views_give_up_ = whole ? more_urgent_ : GiveUp();
   }
   recorder_.end();
-  if (report_.wanted()) report_.save("main", photograph(compositor_.main_picture(moment(), hit_)));
+  finish_photographs();
+  if (report_.wanted()) report_.save("main", *photograph(compositor_.main_picture(moment(), hit_), {}));
 }
 
 void ViewerLoop::set_up() {
@@ -128,7 +132,11 @@ void ViewerLoop::take_news() {
   inbox_.percept.read(state_.percept);
   inbox_.master.read(state_.master);
   std::deque<Event> news = inbox_.take_events();
-  std::move(news.begin(), news.end(), std::back_inserter(backlog_));
+  // Alerts do not queue behind meshes.
+  const auto others = std::stable_partition(
+      news.begin(), news.end(), [](const Event& event) { return std::holds_alternative<HitSample>(event); });
+  std::for_each(news.begin(), others, [this](Event& hit) { take(hit); });
+  std::move(others, news.end(), std::back_inserter(backlog_));
   while (!backlog_.empty() && !stop_ && core::monotonic_ns() - now_ns_ < kNewsBudget_ns) {
     take(backlog_.front());
     backlog_.pop_front();
@@ -256,6 +264,9 @@ void ViewerLoop::publish_health() {
       {"meshes_refused", static_cast<double>(refused_meshes_), ""},
       {"events_lost", static_cast<double>(inbox_.lost()), ""},
       {"alerts", static_cast<double>(state_.total_hits), ""},
+      {"alerts_pictured", static_cast<double>(alert_to_picture_.count()), ""},
+      {"rounds_broken_off", static_cast<double>(broken_off_), ""},
+      {"alert_to_picture_last", static_cast<double>(last_alert_to_picture_ns_) / 1e6, "ms"},
       {"alert_to_picture_p50", static_cast<double>(alert_to_picture_.quantile_ns(0.5)) / 1e6, "ms"},
       {"alert_to_picture_max", static_cast<double>(alert_to_picture_.max_ns()) / 1e6, "ms"}};
   const std::lock_guard lock(shared_mutex_);

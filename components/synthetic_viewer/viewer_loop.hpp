@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -57,7 +58,7 @@ class ViewerLoop {
   void take_chunk(MeshChunkSample chunk);
   void take_skin(SkinSample skin);
   void take_request(const ViewRequest& request);
-  void tick(double dt_s);
+  bool tick(double dt_s);
   core::Nanoseconds period_ns() const;
   Compositor::Moment moment() const { return {state_, objects_, bodies_, now_ns_}; }
   void choose_hit_view(double dt_s);
@@ -66,11 +67,12 @@ class ViewerLoop {
   HitView view_of(const HitSample& hit, const RayScene& bodies) const;
   void show_first(const HitSample& hit);
   void show_hit();
-  void show_main();
-  void show_tool();
-  void photograph_alert();
-  void photograph_milestones();
-  Image photograph(Compositor::Picture picture);
+  bool show_main();
+  bool show_tool();
+  bool photograph_alert();
+  bool photograph_milestones();
+  void finish_photographs();
+  std::optional<Image> photograph(Compositor::Picture picture, const GiveUp& give_up);
   void publish_state();
   void publish_health();
   std::string words() const;
@@ -96,14 +98,17 @@ class ViewerLoop {
   std::array<ViewPainter, kViews.size()> painters_;
   std::vector<geometry::BoundingBox> link_boxes_;
   Recorder recorder_;
+  const GiveUp more_urgent_ = [this] { return inbox_.urgent(); };
+  GiveUp views_give_up_;                  // null in a round whose views must not wait again
   std::deque<HitSample> unseen_;          // alerts of which there is no picture yet
   std::deque<HitSample> unphotographed_;  // alerts for the report
   core::Nanoseconds lively_until_ns_ = 0, first_object_ns_ = 0;
   bool saved_start_ = false, saved_hit_ = false, saved_contact_ = false;
   core::Nanoseconds start_ns_ = 0, now_ns_ = 0;
-  std::uint64_t frames_ = 0, refused_meshes_ = 0;
+  std::uint64_t frames_ = 0, broken_off_ = 0, refused_meshes_ = 0;
   double frames_per_s_ = 0.0;
   core::DurationHistogram work_, lateness_, alert_to_picture_;
+  core::Nanoseconds last_alert_to_picture_ns_ = 0;
   std::string graphics_;
 
   // Shared with other threads.

@@ -53,7 +53,8 @@ void ViewerLoop::choose_hit_view(double dt_s) {
   if (hit_.alert != before) state_.cameras.home(View::kHit);
 }
 
-void ViewerLoop::tick(double dt_s) {
+/// One round of pictures. False if it was broken off because an alert waits for its picture.
+bool ViewerLoop::tick(double dt_s) {
   objects_ = scene_.obstacles(state_, false);
   bodies_ = scene_.obstacles(state_, true);
   state_.recording = recorder_.state();
@@ -62,11 +63,9 @@ void ViewerLoop::tick(double dt_s) {
   // What threatens comes first: it is what the operator waits for.
   show_hit();
   publish_state();
-  show_main();
-  show_tool();
-  photograph_alert();
-  photograph_milestones();
-  ++frames_;
+  const bool whole = show_main() && show_tool() && photograph_alert() && photograph_milestones();
+  if (whole) ++frames_;
+  return whole;
 }
 
 /// The arm moves on while a busy host has other work than to draw.
@@ -99,7 +98,8 @@ void ViewerLoop::show_first(const HitSample& hit) {
       compositor_.hit_picture({then.state, objects_, then.bodies, then.at_ns}, view_of(hit, then.bodies)),
       config_.hit_view.format);
   const std::string encoded = *painter.jpeg(config_.jpeg_quality);
-  alert_to_picture_.record(core::monotonic_ns() - hit.received_ns);
+  last_alert_to_picture_ns_ = core::monotonic_ns() - hit.received_ns;
+  alert_to_picture_.record(last_alert_to_picture_ns_);
   const std::lock_guard lock(shared_mutex_);
   hit_jpegs_[hit.alert] = encoded;
   while (hit_jpegs_.size() > kHitJpegs) hit_jpegs_.erase(hit_jpegs_.begin());
@@ -129,7 +129,7 @@ void ViewerLoop::show_hit() {
   painter.publish(output, config_.jpeg_quality);
 }
 
-void ViewerLoop::show_main() {
+bool ViewerLoop::show_main() {
   ViewOutput& output = page_.view(View::kMain);
   std::uint64_t wanted = 0;
   {
@@ -138,58 +138,80 @@ void ViewerLoop::show_main() {
   }
   ViewPainter& painter = painters_[static_cast<std::size_t>(View::kMain)];
   if (output.followed() || wanted != 0) {
-    const auto image =
-        painter.draw(*renderer_, compositor_.main_picture(moment(), hit_), config_.main_view.format);
+    if (!painter.draw(*renderer_, compositor_.main_picture(moment(), hit_), config_.main_view.format,
+                      views_give_up_)) {
+      return false;
+    }
     if (wanted != 0) {
       const std::lock_guard lock(shared_mutex_);
-      snapshot_ = image;
+      snapshot_ = painter.image();
       snapshots_made_ = wanted;
       snapshot_made_.notify_all();
     }
   }
   painter.publish(output, config_.jpeg_quality);
+  return true;
 }
 
-void ViewerLoop::show_tool() {
+bool ViewerLoop::show_tool() {
   ViewOutput& output = page_.view(View::kTool);
   ViewPainter& painter = painters_[static_cast<std::size_t>(View::kTool)];
-  if (!config_.tool_view.enabled || state_.arm.received_ns == 0) return;
-  if (output.followed())
-    painter.draw(*renderer_, compositor_.tool_picture(moment()), config_.tool_view.format);
+  if (!config_.tool_view.enabled || state_.arm.received_ns == 0) return true;
+  if (output.followed() && !painter.draw(*renderer_, compositor_.tool_picture(moment()),
+                                         config_.tool_view.format, views_give_up_)) {
+    return false;
+  }
   painter.publish(output, config_.jpeg_quality);
+  return true;
 }
 
 /// One a round: fine pictures for the report must not hold up the live ones.
-void ViewerLoop::photograph_alert() {
-  if (unphotographed_.empty()) return;
-  const HitSample hit = unphotographed_.front();
-  unphotographed_.pop_front();
+bool ViewerLoop::photograph_alert() {
+  if (unphotographed_.empty()) return true;
+  const HitSample& hit = unphotographed_.front();
   const AlertMoment then = at_alert(hit);
   const HitView view = view_of(hit, then.bodies);
-  report_.save_hit(
-      hit.alert, percept::node_name(view.node), core::seconds(hit.received_ns - start_ns_), hit.utc_ns,
-      photograph(compositor_.hit_picture({then.state, objects_, then.bodies, then.at_ns}, view)));
+  auto image = photograph(compositor_.hit_picture({then.state, objects_, then.bodies, then.at_ns}, view),
+                          more_urgent_);
+  if (!image) return false;
+  report_.save_hit(hit.alert, percept::node_name(view.node), core::seconds(hit.received_ns - start_ns_),
+                   hit.utc_ns, std::move(*image));
+  unphotographed_.pop_front();
+  return true;
 }
 
-Image ViewerLoop::photograph(Compositor::Picture picture) {
+std::optional<Image> ViewerLoop::photograph(Compositor::Picture picture, const GiveUp& give_up) {
   PictureFormat format = config_.main_view.format;
   format.samples = config_.report_samples;
   picture.hud.recording = false;
-  Image image = renderer_->render(picture.frame, format);
-  draw_hud(image, picture.hud);
+  auto image = renderer_->render_unless(picture.frame, format, give_up);
+  if (image) draw_hud(*image, picture.hud);
   return image;
 }
 
-void ViewerLoop::photograph_milestones() {
-  if (!report_.wanted()) return;
+bool ViewerLoop::photograph_milestones() {
+  if (!report_.wanted()) return true;
   const auto once = [this](bool& saved, bool now, const char* name) {
-    if (saved || !now) return;
+    if (saved || !now) return true;
+    auto image = photograph(compositor_.main_picture(moment(), hit_), more_urgent_);
+    if (!image) return false;
+    report_.save(name, std::move(*image));
     saved = true;
-    report_.save(name, photograph(compositor_.main_picture(moment(), hit_)));
+    return true;
   };
-  once(saved_start_, scene_.complete(state_) && state_.arm.received_ns != 0, "main_start");
-  once(saved_hit_, hit_.alert != 0, "main_first_hit");
-  once(saved_contact_, state_.arm.contact, "main_first_contact");
+  return once(saved_start_, scene_.complete(state_) && state_.arm.received_ns != 0, "main_start") &&
+         once(saved_hit_, hit_.alert != 0, "main_first_hit") &&
+         once(saved_contact_, state_.arm.contact, "main_first_contact");
+}
+
+/// At the session's end, what alerts have kept from being drawn, as far as that takes not too long.
+void ViewerLoop::finish_photographs() {
+  constexpr core::Nanoseconds kPatience_ns = core::kNsPerSecond;
+  const core::Nanoseconds until_ns = core::monotonic_ns() + kPatience_ns;
+  while (!unphotographed_.empty() && core::monotonic_ns() < until_ns) {
+    inbox_.take_events();  // nobody waits for these any more
+    photograph_alert();
+  }
 }
 
 /// Asks for a picture and waits for it. On a server thread.

@@ -8,6 +8,7 @@
 #endif
 
 #include <fstream>
+#include <thread>
 
 #include "common/geometry/primitives.hpp"
 #include "components/synthetic_viewer/cell_scene.hpp"
@@ -175,6 +176,50 @@ TEST_F(Rendering, ADroppedMeshIsNotDrawn) {
   EXPECT_FALSE(is_red(renderer_.render(frame, kFormat), 160, 120));
 }
 
+// A picture may be given up at any of its questions, and leaves nothing behind for the next one.
+TEST_F(Rendering, APictureThatIsGivenUpLeavesNothingBehind) {
+  const MeshHandle fine = renderer_.upload(geometry::make_sphere(0.1, 5));
+  Frame frame;
+  frame.camera = {{0, -2, 0.4}, {0, 0, 0}, 0.6, 0.05, 10};
+  frame.floor_min_m = {-0.5F, -0.5F, -0.2F};
+  frame.floor_max_m = {0.5F, 0.5F, 0.5F};
+  for (int k = 0; k < 6; ++k)
+    frame.items.push_back(red_item(fine, {Eigen::Matrix3d::Identity(), {0.12 * k - 0.3, 0.05 * k, 0}}));
+  frame.items.back().opacity = 0.5F;
+  PictureFormat format = kFormat;
+  format.shadows = true;
+  const Image undisturbed = renderer_.render(frame, format);
+  int questions = 0;
+  const auto asked = renderer_.render_unless(frame, format, [&] {
+    ++questions;
+    return false;
+  });
+  ASSERT_TRUE(asked);
+  EXPECT_EQ(asked->bgr, undisturbed.bgr);
+  ASSERT_GE(questions, 3);
+  for (int yes = 1; yes <= questions; ++yes) {
+    int count = 0;
+    EXPECT_FALSE(renderer_.render_unless(frame, format, [&] { return ++count == yes; })) << yes;
+    EXPECT_EQ(renderer_.render(frame, format).bgr, undisturbed.bgr) << yes;
+  }
+}
+
+// Contexts of one process share a display; the end of one is not that of the others.
+TEST_F(Rendering, AnotherRendererMayComeAndGo) {
+  Frame frame;
+  frame.camera = {{0, -2, 0}, {0, 0, 0}, 0.6, 0.05, 10};
+  frame.items = {red_item(renderer_.upload(geometry::make_sphere(0.2, 3)), {})};
+  const Image before = renderer_.render(frame, kFormat);
+  ASSERT_TRUE(is_red(before, 160, 120));
+  std::thread([] {
+    [[maybe_unused]] const DriversOwnMemory driver;
+    Renderer other(GraphicsPlatform::kSurfaceless);
+    Frame empty;
+    other.render(empty, kFormat);
+  }).join();
+  EXPECT_EQ(renderer_.render(frame, kFormat).bgr, before.bgr);
+}
+
 // A two-link arm from a file of its own, so that the test stands by itself.
 robot::SerialArm make_arm() {
   const std::filesystem::path file =
@@ -282,6 +327,12 @@ TEST_F(Scene, WhatStandsStillIsDrawnAndEncodedOnce) {
   EXPECT_TRUE(painter.changed());
   painter.publish(output, 80);
   EXPECT_NE(output.jpeg.newest(), first);
+  const auto shown = painter.image();
+  Compositor::Picture moved = nearly;
+  moved.frame.items.at(0).W_from_mesh(0, 3) += 0.1F;
+  EXPECT_FALSE(painter.draw(renderer_, moved, kFormat, [] { return true; }));
+  EXPECT_EQ(painter.image(), shown) << "a picture that was given up changes nothing";
+  EXPECT_FALSE(painter.changed());
   Compositor::Picture written = nearly;
   written.hud.title = "MAIN";
   painter.draw(renderer_, written, kFormat);

@@ -6,6 +6,7 @@
 #include "common/core/errors.hpp"
 #include "common/geometry/primitives.hpp"
 #include "components/synthetic_viewer/tests/loop_rig.hpp"
+#include "components/synthetic_viewer/tests/mesh_chunks.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -62,6 +63,53 @@ TEST_F(Loop, AnAlertsFirstPictureShowsTheArmAsItWasWhenTheAlertCame) {
   EXPECT_EQ(first_picture(0.3, 3.0, std::nullopt), at_once) << "late, and nobody tells a pose any more";
   EXPECT_EQ(first_picture(0.3, 3.0, -0.8), at_once) << "late, and the arm is elsewhere by now";
   EXPECT_NE(first_picture(0.5, 0.0, 0.3), at_once) << "the arm is in the picture at all";
+}
+
+// What the operator waits for comes before views that may wait, also before those that are being drawn; they
+// go on all the same.
+TEST_F(Loop, AnAlertBreaksOffTheViewsThatAreBeingDrawnButStarvesNone) {
+  config_.main_view.format = {1280, 720, 8, true};
+  config_.frame_rate_hz = 120;
+  content_.view(View::kMain).image.followers = 1;
+  start();
+  std::uint32_t number = 0;
+  double turned_rad = 0;
+  ASSERT_TRUE(eventually([&] {
+    tell_pose(turned_rad += 0.01);  // so that every round has something to draw
+    inbox_.put(alert(++number, {0.6, 0.1, 1.2}));
+    return figure("rounds_broken_off") >= 3;
+  }));
+  std::uint64_t seen = 0;
+  for (int k = 0; k < 3; ++k) {  // a flood of alerts, and the main view still moves
+    ASSERT_TRUE(eventually([&] {
+      tell_pose(turned_rad += 0.01);
+      inbox_.put(alert(++number, {0.6, 0.1, 1.2}));
+      return content_.view(View::kMain).image.next(seen, std::chrono::milliseconds(1)) != nullptr;
+    }));
+  }
+  EXPECT_TRUE(eventually([&] { return !content_.hit_picture(number).empty(); }));
+}
+
+TEST_F(Loop, AnAlertDoesNotQueueBehindMeshes) {
+  constexpr int kMeshes = 24;
+  start();
+  ASSERT_TRUE(eventually([&] { return figure("meshes") == 0; }));
+  std::vector<MeshChunkSample> chunks;
+  for (int k = 0; k < kMeshes; ++k) {
+    for (MeshChunkSample& chunk : test::chunks_of(geometry::make_sphere(0.1 + 0.01 * k, 6), 1 << 17))
+      chunks.push_back(std::move(chunk));
+  }
+  for (MeshChunkSample& chunk : chunks) inbox_.put(std::move(chunk));
+  inbox_.put(alert(1, {0.6, 0.1, 1.2}));
+  double meshes = 0;  // that had been unpacked before the picture was there
+  ASSERT_TRUE(eventually([&] {
+    const double now = figure("meshes");
+    if (!content_.hit_picture(1).empty()) return true;
+    meshes = now;
+    return false;
+  }));
+  EXPECT_LT(meshes, kMeshes / 2);
+  EXPECT_TRUE(eventually([&] { return figure("meshes") == kMeshes; }));
 }
 
 TEST_F(Loop, ASnapshotIsDrawnForTheOneWhoAsks) {
