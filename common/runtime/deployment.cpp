@@ -131,10 +131,12 @@ Deployment load_deployment(const ProcessOptions& options) {
   read_network(file.optional_section("network"), net);
   for (const auto& section : file.sections("hosts")) deployment.hosts.push_back(read_host(section));
   file.finish();
-  if (const DeployedHost* host = this_host(deployment, options);
-      host != nullptr && !host->interfaces.empty()) {
-    net.interfaces = host->interfaces;
-    net.interfaces_place = host->interfaces_place;
+  if (const DeployedHost* host = this_host(deployment, options); host != nullptr) {
+    deployment.host = host->name;
+    if (!host->interfaces.empty()) {
+      net.interfaces = host->interfaces;
+      net.interfaces_place = host->interfaces_place;
+    }
   }
   return deployment;
 }

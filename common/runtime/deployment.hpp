@@ -33,6 +33,7 @@ struct Deployment {
   core::NetworkOptions network;  ///< as it is on this host
   std::filesystem::path cell;    ///< cell.yaml
   std::vector<DeployedHost> hosts;
+  std::string host;  ///< which of them this process is on; empty: not known, nor needed
 };
 
 /// Reads and checks the topology file that the options name; --domain wins over the file's. Paths in it are

@@ -22,9 +22,11 @@ int main(int argc, char** argv) {
         ->check(CLI::Range(0.0, 1e6));
     app.add_option("--operator", operator_model, "operator model of master_io");
     app.add_option("--law", law, "bilateral law of master_io");
-    app.add_option("--driver", driver, "who moves the master: sim, or desk (a person with gamepad or joystick)");
-    app.add_option("--without", request.without,
-                   "a component not to start, because you run it yourself (e.g. master_io in a terminal of its own)");
+    app.add_option("--driver", driver,
+                   "who moves the master: sim, or desk (a person with gamepad or joystick)");
+    app.add_option(
+        "--without", request.without,
+        "a component not to start, because you run it yourself (e.g. master_io in a terminal of its own)");
   };
   description.run = [&](const runtime::ProcessOptions& given) {
     runtime::ProcessOptions options = given;
@@ -36,7 +38,14 @@ int main(int argc, char** argv) {
     if (!driver.empty()) request.master_options.insert(request.master_options.end(), {"--driver", driver});
     const auto config = phantom_session::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);
-    phantom_session::plan(deployment, options, request);
+    if (options.check && options.host.empty()) {  // on none of its hosts: all of them are checked
+      for (const auto& host : deployment.hosts) {
+        options.host = host.name;
+        phantom_session::plan(deployment, options, request);
+      }
+    } else {
+      phantom_session::plan(deployment, options, request);
+    }
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
       std::cout << "configuration is valid\n";

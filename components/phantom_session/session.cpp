@@ -27,6 +27,9 @@ const runtime::DeployedHost& find_host(const runtime::Deployment& deployment, co
     if (host.name == name) return host;
     known += (known.empty() ? "" : ", ") + host.name;
   }
+  if (name.empty())
+    throw runtime::ConfigError(deployment.file.string() +
+                               ": hosts: say by --host which of them this is; allowed: " + known);
   throw runtime::ConfigError(deployment.file.string() + ": hosts: no host called '" + name +
                              "'; allowed: " + known);
 }
@@ -192,7 +195,8 @@ class Session {
 std::vector<PlannedProcess> plan(const runtime::Deployment& deployment,
                                  const runtime::ProcessOptions& options, const SessionRequest& request) {
   std::vector<PlannedProcess> planned;
-  const auto& processes = find_host(deployment, options.host).processes;
+  const auto& processes =
+      find_host(deployment, options.host.empty() ? deployment.host : options.host).processes;
   for (const std::string& name : request.without) {
     if (std::none_of(processes.begin(), processes.end(), [&](const auto& p) { return p.name == name; }))
       throw runtime::ConfigError("--without " + name + ": no such process in " + deployment.file.string());

@@ -97,6 +97,7 @@ constexpr const char* kTwoHosts =
 
 TEST_F(NetworkText, AHostIsFoundByItsInterfacesUnlessItIsNamed) {
   EXPECT_THAT(load(kTwoHosts).network.interfaces, testing::ElementsAre("127.0.0.1"));
+  EXPECT_EQ(load(kTwoHosts).host, "here");
   EXPECT_THAT(load(kTwoHosts, {.host = "there"}).network.interfaces, testing::ElementsAre("192.0.2.7"));
   EXPECT_THAT(load(kTwoHosts, {.host = "there"}).network.interfaces_place,
               testing::EndsWith(":8: hosts[1].interfaces"));

@@ -12,12 +12,13 @@ runtime::Deployment two_hosts() {
   runtime::Deployment deployment;
   deployment.file = "t.yaml";
   deployment.network.domain = 9;
-  deployment.hosts = {{"master",
-                       {{.component = "master_io",
-                         .name = "master_io",
-                         .config = "own.yaml",
-                         .arguments = {"--log-level", "debug"}}}},
-                      {"view", {{.component = "synthetic_viewer", .name = "viewer", .arguments = {}, .nice = 10}}}};
+  deployment.hosts = {
+      {"master",
+       {{.component = "master_io",
+         .name = "master_io",
+         .config = "own.yaml",
+         .arguments = {"--log-level", "debug"}}}},
+      {"view", {{.component = "synthetic_viewer", .name = "viewer", .arguments = {}, .nice = 10}}}};
   return deployment;
 }
 
@@ -26,15 +27,27 @@ TEST(Plan, GivesEachProcessTheCommonOptionsThenItsOwn) {
   const auto planned = plan(two_hosts(), {.host = "master"}, request);
   ASSERT_EQ(planned.size(), 1u);
   EXPECT_THAT(planned[0].arguments,
-              testing::IsSupersetOf({"--deployment", "t.yaml", "--domain", "9", "--host", "master", "--operator", "--config", "own.yaml"}));
+              testing::IsSupersetOf({"--deployment", "t.yaml", "--domain", "9", "--host", "master",
+                                     "--operator", "--config", "own.yaml"}));
   EXPECT_EQ(planned[0].arguments.back(), "constant_velocity");
-  EXPECT_THAT(plan(two_hosts(), {.host = "view"}, request)[0].arguments, testing::Not(testing::Contains("--operator")));
+  EXPECT_THAT(plan(two_hosts(), {.host = "view"}, request)[0].arguments,
+              testing::Not(testing::Contains("--operator")));
 }
 
 TEST(Plan, AnUnknownHostIsNamedWithThoseThereAre) {
   EXPECT_THAT([] { plan(two_hosts(), {.host = "desk"}, {}); },
               testing::ThrowsMessage<runtime::ConfigError>(
                   "t.yaml: hosts: no host called 'desk'; allowed: master, view"));
+}
+
+TEST(Plan, TheHostThatTheDeploymentFoundIsMeantUnlessAnotherIsNamed) {
+  auto deployment = two_hosts();
+  EXPECT_THAT([&] { plan(deployment, {}, {}); },
+              testing::ThrowsMessage<runtime::ConfigError>(
+                  "t.yaml: hosts: say by --host which of them this is; allowed: master, view"));
+  deployment.host = "view";
+  EXPECT_EQ(plan(deployment, {}, {}).at(0).process.name, "viewer");
+  EXPECT_EQ(plan(deployment, {.host = "master"}, {}).at(0).process.name, "master_io");
 }
 
 TEST(Config, ShippedIsValid) {
