@@ -1,0 +1,56 @@
+// A participant that opens the ends of a component, as deploy/security/rights lists them, and is silent: what
+// its being there costs the network is discovery alone. Prints "up", then for each line that it reads how
+// many ends of others it has matched.
+#include <CLI/CLI.hpp>
+#include <cstring>
+#include <iostream>
+#include <list>
+
+#include "common/dds/endpoint.hpp"
+#include "common/dds/topic_list.hpp"
+#include "common/runtime/deployment.hpp"
+#include "common/runtime/process.hpp"
+
+namespace {
+
+using namespace phantom;
+
+const dds::TopicDescription& topic_called(const std::string& name) {
+  for (const dds::TopicDescription* topic : dds::all_topics()) {
+    if (name == topic->name) return *topic;
+  }
+  throw core::ConfigError(name + ": no topic of the project");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::string name;
+  std::vector<std::string> writes, reads;
+  runtime::ProcessDescription description;
+  description.name = "member";
+  description.summary = "A silent participant with the ends of a component, for measuring discovery.";
+  description.add_options = [&](CLI::App& app) {
+    app.add_option("--name", name, "of the component that it stands for")->required();
+    app.add_option("--writes", writes, "topics");
+    app.add_option("--reads", reads, "topics");
+  };
+  description.run = [&](const runtime::ProcessOptions& options) {
+    const auto deployment = runtime::load_deployment(options);
+    dds::Participant participant(name, deployment.network);
+    std::list<dds::RawWriter> writers;
+    std::list<dds::RawReader> readers;
+    for (const auto& topic : writes) writers.emplace_back(participant, topic_called(topic));
+    for (const auto& topic : reads)
+      readers.emplace_back(participant, topic_called(topic), [](const void*, const dds::SampleInfo&) {});
+    std::cout << "up" << std::endl;
+    for (std::string line; std::getline(std::cin, line);) {
+      std::uint64_t matched = 0;
+      for (const auto& writer : writers) matched += writer.matched();
+      for (const auto& reader : readers) matched += reader.matched();
+      std::cout << matched << std::endl;
+    }
+    return static_cast<int>(runtime::kExitDone);
+  };
+  return runtime::process_main(argc, argv, description);
+}
