@@ -76,6 +76,40 @@ def version(wall, watch):
     return next(f["value"] for f in status["figures"] if f["name"] == "version")
 
 
+ONLOOKERS = ("dds_spy", "dds_recorder", "phantom_session")
+COMMANDS = {
+    "wva_server_command": ("wva_server", "command", "--timeout-s", LISTEN_S, "move", "--object", "pump", "--pose", "0.4 -0.1 0.301 0 0 60"),
+    "phantom_sensing_command": ("phantom_sensing", "command", "--timeout-s", LISTEN_S, "self-test"),
+    "dds_recorder_trigger": ("dds_recorder", "trigger", "--by", "an onlooker")}
+READ_BY_ONLOOKERS = {"master_state", "slave_state", "drag_field", "percept", "interest_points", "skin_percept", "component_status",
+                     "workspace_object"}
+
+
+def onlookers_only_look(wall):
+    """Spy, recorder and session read every topic with their own documents; with these no commanding tool can command anything."""
+    diagnostics = wall.site["diagnostics"]
+    for name in ONLOOKERS:
+        folder = copy_of_site(wall, f"as_{name}")
+        for tool in COMMANDS:
+            shutil.rmtree(folder / tool)
+            shutil.copytree(wall.security / name, folder / tool)
+        topology = wall.make_topology(f"as_{name}.yaml", folder)
+        for tool, (program, *words) in COMMANDS.items():
+            done = diagnostics.try_run(*wall.words(program, *words, topology=topology), limit_s=120)
+            assert done.returncode in REFUSED, f"{name} commanded as {tool}: {done.stdout}"
+            print(f"  {name} as {tool}: {(done.stderr or done.stdout).strip().splitlines()[-1][:110]}")
+    heard, recorded = set(), set()
+
+    def all_heard():
+        done = diagnostics.try_run(*wall.words("dds_spy", "hz", "--json", "--history", "--seconds", str(LISTEN_S)), limit_s=120)
+        heard.update(stream["topic"] for stream in json.loads(done.stdout)["streams"] if stream["samples"])
+        done = diagnostics.try_run(wall.bin / "dds_recorder", "info", "--json", wall.folder / "recordings", limit_s=120)
+        recorded.update(t for file in json.loads(done.stdout) for t, what in file["topics"].items() if what["samples"])
+        return READ_BY_ONLOOKERS <= heard & recorded
+    eventually(all_heard, 120, f"spy and recorder hear {sorted(READ_BY_ONLOOKERS)}")
+    print(f"  the spy hears {len(heard)} topics, the recorder {len(recorded)}")
+
+
 def attackers_fail(wall, watch):
     before = version(wall, watch)
     wall.make_security(wall.folder / "rogue")

@@ -123,6 +123,16 @@ class Documents(unittest.TestCase):
         (self.site / "slave_io/key.pem").unlink()
         self.finds("slave_io/key.pem: missing")
 
+    def test_only_the_commanding_identities_may_command(self):
+        may = {name: {t for t in writes if t.endswith("_command")} for name, (writes, _) in read_rights().items()}
+        self.assertEqual({name: topics for name, topics in may.items() if topics}, {
+            "slave_io": {"operator_command"}, "master_io": {"operator_command"}, "synthetic_viewer": {"operator_command"},
+            "wva_server_command": {"workspace_command"}, "phantom_sensing_command": {"sensing_command"},
+            "dds_recorder_trigger": {"operator_command"}})
+        for name, publishes in (("dds_spy", []), ("dds_recorder", ["component_status"]), ("phantom_session", [])):
+            rule = (self.site / name / "permissions.p7s").read_text().split("<publish>")[1:]
+            self.assertEqual([t for part in rule for t in re.findall("<topic>(.*?)</topic>", part.split("</publish>")[0])], publishes)
+
     def test_wrong_arguments(self):
         for words in (["site"], ["nonsense", self.site], ["rotate", self.site, "nobody"], ["site", "/x", "--domain", "400"], ["site", "/x", "--partition", "a b"],
                       ["check", self.site, "--days", "many"], ["host", self.site, "/tmp/x"]):

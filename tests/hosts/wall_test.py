@@ -10,7 +10,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from attackers import attackers_fail
+from attackers import attackers_fail, onlookers_only_look
 from hosts import Site, eventually, need_rights, run, skip
 from rights import endpoints_have_exactly_their_rights
 
@@ -216,6 +216,8 @@ def main():
         if wall.secured:
             attackers_fail(wall, watch)
             done("without the right documents nobody reads or commands")
+            onlookers_only_look(wall)
+            done("spy, recorder and session read all and command nothing")
     except BaseException:
         for name, text in wall.logs():
             print(f"--- {name}\n{text}", file=sys.stderr)
