@@ -73,7 +73,7 @@ def loop_line(site, count, seconds):
         return f"{loop['p50_us']:.0f} / {loop['p99_us']:.0f} / {loop['max_us']:.0f}"
     trip = report["round_trip"]
     return [str(count), late(servo), slips(servo), late(bare), slips(bare), late(slave), slips(slave),
-            f"{1e3 * trip['p50_s']:.2f} / {1e3 * trip['p99_s']:.2f}" if trip else "–",
+            f"{1e-3 * trip['p50_us']:.2f} / {1e-3 * trip['p99_us']:.2f}" if trip else "–",
             str(sum(report["deadline_missed"].values())), *[of_percent(cpu.get(c, 0)) for c in LOOP], of_percent(crowd_cpu),
             f"{wire['out'] * 8e-6:.1f}", f"{wire['out_packets']:.0f}"]
 
@@ -89,23 +89,36 @@ def loop(given):
            "on the cable, Mbit/s", "packets/s"], rows)
 
 
+def carried_in(site, seconds):
+    meter = Meter(site, {}).start()
+    time.sleep(seconds)
+    return meter.stop()
+
+
+def written(spy, topic):
+    """Samples that the writers have sent so far: by its own numbers, for what is lost on the way was on the cable, too."""
+    return spy.counted(topic) if topic == "component_status" else spy.get(topic)["stamp"]["sequence_number"]
+
+
 def wire(given):
     site = HapticSite(given.bin)
     try:
         session = site.start_loop("wire")
-        idle = Meter(site, {}).start()
-        time.sleep(5)
-        _, quiet, _ = idle.stop()
+        _, alone, _ = carried_in(site, 5)
+        deaf = site.hosts["onlookers"].start(site.words("dds_spy", "echo", "no_such_topic", "--seconds", "0"), site.folder / "deaf.log")
+        time.sleep(5)  # until those who met have said what they have to
+        _, quiet, _ = carried_in(site, 5)
+        deaf.terminate()
+        deaf.wait()
         rows = []
         for topic in PERIODIC:
             spy = site.hosts["onlookers"].watch(site.words("dds_spy", "echo", topic, "--json", "--seconds", "0"),
                                                 site.folder / f"{topic}.log", None)
             eventually(lambda: spy.counted(topic) > 3, START_S, f"{topic} is heard")
-            time.sleep(1)  # until those who met have said what they have to
-            heard, meter = spy.counted(topic), Meter(site, {}).start()
-            time.sleep(6)
-            _, carried, seconds = meter.stop()
-            rate = (spy.counted(topic) - heard) / seconds
+            time.sleep(2)
+            before = written(spy, topic)
+            _, carried, seconds = carried_in(site, 6)
+            rate = (written(spy, topic) - before) / seconds
             spy.process.terminate()
             spy.process.wait()
             octets = json.loads(site.hosts["onlookers"].run(*site.words("dds_spy", "hz", topic, "--json", "--seconds", "3")))["streams"]
@@ -114,10 +127,11 @@ def wire(given):
             rows.append([f"`{topic}`", f"{rate:.0f}", f"{payload:.0f}", f"{bytes_each:.0f}", f"{bytes_each * rate * 8e-6:.2f}"])
         session.terminate()
         session.wait(60)
-        print(f"Nobody on the other host: {quiet['out']:.0f} bytes/s, {quiet['out_packets']:.0f} packets/s.\n")
+        print(f"Announcements of a cell, nobody on the other host: {alone['out']:.0f} bytes/s; with somebody who reads nothing there: "
+              f"{quiet['out']:.0f} (left out below).\n")
     finally:
         site.close()
-    table(["topic", "samples/s", "payload, bytes", "on the cable, bytes/sample", "Mbit/s for each reader on another host"], rows)
+    table(["topic", "samples/s", "payload, bytes", "on the cable, bytes/sample", "Mbit/s at this rate, for each reader on another host"], rows)
 
 
 class Network:
