@@ -5,6 +5,7 @@
   --bin DIR        executables (default: build/release/bin)
   --onlookers N …  numbers of onlookers of table loop (default: 0 1 5 20)
   --cells N …      numbers of cells of table discovery (default: 1 2 4 8)
+  --write          puts the tables into deploy/site.md
   --seconds S      how long the loop runs for each line (default: 30)
 
 loop: master_io, slave_io, phantom_sensing and wva_server on one host; recorders, spies and viewers, in turn, on another, a cable
@@ -27,15 +28,13 @@ from haptic_site import LOOP, SOURCE, START_S, HapticSite, Meter, children, cpu_
 from hosts import SKIPPED, Host, eventually, need_rights  # noqa: E402
 from rights import RUNNING, read_rights  # noqa: E402
 
+PAGE = SOURCE / "deploy/site.md"
 KINDS = ("recorder", "spy", "viewer")  # in turn
 PERIODIC = ("master_state", "slave_state", "drag_field", "percept", "interest_points", "skin_percept", "component_status")
 
 
 def table(head, rows):
-    print("| " + " | ".join(head) + " |\n|" + "---|" * len(head))
-    for row in rows:
-        print("| " + " | ".join(row) + " |")
-    print(flush=True)
+    return "\n".join(["| " + " | ".join(head) + " |", "|" + "---|" * len(head), *("| " + " | ".join(row) + " |" for row in rows)]) + "\n"
 
 
 def machine():
@@ -84,9 +83,9 @@ def loop(given):
         rows = [loop_line(site, count, given.seconds) for count in given.onlookers]
     finally:
         site.close()
-    table(["onlookers", "servo late p50 / p99 / max, µs", "slips", "empty loop, µs", "slips", "slave's servo, µs", "slips",
-           "round trip p50 / p99, ms", "deadlines missed", *[f"{name}, of a core" for name in LOOP], "onlookers, of a core",
-           "on the cable, Mbit/s", "packets/s"], rows)
+    return table(["onlookers", "servo late p50 / p99 / max, µs", "slips", "empty loop, µs", "slips", "slave's servo, µs", "slips",
+                  "round trip p50 / p99, ms", "deadlines missed", *[f"{name}, of a core" for name in LOOP], "onlookers, of a core",
+                  "on the cable, Mbit/s", "packets/s"], rows)
 
 
 def carried_in(site, seconds):
@@ -127,11 +126,11 @@ def wire(given):
             rows.append([f"`{topic}`", f"{rate:.0f}", f"{payload:.0f}", f"{bytes_each:.0f}", f"{bytes_each * rate * 8e-6:.2f}"])
         session.terminate()
         session.wait(60)
-        print(f"Announcements of a cell, nobody on the other host: {alone['out']:.0f} bytes/s; with somebody who reads nothing there: "
-              f"{quiet['out']:.0f} (left out below).\n")
+        told = f"Announcements of the loop's host, nobody on the other: {alone['out']:.0f} bytes/s; with somebody there who reads " \
+               f"nothing: {quiet['out']:.0f} (left out below).\n\n"
     finally:
         site.close()
-    table(["topic", "samples/s", "payload, bytes", "on the cable, bytes/sample", "Mbit/s at this rate, for each reader on another host"], rows)
+    return told + table(["topic", "samples/s", "payload, bytes", "on the cable, bytes/sample", "Mbit/s at this rate, for each reader on another host"], rows)
 
 
 class Network:
@@ -201,18 +200,27 @@ def discovery(given):
     import tempfile
     with tempfile.TemporaryDirectory() as folder:
         rows = [discovery_line(given, Path(folder), cells, together) for together in (True, False) for cells in given.cells]
-    table(["cells", "domains", "participants", "until all are found, MB", "kB for each participant", "afterwards, kB/s", "s"], rows)
+    return table(["cells", "domains", "participants", "until all are found, MB", "kB for each participant", "afterwards, kB/s", "s"], rows)
+
+
+def put_into_page(name, measured):
+    text = PAGE.read_text()
+    begin = f"<!-- table: scripts/scale {name} -->\n"
+    before, rest = text.split(begin)
+    PAGE.write_text(before + begin + measured + rest[rest.index("<!-- /table -->"):])
 
 
 TABLES = {"loop": loop, "wire": wire, "discovery": discovery}
 
 
 def main():
-    arguments = argparse.ArgumentParser(usage=__doc__)
+    arguments = argparse.ArgumentParser(
+        usage="scale [loop] [wire] [discovery] [options]", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("tables", nargs="*", choices=[[], *TABLES], metavar="table")
     arguments.add_argument("--bin", default=SOURCE / "build/release/bin")
     arguments.add_argument("--onlookers", nargs="+", type=int, default=[0, 1, 5, 20])
     arguments.add_argument("--cells", nargs="+", type=int, default=[1, 2, 4, 8])
+    arguments.add_argument("--write", action="store_true")
     arguments.add_argument("--seconds", type=int, default=30)
     given = arguments.parse_args()
     try:
@@ -220,8 +228,11 @@ def main():
     except SystemExit as end:
         sys.exit(3 if end.code == SKIPPED else end.code)
     for name in given.tables or TABLES:
-        print(f"{name}: {machine()}\n")
-        TABLES[name](given)
+        measured = f"{machine()}\n\n"
+        measured += TABLES[name](given)
+        print(f"{name}: {measured}", flush=True)
+        if given.write:
+            put_into_page(name, measured)
 
 
 if __name__ == "__main__":
