@@ -2,8 +2,10 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <iostream>
 #include <limits>
+#include <set>
 
 #include "common/core/clock.hpp"
 #include "common/diagnostics/text.hpp"
@@ -138,6 +140,22 @@ class Session {
     return runtime::kExitMissing;
   }
 
+  // A mistyped name is told from a topic that is silent.
+  int no_samples() {
+    std::set<std::string> known;
+    {
+      const auto lock = adapter_.lock();
+      for (const auto& [guid, endpoint] : view_.graph().endpoints()) known.insert(endpoint.topic);
+    }
+    const bool there =
+        std::any_of(known.begin(), known.end(), [&](const auto& name) { return topics_.keeps(name); });
+    if (known.empty() || there) return missing("no sample of these topics");
+    std::string names;
+    for (const auto& name : known) names += (names.empty() ? "" : ", ") + name;
+    spdlog::error("no topic in domain {} has such a name; there are: {}", domain_, names);
+    return runtime::kExitMissing;
+  }
+
   int report(JsonReport json, TextReport text, double fallback_s) {
     set_limit(fallback_s);
     while (look()) {
@@ -164,7 +182,7 @@ class Session {
       next_s += request_.interval_s;
     }
     print(json, text);
-    return samples() == 0 ? missing("no sample of these topics") : static_cast<int>(runtime::kExitDone);
+    return samples() == 0 ? no_samples() : static_cast<int>(runtime::kExitDone);
   }
 
   int echo() {
@@ -179,7 +197,7 @@ class Session {
     if (lines_.dropped() > 0)
       spdlog::warn("{} samples were not shown: the output takes them too slowly (--every shows fewer)",
                    lines_.dropped());
-    return echo_.shown() == 0 ? missing("no sample of these topics") : static_cast<int>(runtime::kExitDone);
+    return echo_.shown() == 0 ? no_samples() : static_cast<int>(runtime::kExitDone);
   }
 
   int events() {

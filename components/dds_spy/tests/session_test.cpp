@@ -266,6 +266,26 @@ TEST(Spy, SaysThatNobodyIsThere) {
   EXPECT_THAT(out.str(), HasSubstr("0 participants"));
 }
 
+TEST(Spy, NamesTheTopicsThatThereAreWhereNoneIsCalledAsAskedFor) {
+  dds::Participant there("slave_io", dds::test_network());
+  SlaveWriter writer(there);
+  std::ostringstream out;
+  const Request request{.command = Command::kRates, .topics = {"slave_stat"}, .seconds = 1.0};
+  int code = 0;
+  testing::internal::CaptureStdout();
+  const bool told = dds::eventually([&] {
+    code = run(request, {}, dds::test_network(), out);
+    std::cout << std::flush;
+    const bool there_are =
+        testing::internal::GetCapturedStdout().find("there are: slave_state") != std::string::npos;
+    testing::internal::CaptureStdout();
+    return there_are;
+  });
+  testing::internal::GetCapturedStdout();
+  EXPECT_TRUE(told);
+  EXPECT_EQ(code, runtime::kExitMissing);
+}
+
 TEST(Spy, FollowsAWriterWithWeakerQosThatComesLater) {
   dds::Participant there("slave_io", dds::test_network()), other("acme", dds::test_network());
   SlaveWriter slave(there);
