@@ -16,6 +16,7 @@ Experiment pffb_speed();
 Experiment coworking();
 Experiment btm_cases();
 Experiment enhanced();
+Experiment hit_view();
 Experiment audio();
 Experiment model_error();
 
@@ -34,6 +35,7 @@ const std::vector<Experiment>& experiments() {
       coworking(),
       btm_cases(),
       enhanced(),
+      hit_view(),
       audio(),
       model_error(),
   };
