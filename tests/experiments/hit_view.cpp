@@ -256,8 +256,8 @@ void check_triggers(Report& report, const Rig& rig) {
   report
       .plot("triggers",
             "Where an approach at constant speed raises the first alert; the sooner, the faster\n"
-            "six layers of 2 cm with μ = 32, 25, 20, 17, 15, 13 Pa·s/m; safe below 0.10 m/s at μ = 9 to 0.02 "
-            "m/s at μ = 32")
+            "six layers of 2 cm with μ = 32, 25, 20, 17, 15, 13 Pa·s/m\n"
+            "safe below 0.10 m/s at μ = 9 to 0.02 m/s at μ = 32")
       .panel("", "speed of approach [m/s]", "distance from the plate [mm]")
       .series(table, "speed [m/s]", "distance [mm]", "first alert", Style::kPoints);
   report.check("rules 1, 2 and 3 that raised an alert on the way to the plate", met[1] + met[2] + met[3], 3.0,
@@ -287,7 +287,7 @@ void check_views(Report& report, const Rig& rig, const viewer::ViewerConfig& con
   report
       .plot("nodes", "Pixels of a thin bar across the gap of " +
                          std::to_string(std::lround(1000.0 * views.gap_m)) +
-                         " mm, from each node at 0.6 m (640 × 360); chosen automatically: " + automatic)
+                         " mm,\nfrom each node at 0.6 m (640 × 360); chosen automatically: " + automatic)
       .panel("", "node of figure 6.22", "pixels")
       .series(table, "node", "with nothing in the way [px]", "with nothing in the way", Style::kBars)
       .series(table, "node", "seen [px]", "seen past arm and plates", Style::kBars)
