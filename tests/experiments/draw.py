@@ -61,7 +61,7 @@ def draw_series(axes, series, tables, bars):
     if kind == "map":
         draw_map(axes, x, y, table[series["value"]], label)
     elif kind == "arrows":
-        axes.quiver(x, y, table[series["u"]], table[series["v"]], label=label, angles="xy", color="#D55E00", width=0.004)
+        axes.quiver(x, y, table[series["u"]], table[series["v"]], label=label, angles="xy", color="#D55E00", width=0.006, scale=11)
     elif kind == "bars":
         index, count = bars
         width = 0.8 / count

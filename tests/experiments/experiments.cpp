@@ -10,6 +10,8 @@ Experiment ranked_layers();
 Experiment drag_tracks();
 Experiment speed();
 Experiment smoothing();
+Experiment merge();
+Experiment pgd();
 // arms and what is built on them
 Experiment arm_sensors();
 Experiment pffb_speed();
@@ -29,12 +31,14 @@ const std::vector<Experiment>& experiments() {
       drag_tracks(),
       speed(),
       smoothing(),
+      merge(),
       // arms and what is built on them
       arm_sensors(),
       pffb_speed(),
       coworking(),
       btm_cases(),
       enhanced(),
+      pgd(),
       hit_view(),
       audio(),
       model_error(),
