@@ -8,7 +8,8 @@
 namespace phantom::geometry {
 namespace {
 
-// Spheres are taken a little larger, so that rounding never keeps a filter from letting through what the next would hit.
+// Spheres are taken a little larger, so that rounding never keeps a filter from letting through what the next
+// would hit.
 constexpr double kSlack = 1.0 + 1e-9;
 
 }  // namespace
@@ -25,8 +26,8 @@ FilterQueries& FilterQueries::operator+=(const FilterQueries& other) noexcept {
 
 std::uint64_t filter_load(const FilterQueries& queries, FilterForm form) noexcept {
   const FilterUnits units = filter_units(form);
-  return queries.seso * units.seso + queries.sess * units.sess + queries.sdt * units.sdt + queries.idp * units.idp +
-         queries.rt * units.rt + queries.vit * units.vit;
+  return queries.seso * units.seso + queries.sess * units.sess + queries.sdt * units.sdt +
+         queries.idp * units.idp + queries.rt * units.rt + queries.vit * units.vit;
 }
 
 /// The smallest: around the longest edge if the corner across it lies within, else through all three corners.
@@ -40,7 +41,8 @@ IntersectionScene::Sphere IntersectionScene::sphere_around(const Eigen::Vector3d
   const double half = 0.5 * (longest[1] - longest[0]).norm();
   if ((longest[2] - middle).norm() <= half) return {middle, half * kSlack};
   const Eigen::Vector3d u = b - a, v = c - a, n = u.cross(v);
-  const Eigen::Vector3d to_centre = (u.squaredNorm() * v.cross(n) + v.squaredNorm() * n.cross(u)) / (2.0 * n.squaredNorm());
+  const Eigen::Vector3d to_centre =
+      (u.squaredNorm() * v.cross(n) + v.squaredNorm() * n.cross(u)) / (2.0 * n.squaredNorm());
   return {a + to_centre, to_centre.norm() * kSlack};
 }
 
@@ -48,13 +50,18 @@ IntersectionScene::IntersectionScene(const std::vector<TriangleMesh>& objects_W)
   for (const TriangleMesh& mesh : objects_W) {
     Object& object = objects_.emplace_back();
     const BoundingBox box = mesh.bounding_box();
-    object.sphere.centre_m = mesh.vertices_m.empty() ? Eigen::Vector3d::Zero() : Eigen::Vector3d(0.5 * (box.min_m + box.max_m).cast<double>());
+    object.sphere.centre_m = mesh.vertices_m.empty()
+                                 ? Eigen::Vector3d::Zero()
+                                 : Eigen::Vector3d(0.5 * (box.min_m + box.max_m).cast<double>());
     object.sphere.radius_m = 0.0;
     for (const auto& vertex : mesh.vertices_m) {
-      object.sphere.radius_m = std::max(object.sphere.radius_m, (vertex.cast<double>() - object.sphere.centre_m).norm() * kSlack);
+      object.sphere.radius_m =
+          std::max(object.sphere.radius_m, (vertex.cast<double>() - object.sphere.centre_m).norm() * kSlack);
     }
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-      const auto corner = [&](std::size_t k) -> Eigen::Vector3d { return mesh.vertices_m[mesh.triangles[i][k]].cast<double>(); };
+      const auto corner = [&](std::size_t k) -> Eigen::Vector3d {
+        return mesh.vertices_m[mesh.triangles[i][k]].cast<double>();
+      };
       const Eigen::Vector3d a = corner(0), b = corner(1), c = corner(2);
       const Eigen::Vector3d normal = (b - a).cross(c - a);
       if (!(normal.squaredNorm() > 0.0)) continue;
@@ -63,21 +70,24 @@ IntersectionScene::IntersectionScene(const std::vector<TriangleMesh>& objects_W)
   }
 }
 
-bool IntersectionScene::in_reach(const Sphere& sphere, const Eigen::Vector3d& p, double length_m, FilterForm form) noexcept {
+bool IntersectionScene::in_reach(const Sphere& sphere, const Eigen::Vector3d& p, double length_m,
+                                 FilterForm form) noexcept {
   const double reach_m = sphere.radius_m + length_m;
   if (form == FilterForm::kOptimised) return (sphere.centre_m - p).squaredNorm() <= reach_m * reach_m;
   return (sphere.centre_m - p).norm() <= reach_m;
 }
 
-bool IntersectionScene::faces(const Triangle& triangle, const Eigen::Vector3d& direction, FilterForm form) noexcept {
+bool IntersectionScene::faces(const Triangle& triangle, const Eigen::Vector3d& direction,
+                              FilterForm form) noexcept {
   const double dot = triangle.normal.dot(direction);
   if (form == FilterForm::kOptimised) return dot < 0.0;
   const double cosine = dot / (triangle.normal.norm() * direction.norm());
   return std::acos(std::clamp(cosine, -1.0, 1.0)) > 0.5 * std::numbers::pi;
 }
 
-std::optional<ProbeHit> IntersectionScene::probe(const Eigen::Vector3d& p_W_m, const Eigen::Vector3d& direction,
-                                                 double length_m, FilterForm form, FilterQueries& queries) const noexcept {
+std::optional<ProbeHit> IntersectionScene::probe(const Eigen::Vector3d& p_W_m,
+                                                 const Eigen::Vector3d& direction, double length_m,
+                                                 FilterForm form, FilterQueries& queries) const noexcept {
   std::optional<ProbeHit> nearest;
   for (std::size_t o = 0; o < objects_.size(); ++o) {
     ++queries.seso;
@@ -111,7 +121,8 @@ std::vector<Eigen::Vector3d> front_hemisphere(const Eigen::Vector3d& axis, int c
   std::vector<Eigen::Vector3d> directions;
   for (int i = 0; i < count; ++i) {
     const double along = (i + 0.5) / count, radius = std::sqrt(1.0 - along * along);
-    directions.push_back(along * axis + radius * (std::cos(i * golden_rad) * across + std::sin(i * golden_rad) * third));
+    directions.push_back(along * axis +
+                         radius * (std::cos(i * golden_rad) * across + std::sin(i * golden_rad) * third));
   }
   return directions;
 }

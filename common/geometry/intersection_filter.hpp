@@ -28,14 +28,15 @@ struct FilterQueries {
   FilterQueries& operator+=(const FilterQueries& other) noexcept;
 };
 
-/// Floating point cost of one query of each filter (thesis table 3.2: addition, subtraction, comparison, trigonometric
-/// function from a table 1; multiplication 2; division, square root 23), in the units with which the sums of tables 3.3
-/// and 3.4 add up.
+/// Floating point cost of one query of each filter (thesis table 3.2: addition, subtraction, comparison,
+/// trigonometric function from a table 1; multiplication 2; division, square root 23), in the units with
+/// which the sums of tables 3.3 and 3.4 add up.
 struct FilterUnits {
   std::uint64_t seso, sess, sdt, idp, rt, vit;
 };
 constexpr FilterUnits filter_units(FilterForm form) noexcept {
-  return form == FilterForm::kOptimised ? FilterUnits{12, 12, 12, 57, 14, 82} : FilterUnits{35, 35, 82, 57, 14, 82};
+  return form == FilterForm::kOptimised ? FilterUnits{12, 12, 12, 57, 14, 82}
+                                        : FilterUnits{35, 35, 82, 57, 14, 82};
 }
 /// Σ Load of tables 3.3 and 3.4.
 std::uint64_t filter_load(const FilterQueries& queries, FilterForm form) noexcept;
@@ -46,19 +47,21 @@ struct ProbeHit {
   std::size_t object = 0, triangle = 0;  ///< indices into the scene
 };
 
-/// The search-based way of finding what is near (thesis 3.2, kept as the baseline of the voxel method): a probe vector
-/// p→q is intersected with the triangles of all objects, through a chain of filters that end the work on an object or a
-/// triangle early. What a filter needs is computed once, for the objects where they stand. Constant after construction.
+/// The search-based way of finding what is near (thesis 3.2, kept as the baseline of the voxel method): a
+/// probe vector p→q is intersected with the triangles of all objects, through a chain of filters that end the
+/// work on an object or a triangle early. What a filter needs is computed once, for the objects where they
+/// stand. Constant after construction.
 class IntersectionScene {
  public:
   /// Closed meshes whose triangles face outwards. Frame: W. Degenerate triangles are never hit.
   explicit IntersectionScene(const std::vector<TriangleMesh>& objects_W);
 
-  /// The nearest triangle on the probe from `p_W_m` along `direction` (unit vector) within `length_m` that faces the
-  /// probe; a point outside all objects can meet no other first. Adds to `queries`. Cost: linear in the triangles of the
-  /// objects whose sphere the probe may reach, so it depends on the place. Real-time safe: yes, without a bound of its own.
-  std::optional<ProbeHit> probe(const Eigen::Vector3d& p_W_m, const Eigen::Vector3d& direction, double length_m,
-                                FilterForm form, FilterQueries& queries) const noexcept;
+  /// The nearest triangle on the probe from `p_W_m` along `direction` (unit vector) within `length_m` that
+  /// faces the probe; a point outside all objects can meet no other first. Adds to `queries`. Cost: linear in
+  /// the triangles of the objects whose sphere the probe may reach, so it depends on the place. Real-time
+  /// safe: yes, without a bound of its own.
+  std::optional<ProbeHit> probe(const Eigen::Vector3d& p_W_m, const Eigen::Vector3d& direction,
+                                double length_m, FilterForm form, FilterQueries& queries) const noexcept;
 
   std::size_t object_count() const noexcept { return objects_.size(); }
 
@@ -68,25 +71,26 @@ class IntersectionScene {
     double radius_m;
   };
   struct Triangle {
-    Sphere sphere;                     // SESS
-    Eigen::Vector3d a_m, ab_m, ac_m;   // a corner and the edges from it
-    Eigen::Vector3d normal;            // ab × ac, not normalised
-    std::size_t index;                 // in its mesh
+    Sphere sphere;                    // SESS
+    Eigen::Vector3d a_m, ab_m, ac_m;  // a corner and the edges from it
+    Eigen::Vector3d normal;           // ab × ac, not normalised
+    std::size_t index;                // in its mesh
   };
   struct Object {
     Sphere sphere;  // SESO
     std::vector<Triangle> triangles;
   };
   static Sphere sphere_around(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c);
-  static bool in_reach(const Sphere& sphere, const Eigen::Vector3d& p, double length_m, FilterForm form) noexcept;
+  static bool in_reach(const Sphere& sphere, const Eigen::Vector3d& p, double length_m,
+                       FilterForm form) noexcept;
   static bool faces(const Triangle& triangle, const Eigen::Vector3d& direction, FilterForm form) noexcept;
 
   std::vector<Object> objects_;
 };
 
-/// `count` ≥ 1 unit vectors spread evenly over the half of the sphere around `axis` (unit vector), the rim included as
-/// far as their number allows: grazing motion is sensed by probes across it, the thesis says more than 32 (3.2.6).
-/// Spherical Fibonacci points. Allocates.
+/// `count` ≥ 1 unit vectors spread evenly over the half of the sphere around `axis` (unit vector), the rim
+/// included as far as their number allows: grazing motion is sensed by probes across it, the thesis says more
+/// than 32 (3.2.6). Spherical Fibonacci points. Allocates.
 std::vector<Eigen::Vector3d> front_hemisphere(const Eigen::Vector3d& axis, int count);
 
 }  // namespace phantom::geometry

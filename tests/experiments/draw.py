@@ -155,12 +155,19 @@ def figure_text(value):
     return "not a number" if value is None else f"{value:.4g}"
 
 
+def band_text(check):
+    """JSON has no infinity: an end that is missing is open."""
+    low = "−∞" if check["low"] is None else figure_text(check["low"])
+    high = "∞" if check["high"] is None else figure_text(check["high"])
+    return f"{low} … {high}"
+
+
 def check_rows(checks):
     for check in checks:
         unit = " " + html.escape(check["unit"]) if check["unit"] else ""
         verdict = "pass" if check["passed"] else "fail"
         yield (f"<tr class={verdict}><td>{html.escape(check['what'])}</td><td>{figure_text(check['value'])}{unit}</td>"
-               f"<td>{figure_text(check['low'])} … {figure_text(check['high'])}{unit}</td><td>{verdict}</td></tr>")
+               f"<td>{band_text(check)}{unit}</td><td>{verdict}</td></tr>")
 
 
 def inline_svg(path, number):

@@ -26,9 +26,9 @@ struct Settings {
 
 /// One row of the specification's table of experiments.
 struct Experiment {
-  std::string id;         ///< "mpc-steps"
-  std::string source;     ///< figures and tables of the thesis
-  std::string statement;  ///< what the thesis states, and the checks look for
+  std::string id;                     ///< "mpc-steps"
+  std::string source;                 ///< figures and tables of the thesis
+  std::string statement;              ///< what the thesis states, and the checks look for
   std::vector<Sabotage> fails_under;  ///< exactly these make a check fail
   void (*run)(Report& report, const Settings& settings) = nullptr;
 };

@@ -1,5 +1,5 @@
-// Ranked layers around bodies (thesis 4.7, table 4.1): how true is their outermost face, by the thesis's shaping elements
-// and by exact distance, and does a bore stay open?
+// Ranked layers around bodies (thesis 4.7, table 4.1): how true is their outermost face, by the thesis's
+// shaping elements and by exact distance, and does a bore stay open?
 
 #include <algorithm>
 #include <cmath>
@@ -51,10 +51,12 @@ voxel::LayerProfile profile_of(const Way& way, int m) {
   return profile;
 }
 
-voxel::Workspace layered(const geometry::TriangleMesh& mesh, const voxel::LayerProfile& profile, const Settings& settings) {
+voxel::Workspace layered(const geometry::TriangleMesh& mesh, const voxel::LayerProfile& profile,
+                         const Settings& settings) {
   const geometry::BoundingBox box = mesh.bounding_box();
   const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kVoxel_m * (profile.reach_vox() + 3));
-  const auto grid = voxel::grid_over(box.min_m.cast<double>() - margin, box.max_m.cast<double>() + margin, kVoxel_m);
+  const auto grid =
+      voxel::grid_over(box.min_m.cast<double>() - margin, box.max_m.cast<double>() + margin, kVoxel_m);
   return activate({{.name = "body", .mesh_W = mesh, .profile = profile}}, grid, settings);
 }
 
@@ -64,10 +66,12 @@ struct Error {
   double mean = 0.0, rms = 0.0, greatest = 0.0;
 };
 
-Error error_of(const geometry::TriangleMesh& mesh, const voxel::LayerProfile& profile, const Settings& settings) {
+Error error_of(const geometry::TriangleMesh& mesh, const voxel::LayerProfile& profile,
+               const Settings& settings) {
   const auto workspace = layered(mesh, profile, settings);
   const voxel::LayerFidelity outermost = voxel::measure_fidelity(mesh, profile, workspace, 2).back();
-  Error error{0.0, outermost.whole.mean_vox, outermost.whole.rms_vox, std::max(outermost.whole.max_vox, -outermost.whole.min_vox)};
+  Error error{0.0, outermost.whole.mean_vox, outermost.whole.rms_vox,
+              std::max(outermost.whole.max_vox, -outermost.whole.min_vox)};
   for (const voxel::Side side : {voxel::Side::kEdge, voxel::Side::kCorner}) {
     const voxel::Deviation& d = outermost.by_side[static_cast<std::size_t>(side)];
     if (d.faces > 0) error.diagonal = std::max({error.diagonal, d.max_vox, -d.min_vox});
@@ -85,7 +89,8 @@ double free_bore_m(double inner_radius_m, int m, const Settings& settings) {
   for (std::int32_t y = 0; y < grid.size_vox[1]; ++y) {
     for (std::int32_t x = 0; x < grid.size_vox[0]; ++x) {
       const Eigen::Vector3d p = grid.centre_of({x, y, middle.z});
-      if (p.head<2>().norm() < inner_radius_m && workspace.order({x, y, middle.z}) == voxel::kOrderFree) ++free;
+      if (p.head<2>().norm() < inner_radius_m && workspace.order({x, y, middle.z}) == voxel::kOrderFree)
+        ++free;
     }
   }
   return std::sqrt(free / M_PI) * kVoxel_m;
@@ -93,10 +98,15 @@ double free_bore_m(double inner_radius_m, int m, const Settings& settings) {
 
 void draw_sections(Report& report, const Settings& settings) {
   const auto all = bodies();
-  Plot& plot = report.plot("sections", "Six layers, voxels of 5 mm: horizontal sections at half height (the wedge: across its groove; the cone: through its apex)", 3);
+  Plot& plot = report.plot("sections",
+                           "Six layers, voxels of 5 mm: horizontal sections at half height (the wedge: "
+                           "across its groove; the cone: through its apex)",
+                           3);
   const auto add = [&](std::size_t body, std::size_t way, int m, int normal) {
-    const std::string name = "section_" + std::to_string(body) + "_" + kWays[way].name + "_" + std::to_string(m);
-    section_panel(report, plot, std::string(all[body].name) + "\n" + kWays[way].name + ", m = " + std::to_string(m), name,
+    const std::string name =
+        "section_" + std::to_string(body) + "_" + kWays[way].name + "_" + std::to_string(m);
+    section_panel(report, plot,
+                  std::string(all[body].name) + "\n" + kWays[way].name + ", m = " + std::to_string(m), name,
                   layered(all[body].mesh, profile_of(kWays[way], m), settings), normal, 0.0, Shown::kLayer);
   };
   add(0, 0, 2, 2);  // figure 4.27: a1, a2
@@ -111,15 +121,22 @@ void draw_sections(Report& report, const Settings& settings) {
 }
 
 void run(Report& report, const Settings& settings) {
-  Table& table = report.table("fidelity", {"body", "way", "m [voxels]", "diagonal [voxels]", "mean [voxels]", "rms [voxels]", "greatest [voxels]"});
-  Plot& plot = report.plot("fidelity", "Outer face of the sixth layer against the true offset surface, voxels of 5 mm; worst of five bodies", 2);
-  Panel& diagonal = plot.panel("between the axes (a cube's edges and corners)", "m, thickness of a layer [voxels]", "ratio of the greatest deviation to 6 m");
+  Table& table = report.table("fidelity", {"body", "way", "m [voxels]", "diagonal [voxels]", "mean [voxels]",
+                                           "rms [voxels]", "greatest [voxels]"});
+  Plot& plot = report.plot(
+      "fidelity",
+      "Outer face of the sixth layer against the true offset surface, voxels of 5 mm; worst of five bodies",
+      2);
+  Panel& diagonal = plot.panel("between the axes (a cube's edges and corners)",
+                               "m, thickness of a layer [voxels]", "ratio of the greatest deviation to 6 m");
   Panel& rms = plot.panel("all over", "m, thickness of a layer [voxels]", "rms deviation [voxels]");
-  double least_gap = INFINITY, distance_mean = 0.0, distance_rms = 0.0, surface_worst = 0.0, least_fall = INFINITY;
+  double least_gap = INFINITY, distance_mean = 0.0, distance_rms = 0.0, surface_worst = 0.0,
+         least_fall = INFINITY;
   std::array<std::array<double, 5>, 5> share{};  // worst body, by way and m
   const auto all = bodies();
   for (std::size_t w = 0; w < kWays.size(); ++w) {
-    Table& drawn = report.table(std::string("worst_") + kWays[w].name, {"m [voxels]", "diagonal [share]", "rms [voxels]"});
+    Table& drawn = report.table(std::string("worst_") + kWays[w].name,
+                                {"m [voxels]", "diagonal [share]", "rms [voxels]"});
     for (int m = 1; m <= 4; ++m) {
       double worst_rms = 0.0;
       for (std::size_t b = 0; b < all.size(); ++b) {
@@ -144,7 +161,8 @@ void run(Report& report, const Settings& settings) {
     least_gap = std::min(least_gap, share[0][m] - share[2][m]);
     if (m > 1) least_fall = std::min(least_fall, share[2][m - 1] - share[2][m]);
   }
-  Table& bores = report.table("bores", {"bore radius [mm]", "m [voxels]", "free radius [mm]", "expected [mm]"});
+  Table& bores =
+      report.table("bores", {"bore radius [mm]", "m [voxels]", "free radius [mm]", "expected [mm]"});
   double bore_error_vox = 0.0;
   for (const double radius_mm : {25.0, 35.0, 50.0, 70.0, 90.0}) {
     for (const int m : {1, 2}) {
@@ -154,22 +172,29 @@ void run(Report& report, const Settings& settings) {
       bore_error_vox = std::max(bore_error_vox, std::abs(free_mm - expected_mm) / (1e3 * kVoxel_m));
     }
   }
-  plot.panel("hollow cylinder by distance, six layers of m = 1 and 2", "bore radius [mm]", "radius left free [mm]")
+  plot.panel("hollow cylinder by distance, six layers of m = 1 and 2", "bore radius [mm]",
+             "radius left free [mm]")
       .series(bores, "bore radius [mm]", "free radius [mm]", "measured", Style::kPoints)
       .series(bores, "bore radius [mm]", "expected [mm]", "bore − 6 m", Style::kPoints);
   draw_sections(report, settings);
-  report.difference("The thesis's sphere of radius m, i² + j² + k² ≤ m², and that of radius m + ½, whose size agrees with table 4.1, are both "
-                    "run; the rule of falling error holds for the latter without exception. Ours by distance is truer than either; measured "
-                    "from voxels' centres it lies up to a voxel too far out, because a voxel that the surface only cuts is body (hence the "
-                    "bores). The surface method has no such error.");
+  report.difference(
+      "The thesis's sphere of radius m, i² + j² + k² ≤ m², and that of radius m + ½, whose size agrees with "
+      "table 4.1, are both "
+      "run; the rule of falling error holds for the latter without exception. Ours by distance is truer than "
+      "either; measured "
+      "from voxels' centres it lies up to a voxel too far out, because a voxel that the surface only cuts is "
+      "body (hence the "
+      "bores). The surface method has no such error.");
 
-  report.check("cube minus sphere: deviation between the axes, share of the offset, least over m", least_gap, 0.01, 1, "");
+  report.check("cube minus sphere: deviation between the axes, share of the offset, least over m", least_gap,
+               0.01, 1, "");
   report.check("sphere: fall of that share from each m to the next, least", least_fall, 0, 1, "");
   // Spec 6: at or below half a voxel.
   report.check("distance method: greatest mean deviation", distance_mean, 0, 0.5, "voxels");
   report.check("surface method: greatest deviation anywhere", surface_worst, 0, 0.5 + 1e-3, "voxels");
   report.check("distance method: greatest rms deviation", distance_rms, 0, 1.0, "voxels");
-  // The bore's wall and the layers' last face are each true to half a voxel, the distance method's solid to another half.
+  // The bore's wall and the layers' last face are each true to half a voxel, the distance method's solid to
+  // another half.
   report.check("bore left free: greatest difference from bore − 6 m", bore_error_vox, 0, 1.5, "voxels");
 }
 
@@ -178,7 +203,8 @@ void run(Report& report, const Settings& settings) {
 Experiment ranked_layers() {
   return {"layers",
           "figures 4.26–4.31, table 4.1",
-          "A cube as shaping element distorts layers between the axes; an approximated sphere does far less, and less with "
+          "A cube as shaping element distorts layers between the axes; an approximated sphere does far less, "
+          "and less with "
           "greater m. A hollow cylinder that is wide enough stays open.",
           {Sabotage::kLayersOffByOne},
           run};

@@ -23,7 +23,9 @@ void list(bool as_json) {
       const auto& breaks = experiment.fails_under;
       if (std::find(breaks.begin(), breaks.end(), sabotage) != breaks.end()) fails_under.push_back(name);
     }
-    all.push_back({{"id", experiment.id}, {"source", experiment.source}, {"statement", experiment.statement},
+    all.push_back({{"id", experiment.id},
+                   {"source", experiment.source},
+                   {"statement", experiment.statement},
                    {"fails_under", fails_under}});
     if (!as_json) std::printf("%-13s %s\n", experiment.id.c_str(), experiment.source.c_str());
   }
@@ -46,8 +48,8 @@ bool run(const Experiment& experiment, const Settings& settings) {
               report.checks().size(), took.count());
   for (const Check& check : report.checks()) {
     if (check.passed()) continue;
-    std::printf("    %s: %.6g %s, must lie in %.6g … %.6g\n", check.what.c_str(), check.value, check.unit.c_str(),
-                check.low, check.high);
+    std::printf("    %s: %.6g %s, must lie in %.6g … %.6g\n", check.what.c_str(), check.value,
+                check.unit.c_str(), check.low, check.high);
   }
   std::fflush(stdout);
   return report.passed();
@@ -58,9 +60,12 @@ bool run(const Experiment& experiment, const Settings& settings) {
 
 int main(int argc, char** argv) {
   using namespace phantom::experiments;
-  CLI::App app("Runs the thesis's experiments through the product's libraries and executables. Each leaves its data (CSV), "
-               "what is to be drawn (plots.json) and its checks (checks.json) in OUT/NAME. scripts/experiments also draws "
-               "and makes a page. Exit code: 0 all checks passed, 1 one did not, 2 wrong arguments.");
+  CLI::App app(
+      "Runs the thesis's experiments through the product's libraries and executables. Each leaves its data "
+      "(CSV), "
+      "what is to be drawn (plots.json) and its checks (checks.json) in OUT/NAME. scripts/experiments also "
+      "draws "
+      "and makes a page. Exit code: 0 all checks passed, 1 one did not, 2 wrong arguments.");
   Settings settings{.out = "experiments", .source_dir = PHANTOM_SOURCE_DIR, .bin_dir = PHANTOM_BIN_DIR};
   bool list_only = false, as_json = false;
   std::vector<std::string> names, known;

@@ -1,5 +1,6 @@
-// A point robot approaches a plate whose neighbourhood is the layers of a multiple pass cylinder, at a constant, a rising
-// and a falling speed; with gaps of two voxels, of one, and of two far out and one near the plate (thesis 3.1.4–3.1.6).
+// A point robot approaches a plate whose neighbourhood is the layers of a multiple pass cylinder, at a
+// constant, a rising and a falling speed; with gaps of two voxels, of one, and of two far out and one near
+// the plate (thesis 3.1.4–3.1.6).
 
 #include <algorithm>
 #include <cmath>
@@ -33,7 +34,9 @@ voxel::Workspace plate(const percept::MpcDesign& design, const Settings& setting
   profile.mu_Pa_s_per_m.assign(layers.gamma_N_s_per_m.begin(), layers.gamma_N_s_per_m.end());
   profile.mu_skin_Pa_s_per_m = 2.0F * profile.mu_Pa_s_per_m.front();
   const geometry::Pose X_WB{Eigen::Matrix3d::Identity(), {0.5 * kVoxel_m, 0.0, 0.0}};
-  voxel::Body body{.name = "plate", .mesh_W = geometry::make_box({kVoxel_m, 0.2, 0.2}).transformed(X_WB), .profile = profile};
+  voxel::Body body{.name = "plate",
+                   .mesh_W = geometry::make_box({kVoxel_m, 0.2, 0.2}).transformed(X_WB),
+                   .profile = profile};
   return activate({body}, voxel::grid_over({-0.15, -0.05, -0.05}, {0.02, 0.05, 0.05}, kVoxel_m), settings);
 }
 
@@ -55,7 +58,8 @@ Approach approach(const voxel::Workspace& workspace, const Motion& motion, const
   for (int tick = 0; tick <= ticks; ++tick) {
     const double t_s = tick / kRate_Hz, v = v0 + acceleration * t_s;
     const double travel_m = kStart_m + 0.5 * (v0 + v) * t_s;
-    if (travel_m >= kApproach_m - 1e-9) break;  // the plate itself is data only: the thesis takes the real one away
+    if (travel_m >= kApproach_m - 1e-9)
+      break;  // the plate itself is data only: the thesis takes the real one away
     result.time_s.push_back(t_s);
     result.travel_m.push_back(travel_m);
     result.speed_m_per_s.push_back(v);
@@ -69,7 +73,8 @@ double deviation_from_law(const Approach& approach, const percept::MpcDesign& de
   double worst = 0.0, greatest = 0.0;
   for (std::size_t i = 0; i < approach.force_N.size(); ++i) {
     const double distance_m = kApproach_m - approach.travel_m[i];
-    const double voxel_distance_m = (std::ceil(distance_m / kVoxel_m - 1e-9) - 0.5) * kVoxel_m;  // whole voxels (4.6)
+    const double voxel_distance_m =
+        (std::ceil(distance_m / kVoxel_m - 1e-9) - 0.5) * kVoxel_m;  // whole voxels (4.6)
     const double gamma = percept::mpc_gamma_at(design, voxel_distance_m, percept::MpcTransition::kStepped);
     greatest = std::max(greatest, approach.force_N[i]);
     worst = std::max(worst, std::abs(approach.force_N[i] - gamma * approach.speed_m_per_s[i]));
@@ -99,26 +104,32 @@ struct Coding {
 };
 
 void run(Report& report, const Settings& settings) {
-  const std::vector<Coding> codings{{"regular_k2", "regular gap, k = 2", std::vector<int>(10, 2)},
-                                    {"regular_k1", "regular gap, k = 1", std::vector<int>(20, 1)},
-                                    {"unequal", "unequal gap: k = 2, then 1", {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 2, 2, 2, 2, 2}}};
+  const std::vector<Coding> codings{
+      {"regular_k2", "regular gap, k = 2", std::vector<int>(10, 2)},
+      {"regular_k1", "regular gap, k = 1", std::vector<int>(20, 1)},
+      {"unequal", "unequal gap: k = 2, then 1", {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 2, 2, 2, 2, 2}}};
   const std::vector<Motion> motions{{"constant 0.05 m/s", 0.05, 0.05},
                                     {"constant 0.10 m/s", 0.10, 0.10},
                                     {"constant 0.20 m/s", 0.20, 0.20},
                                     {"accelerating 0.02 → 0.18 m/s", 0.02, 0.18},
                                     {"decelerating 0.18 → 0.02 m/s", 0.18, 0.02}};
-  Plot& plot = report.plot("response", "Response parameter of a multiple pass cylinder along an approach of 10 cm\n"
-                           "D = 20 mm, pipes of 4 mm × 50 mm, fluid of 0.4 Pa·s, voxel 5 mm, sensed at 100 Hz", 3);
+  Plot& plot =
+      report.plot("response",
+                  "Response parameter of a multiple pass cylinder along an approach of 10 cm\n"
+                  "D = 20 mm, pipes of 4 mm × 50 mm, fluid of 0.4 Pa·s, voxel 5 mm, sensed at 100 Hz",
+                  3);
   double worst = 0.0, linearity = 0.0, rise = 0.0;
   for (const Coding& coding : codings) {
     const percept::MpcDesign cylinder = design(coding.gaps_vox);
     const voxel::Workspace workspace = plate(cylinder, settings);
-    Table& table = report.table(coding.table, {"motion", "time [s]", "fraction of x", "speed [m/s]", "RP [N]"});
+    Table& table =
+        report.table(coding.table, {"motion", "time [s]", "fraction of x", "speed [m/s]", "RP [N]"});
     Panel& panel = plot.panel(coding.name, "fraction of x = 10 cm travelled", "RP [N]");
     std::vector<Approach> approaches;
     for (std::size_t m = 0; m < motions.size(); ++m) {
       const Approach a = approach(workspace, motions[m], settings);
-      Table& drawn = report.table(std::string(coding.table) + "_" + std::to_string(m), {"fraction of x", "RP [N]"});
+      Table& drawn =
+          report.table(std::string(coding.table) + "_" + std::to_string(m), {"fraction of x", "RP [N]"});
       for (std::size_t i = 0; i < a.force_N.size(); ++i) {
         const double fraction = a.travel_m[i] / kApproach_m;
         table.row({static_cast<double>(m), a.time_s[i], fraction, a.speed_m_per_s[i], a.force_N[i]});
@@ -133,13 +144,17 @@ void run(Report& report, const Settings& settings) {
     linearity = std::max({linearity, std::abs(greatest(approaches[1].force_N) / slow - 2.0),
                           std::abs(greatest(approaches[2].force_N) / slow - 4.0)});
     if (coding.gaps_vox.front() != coding.gaps_vox.back()) {
-      rise = steps_per_s(approaches[0], 0.5 * kApproach_m, kApproach_m) / steps_per_s(approaches[0], 0.0, 0.5 * kApproach_m);
+      rise = steps_per_s(approaches[0], 0.5 * kApproach_m, kApproach_m) /
+             steps_per_s(approaches[0], 0.0, 0.5 * kApproach_m);
     }
   }
   // The layers are the cylinder itself, in whole voxels: F = v·γ_n but for the palette's single precision.
-  report.check("step heights: greatest deviation of F from v·γ_n, share of the greatest F", worst, 0.0, 1e-6, "");
-  report.check("F linear in v: deviation of F(2v)/F(v) from 2 and of F(4v)/F(v) from 4", linearity, 0.0, 1e-6, "");
-  // k falls from 2 to 1, so at a constant speed the steps come twice as often; ±5 % for the ticks at which they are seen.
+  report.check("step heights: greatest deviation of F from v·γ_n, share of the greatest F", worst, 0.0, 1e-6,
+               "");
+  report.check("F linear in v: deviation of F(2v)/F(v) from 2 and of F(4v)/F(v) from 4", linearity, 0.0, 1e-6,
+               "");
+  // k falls from 2 to 1, so at a constant speed the steps come twice as often; ±5 % for the ticks at which
+  // they are seen.
   report.check("unequal gap: step rate in the near half over that in the far half", rise, 1.9, 2.1, "");
 }
 
@@ -148,7 +163,8 @@ void run(Report& report, const Settings& settings) {
 Experiment mpc_steps() {
   return {"mpc-steps",
           "figures 3.5, 3.13–3.16",
-          "F rises in steps of γ_n along the approach and is proportional to the speed; narrow gaps (k = 1) give more and "
+          "F rises in steps of γ_n along the approach and is proportional to the speed; narrow gaps (k = 1) "
+          "give more and "
           "smaller steps, and unequal gaps raise the step rate near the object.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed},
           run};

@@ -57,6 +57,9 @@ class Page(unittest.TestCase):
         self.assertIn("class=fail", rows[0])
         self.assertIn("not a number", rows[0])
 
+    def test_a_band_may_be_open(self):
+        self.assertEqual(draw.band_text({"low": 10.0, "high": None}), "10 … ∞")
+
 
 if __name__ == "__main__":
     EXECUTABLE, RESULTS = sys.argv[1:3]

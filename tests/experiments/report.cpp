@@ -26,7 +26,9 @@ void write_file(const std::filesystem::path& path, const std::string& text) {
 }
 
 /// As RFC 4180 wants a field with commas.
-std::string quoted(const std::string& text) { return text.find(',') == std::string::npos ? text : '"' + text + '"'; }
+std::string quoted(const std::string& text) {
+  return text.find(',') == std::string::npos ? text : '"' + text + '"';
+}
 
 std::string csv(const Table& table) {
   std::string text;
@@ -47,11 +49,16 @@ std::string csv(const Table& table) {
 
 const char* name_of(Style style) {
   switch (style) {
-    case Style::kLine: return "line";
-    case Style::kDashed: return "dashed";
-    case Style::kPoints: return "points";
-    case Style::kStep: return "step";
-    case Style::kBars: return "bars";
+    case Style::kLine:
+      return "line";
+    case Style::kDashed:
+      return "dashed";
+    case Style::kPoints:
+      return "points";
+    case Style::kStep:
+      return "step";
+    case Style::kBars:
+      return "bars";
   }
   return "";
 }
@@ -73,7 +80,8 @@ bool Table::has_column(const std::string& column) const {
 Panel& Panel::add(std::string kind, std::string label, const Table& table,
                   std::vector<std::pair<std::string, std::string>> columns) {
   for (const auto& [role, column] : columns) {
-    if (!table.has_column(column)) throw std::logic_error("table " + table.name() + " has no column '" + column + "'");
+    if (!table.has_column(column))
+      throw std::logic_error("table " + table.name() + " has no column '" + column + "'");
   }
   series_.push_back({std::move(kind), std::move(label), &table, std::move(columns)});
   return *this;
@@ -138,22 +146,32 @@ Panel& Panel::equal_axes() {
 }
 
 nlohmann::json Panel::json() const {
-  nlohmann::json panel{{"title", title_}, {"x", x_label_}, {"y", y_label_}, {"names_x", names_x_},
-                       {"range_x", range_x_}, {"range_y", range_y_}, {"log_x", log_x_}, {"log_y", log_y_},
-                       {"equal", equal_}, {"series", nlohmann::json::array()}, {"marks", nlohmann::json::array()}};
+  nlohmann::json panel{{"title", title_},
+                       {"x", x_label_},
+                       {"y", y_label_},
+                       {"names_x", names_x_},
+                       {"range_x", range_x_},
+                       {"range_y", range_y_},
+                       {"log_x", log_x_},
+                       {"log_y", log_y_},
+                       {"equal", equal_},
+                       {"series", nlohmann::json::array()},
+                       {"marks", nlohmann::json::array()}};
   for (const Series& s : series_) {
     nlohmann::json series{{"kind", s.kind}, {"label", s.label}, {"table", s.table->name()}};
     for (const auto& [role, column] : s.columns) series[role] = column;
     panel["series"].push_back(series);
   }
   for (const Mark& mark : marks_) {
-    panel["marks"].push_back({{"axis", mark.axis}, {"from", mark.from}, {"to", mark.to}, {"label", mark.label}});
+    panel["marks"].push_back(
+        {{"axis", mark.axis}, {"from", mark.from}, {"to", mark.to}, {"label", mark.label}});
   }
   return panel;
 }
 
 nlohmann::json Plot::json() const {
-  nlohmann::json plot{{"name", name_}, {"title", title_}, {"columns", columns_}, {"panels", nlohmann::json::array()}};
+  nlohmann::json plot{
+      {"name", name_}, {"title", title_}, {"columns", columns_}, {"panels", nlohmann::json::array()}};
   for (const Panel& panel : panels_) plot["panels"].push_back(panel.json());
   return plot;
 }
@@ -182,7 +200,9 @@ void Report::check(const std::string& what, double value, double low, double hig
 
 void Report::difference(const std::string& text) { differences_.push_back(text); }
 
-void Report::picture(const std::string& file, const std::string& caption) { pictures_.emplace_back(file, caption); }
+void Report::picture(const std::string& file, const std::string& caption) {
+  pictures_.emplace_back(file, caption);
+}
 
 bool Report::passed() const {
   return !checks_.empty() &&
@@ -191,15 +211,21 @@ bool Report::passed() const {
 
 void Report::write() const {
   for (const Table& table : tables_) write_file(folder_ / (table.name() + ".csv"), csv(table));
-  nlohmann::json plots = nlohmann::json::array(), pictures = nlohmann::json::array(), checks = nlohmann::json::array();
+  nlohmann::json plots = nlohmann::json::array(), pictures = nlohmann::json::array(),
+                 checks = nlohmann::json::array();
   for (const Plot& plot : plots_) plots.push_back(plot.json());
   for (const auto& [file, caption] : pictures_) pictures.push_back({{"file", file}, {"caption", caption}});
   for (const Check& c : checks_) {
-    checks.push_back({{"what", c.what}, {"value", c.value}, {"low", c.low}, {"high", c.high}, {"unit", c.unit},
+    checks.push_back({{"what", c.what},
+                      {"value", c.value},
+                      {"low", c.low},
+                      {"high", c.high},
+                      {"unit", c.unit},
                       {"passed", c.passed()}});
   }
-  write_file(folder_ / "plots.json",
-             nlohmann::json{{"plots", plots}, {"pictures", pictures}, {"differences", differences_}}.dump(1) + "\n");
+  write_file(
+      folder_ / "plots.json",
+      nlohmann::json{{"plots", plots}, {"pictures", pictures}, {"differences", differences_}}.dump(1) + "\n");
   write_file(folder_ / "checks.json", checks.dump(1) + "\n");
 }
 

@@ -21,9 +21,10 @@ struct Check {
 /// Rows of numbers; column names carry the unit: "distance [mm]".
 class Table {
  public:
-  Table(std::string name, std::vector<std::string> columns) : name_(std::move(name)), columns_(std::move(columns)) {}
-  /// Appends a row. Throws std::logic_error unless it has as many values as there are columns. A value that is not a
-  /// number is a gap in a plotted line.
+  Table(std::string name, std::vector<std::string> columns)
+      : name_(std::move(name)), columns_(std::move(columns)) {}
+  /// Appends a row. Throws std::logic_error unless it has as many values as there are columns. A value that
+  /// is not a number is a gap in a plotted line.
   void row(std::vector<double> values);
   const std::string& name() const { return name_; }
   const std::vector<std::string>& columns() const { return columns_; }
@@ -105,7 +106,8 @@ class Plot {
   std::list<Panel> panels_;
 };
 
-/// What one experiment leaves: tables (CSV), plots (plots.json), checks (checks.json), in a folder of its own.
+/// What one experiment leaves: tables (CSV), plots (plots.json), checks (checks.json), in a folder of its
+/// own.
 class Report {
  public:
   explicit Report(std::filesystem::path folder);

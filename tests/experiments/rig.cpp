@@ -43,7 +43,8 @@ robot::SkinLayout tip_sensor(const robot::SerialArm& arm, double voxel_size_m,
   robot::LinkSkin skin;
   skin.link = "z_stage";
   skin.axes = {sensor};
-  return must(robot::lay_out_skin(arm, {skin}, {.voxel_size_m = voxel_size_m, .normalisation = robot::Normalisation::kNone}));
+  return must(robot::lay_out_skin(
+      arm, {skin}, {.voxel_size_m = voxel_size_m, .normalisation = robot::Normalisation::kNone}));
 }
 
 }  // namespace
@@ -70,7 +71,8 @@ core::JointArray sabotaged(core::JointArray speeds, Sabotage sabotage) {
   return speeds;
 }
 
-voxel::LayerProfile layers(const std::vector<float>& mu_Pa_s_per_m, int thickness_vox, float mu_skin_Pa_s_per_m) {
+voxel::LayerProfile layers(const std::vector<float>& mu_Pa_s_per_m, int thickness_vox,
+                           float mu_skin_Pa_s_per_m) {
   voxel::LayerProfile profile;
   profile.mu_Pa_s_per_m = mu_Pa_s_per_m;
   profile.thickness_vox.assign(mu_Pa_s_per_m.size(), thickness_vox);
@@ -78,8 +80,8 @@ voxel::LayerProfile layers(const std::vector<float>& mu_Pa_s_per_m, int thicknes
   return profile;
 }
 
-voxel::Workspace activate(std::vector<voxel::Body> bodies, const voxel::GridSpec& grid, const Settings& settings,
-                          voxel::MergeLaw law) {
+voxel::Workspace activate(std::vector<voxel::Body> bodies, const voxel::GridSpec& grid,
+                          const Settings& settings, voxel::MergeLaw law) {
   std::vector<voxel::LiveBody> live;
   std::uint16_t id = 0;
   for (voxel::Body& body : bodies) {
@@ -92,8 +94,8 @@ voxel::Workspace activate(std::vector<voxel::Body> bodies, const voxel::GridSpec
   return std::move(workspace).take();
 }
 
-Probe::Probe(const voxel::Workspace& workspace, const Settings& settings, const robot::SensingOptions& options,
-             const std::optional<robot::ClusterSpec>& cluster)
+Probe::Probe(const voxel::Workspace& workspace, const Settings& settings,
+             const robot::SensingOptions& options, const std::optional<robot::ClusterSpec>& cluster)
     : workspace_(workspace),
       sabotage_(settings.sabotage),
       arm_(cartesian_arm()),

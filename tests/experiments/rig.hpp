@@ -14,10 +14,11 @@
 
 namespace phantom::experiments {
 
-/// The one place where a sabotage takes effect: experiments hand to the product's libraries what comes out of these.
+/// The one place where a sabotage takes effect: experiments hand to the product's libraries what comes out of
+/// these.
 
-/// Layers as given; or all with the first one's μ (less the least that "falling outwards" asks for); or the first one a
-/// voxel wider, so that the others lie one too far out.
+/// Layers as given; or all with the first one's μ (less the least that "falling outwards" asks for); or the
+/// first one a voxel wider, so that the others lie one too far out.
 voxel::LayerProfile sabotaged(voxel::LayerProfile profile, Sabotage sabotage);
 /// A speed, rad/s or m/s, as given; or always kIgnoredSpeed with its sign (0 stays 0).
 double sabotaged(double speed, Sabotage sabotage);
@@ -35,23 +36,25 @@ T must(core::Expected<T> result) {
 voxel::LayerProfile layers(const std::vector<float>& mu_Pa_s_per_m, int thickness_vox,
                            float mu_skin_Pa_s_per_m = 100.0F);
 
-/// Bodies activated in a grid and merged, with their profiles sabotaged as the settings say. Objects get the ids 1, 2, …
-voxel::Workspace activate(std::vector<voxel::Body> bodies, const voxel::GridSpec& grid, const Settings& settings,
-                          voxel::MergeLaw law = voxel::MergeLaw::kHighestViscosity);
+/// Bodies activated in a grid and merged, with their profiles sabotaged as the settings say. Objects get the
+/// ids 1, 2, …
+voxel::Workspace activate(std::vector<voxel::Body> bodies, const voxel::GridSpec& grid,
+                          const Settings& settings, voxel::MergeLaw law = voxel::MergeLaw::kHighestViscosity);
 
 /// What the probe met at one place.
 struct Felt {
-  double mu_Pa_s_per_m = 0.0;                       ///< of the voxels it senses, smoothed as its options say
+  double mu_Pa_s_per_m = 0.0;  ///< of the voxels it senses, smoothed as its options say
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();  ///< on the probe, W axes
 };
 
-/// The thesis's point robot: an arm of three prismatic joints along x, y and z of W that carries a single sensor at its
-/// tip, sensed and turned into drag by the product as any arm's skin is. The sensor has weight 1: F = −μ·v, in N for μ in
-/// Pa·s/m times the unit area.
+/// The thesis's point robot: an arm of three prismatic joints along x, y and z of W that carries a single
+/// sensor at its tip, sensed and turned into drag by the product as any arm's skin is. The sensor has weight
+/// 1: F = −μ·v, in N for μ in Pa·s/m times the unit area.
 class Probe {
  public:
   /// `cluster`: an enhanced sensor in place of the point.
-  Probe(const voxel::Workspace& workspace, const Settings& settings, const robot::SensingOptions& options = {},
+  Probe(const voxel::Workspace& workspace, const Settings& settings,
+        const robot::SensingOptions& options = {},
         const std::optional<robot::ClusterSpec>& cluster = std::nullopt);
   Felt at(const Eigen::Vector3d& p_W_m, const Eigen::Vector3d& v_W_m_per_s);
   const robot::SkinSensing& sensing() const { return sensing_; }

@@ -13,7 +13,6 @@
 namespace phantom::experiments {
 namespace {
 
-
 /// Whether each edge belongs to two triangles that run along it in opposite senses.
 bool closed(const geometry::TriangleMesh& mesh) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
@@ -56,7 +55,8 @@ TEST(Specimens, ComplexCylinderHasTheThesissTrianglesAndBays) {
 TEST(Specimens, WedgeAndTubeAreClosedWithTheVolumesOfTheirFormulas) {
   const auto wedge = wedge_block({0.2, 0.15, 0.1}, {0.05, 0.08}, 0.02);
   EXPECT_TRUE(closed(wedge));
-  EXPECT_NEAR(geometry::enclosed_volume_m3(wedge), wedge_volume_m3({0.2, 0.15, 0.1}, {0.05, 0.08}, 0.02), 1e-8);
+  EXPECT_NEAR(geometry::enclosed_volume_m3(wedge), wedge_volume_m3({0.2, 0.15, 0.1}, {0.05, 0.08}, 0.02),
+              1e-8);
   EXPECT_NEAR(wedge.bounding_box().max_m.z(), 0.05F, 1e-6F);
   EXPECT_NEAR(wedge.bounding_box().max_m.y(), 0.075F, 1e-6F);
   const auto tube = hollow_cylinder(0.1, 0.06, 0.2, 360);
@@ -64,13 +64,14 @@ TEST(Specimens, WedgeAndTubeAreClosedWithTheVolumesOfTheirFormulas) {
   EXPECT_NEAR(geometry::enclosed_volume_m3(tube), M_PI * (0.01 - 0.0036) * 0.2, 1e-6);
 }
 
-
 /// A wall at x ≥ 0 with two layers of two voxels of 1 cm.
 voxel::Workspace wall(Sabotage sabotage) {
   const geometry::Pose X_WB{Eigen::Matrix3d::Identity(), {0.1, 0.0, 0.0}};
-  const voxel::Body body{.name = "wall", .mesh_W = geometry::make_box({0.2, 1.0, 1.0}).transformed(X_WB),
+  const voxel::Body body{.name = "wall",
+                         .mesh_W = geometry::make_box({0.2, 1.0, 1.0}).transformed(X_WB),
                          .profile = layers({20.0F, 10.0F}, 2)};
-  return activate({body}, voxel::grid_over({-0.2, -0.2, -0.2}, {0.2, 0.2, 0.2}, 0.01), {.sabotage = sabotage});
+  return activate({body}, voxel::grid_over({-0.2, -0.2, -0.2}, {0.2, 0.2, 0.2}, 0.01),
+                  {.sabotage = sabotage});
 }
 
 Eigen::Vector3d force_at(double x_m, const Eigen::Vector3d& v, Sabotage sabotage = Sabotage::kNone) {

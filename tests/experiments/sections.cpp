@@ -14,8 +14,10 @@ double value_of(const voxel::Workspace& workspace, voxel::Index3 v, Shown shown)
 
 }  // namespace
 
-Table& section(Report& report, const std::string& name, const voxel::Workspace& workspace, int normal, double at_m, Shown shown) {
-  const auto u = static_cast<std::size_t>(normal == 0 ? 1 : 0), v = static_cast<std::size_t>(normal == 2 ? 1 : 2);
+Table& section(Report& report, const std::string& name, const voxel::Workspace& workspace, int normal,
+               double at_m, Shown shown) {
+  const auto u = static_cast<std::size_t>(normal == 0 ? 1 : 0),
+             v = static_cast<std::size_t>(normal == 2 ? 1 : 2);
   Table& table = report.table(name, {kAxes[u], kAxes[v], column_of(shown)});
   const voxel::GridSpec& grid = workspace.grid();
   Eigen::Vector3d through = grid.origin_m;
@@ -28,7 +30,8 @@ Table& section(Report& report, const std::string& name, const voxel::Workspace& 
       at[v] = j;
       const voxel::Index3 index{at[0], at[1], at[2]};
       const Eigen::Vector3d centre_mm = 1e3 * grid.centre_of(index);
-      table.row({centre_mm[static_cast<int>(u)], centre_mm[static_cast<int>(v)], value_of(workspace, index, shown)});
+      table.row({centre_mm[static_cast<int>(u)], centre_mm[static_cast<int>(v)],
+                 value_of(workspace, index, shown)});
     }
   }
   return table;
@@ -38,7 +41,9 @@ Panel& section_panel(Report& report, Plot& plot, const std::string& title, const
                      const voxel::Workspace& workspace, int normal, double at_m, Shown shown) {
   const Table& table = section(report, name, workspace, normal, at_m, shown);
   const auto &x = table.columns()[0], &y = table.columns()[1];
-  return plot.panel(title, x, y).map(table, x, y, column_of(shown), shown == Shown::kLayer ? "layer (−1: body)" : "μ [Pa·s/m]").equal_axes();
+  return plot.panel(title, x, y)
+      .map(table, x, y, column_of(shown), shown == Shown::kLayer ? "layer (−1: body)" : "μ [Pa·s/m]")
+      .equal_axes();
 }
 
 }  // namespace phantom::experiments

@@ -16,7 +16,8 @@ double turn(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vec
   return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
 }
 
-bool within(const Eigen::Vector2d& p, const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
+bool within(const Eigen::Vector2d& p, const Eigen::Vector2d& a, const Eigen::Vector2d& b,
+            const Eigen::Vector2d& c) {
   return turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0;
 }
 
@@ -89,10 +90,12 @@ geometry::TriangleMesh drawn_polygon(const std::vector<Eigen::Vector2d>& corners
   return mesh;
 }
 
-geometry::TriangleMesh wedge_block(const Eigen::Vector3d& size_m, const Eigen::Vector2d& groove_m, double taper_m) {
+geometry::TriangleMesh wedge_block(const Eigen::Vector3d& size_m, const Eigen::Vector2d& groove_m,
+                                   double taper_m) {
   const double x = 0.5 * size_m.x(), z = 0.5 * size_m.z(), depth = groove_m.x(), half = 0.5 * groove_m.y();
   // In the plane (x, z); drawn along z and then turned so that the drawing's y is W's z.
-  const Corners outline{{-x, -z}, {x, -z}, {x - taper_m, z}, {half, z}, {0.0, z - depth}, {-half, z}, {taper_m - x, z}};
+  const Corners outline{{-x, -z},         {x, -z},    {x - taper_m, z}, {half, z},
+                        {0.0, z - depth}, {-half, z}, {taper_m - x, z}};
   geometry::Pose upright;
   upright.rotation = geometry::rotation_from_rpy(0.5 * std::numbers::pi, 0.0, 0.0);
   return drawn_polygon(outline, size_m.y()).transformed(upright);
@@ -102,7 +105,8 @@ double wedge_volume_m3(const Eigen::Vector3d& size_m, const Eigen::Vector2d& gro
   return size_m.y() * (size_m.z() * (size_m.x() - taper_m) - 0.5 * groove_m.x() * groove_m.y());
 }
 
-geometry::TriangleMesh hollow_cylinder(double outer_radius_m, double inner_radius_m, double height_m, int sides) {
+geometry::TriangleMesh hollow_cylinder(double outer_radius_m, double inner_radius_m, double height_m,
+                                       int sides) {
   geometry::TriangleMesh mesh;
   const auto n = static_cast<std::uint32_t>(sides);
   // Rings: outer low, outer high, inner high, inner low; neighbours in this circle are joined.
@@ -113,7 +117,8 @@ geometry::TriangleMesh hollow_cylinder(double outer_radius_m, double inner_radiu
   for (const auto& [r_m, z_m] : rings) {
     for (int i = 0; i < sides; ++i) {
       const double psi = 2.0 * std::numbers::pi * i / sides;
-      mesh.vertices_m.emplace_back(Eigen::Vector3d(r_m * std::cos(psi), r_m * std::sin(psi), z_m).cast<float>());
+      mesh.vertices_m.emplace_back(
+          Eigen::Vector3d(r_m * std::cos(psi), r_m * std::sin(psi), z_m).cast<float>());
     }
   }
   for (std::uint32_t ring = 0; ring < 4; ++ring) {
@@ -129,7 +134,8 @@ geometry::TriangleMesh hollow_cylinder(double outer_radius_m, double inner_radiu
 
 geometry::TriangleMesh bar() { return geometry::make_box({0.8, 0.05, 0.05}); }
 
-geometry::TriangleMesh placed(const geometry::TriangleMesh& mesh, const Eigen::Vector3d& p_W_m, double yaw_rad) {
+geometry::TriangleMesh placed(const geometry::TriangleMesh& mesh, const Eigen::Vector3d& p_W_m,
+                              double yaw_rad) {
   return mesh.transformed({geometry::rotation_from_rpy(0.0, 0.0, yaw_rad), p_W_m});
 }
 

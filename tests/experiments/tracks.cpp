@@ -19,7 +19,8 @@ voxel::GridSpec track_grid(const Eigen::Vector3d& low_vox, const Eigen::Vector3d
 }
 
 geometry::TriangleMesh track_cylinder() {
-  return placed(complex_cylinder(kTrackVoxel_m * kRadius_vox, kTrackVoxel_m * kHeight_vox), kTrackVoxel_m * kCentre_vox, kTurned_rad);
+  return placed(complex_cylinder(kTrackVoxel_m * kRadius_vox, kTrackVoxel_m * kHeight_vox),
+                kTrackVoxel_m * kCentre_vox, kTurned_rad);
 }
 
 double distance_to_track_cylinder_vox(double x_vox, double y_vox) {
@@ -33,12 +34,15 @@ double distance_to_track_cylinder_vox(double x_vox, double y_vox) {
     const Eigen::Vector2d &a = corners[i], &b = corners[(i + 1) % corners.size()];
     const Eigen::Vector3d a3(a.x(), a.y(), 0.0), b3(b.x(), b.y(), 0.0);
     nearest = std::min(nearest, (geometry::closest_point_on_segment(p3, a3, b3) - p3).norm());
-    if ((a.y() > p.y()) != (b.y() > p.y()) && p.x() < a.x() + (p.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x())) inside = !inside;
+    if ((a.y() > p.y()) != (b.y() > p.y()) &&
+        p.x() < a.x() + (p.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x()))
+      inside = !inside;
   }
   return inside ? -nearest : nearest;
 }
 
-Walk walk(Probe& probe, double y_vox, double z_vox, double from_vox, double to_vox, double speed_m_per_s, int per_voxel) {
+Walk walk(Probe& probe, double y_vox, double z_vox, double from_vox, double to_vox, double speed_m_per_s,
+          int per_voxel) {
   Walk result;
   const auto count = static_cast<int>((to_vox - from_vox) * per_voxel);
   for (int i = 0; i < count; ++i) {
@@ -59,7 +63,8 @@ int count_peaks(const std::vector<double>& values) {
     if (runs.empty() || std::abs(value - runs.back()) > 1e-3 * std::abs(value)) runs.push_back(value);
   }
   int peaks = 0;
-  for (std::size_t i = 1; i + 1 < runs.size(); ++i) peaks += runs[i] > runs[i - 1] && runs[i] > runs[i + 1] ? 1 : 0;
+  for (std::size_t i = 1; i + 1 < runs.size(); ++i)
+    peaks += runs[i] > runs[i - 1] && runs[i] > runs[i + 1] ? 1 : 0;
   return peaks;
 }
 

@@ -1,4 +1,5 @@
-// A wedge block with a V groove and a cone become voxels (thesis 4.3.3c): is the volume right, are the sections the shape's?
+// A wedge block with a V groove and a cone become voxels (thesis 4.3.3c): is the volume right, are the
+// sections the shape's?
 
 #include "common/voxel/voxelise.hpp"
 
@@ -28,7 +29,8 @@ struct Solid {
 std::vector<Solid> solids() {
   const Eigen::Vector3d off{0.00113, -0.00071, 0.00089};
   const auto cone = geometry::make_cone(kConeRadius_m, 0.0, kConeHeight_m, kConeSides);
-  return {{"wedge", placed(wedge_block(kWedge_m, kGroove_m, kTaper_m), off), wedge_volume_m3(kWedge_m, kGroove_m, kTaper_m)},
+  return {{"wedge", placed(wedge_block(kWedge_m, kGroove_m, kTaper_m), off),
+           wedge_volume_m3(kWedge_m, kGroove_m, kTaper_m)},
           {"cone", placed(cone, off), geometry::enclosed_volume_m3(cone)}};
 }
 
@@ -45,7 +47,8 @@ Voxels voxels_of(const geometry::TriangleMesh& mesh, double voxel_m) {
 
 /// 0 free, 1 interior, 2 boundary.
 double kind_of(const voxel::SolidVoxels& solid, std::array<std::int32_t, 3> v) {
-  const std::array<std::int32_t, 3> at{v[0] - solid.box.min.x, v[1] - solid.box.min.y, v[2] - solid.box.min.z};
+  const std::array<std::int32_t, 3> at{v[0] - solid.box.min.x, v[1] - solid.box.min.y,
+                                       v[2] - solid.box.min.z};
   for (std::size_t i = 0; i < 3; ++i) {
     if (at[i] < 0 || at[i] >= solid.box.size[i]) return 0.0;
   }
@@ -53,10 +56,11 @@ double kind_of(const voxel::SolidVoxels& solid, std::array<std::int32_t, 3> v) {
   return solid.interior.get(at[0], at[1], at[2]) ? 1.0 : 0.0;
 }
 
-void draw_section(Report& report, Plot& plot, const std::string& title, const std::string& name, const Voxels& voxels, int normal,
-                  double at_m) {
+void draw_section(Report& report, Plot& plot, const std::string& title, const std::string& name,
+                  const Voxels& voxels, int normal, double at_m) {
   const std::array<std::string, 3> axes{"x [mm]", "y [mm]", "z [mm]"};
-  const auto u = static_cast<std::size_t>(normal == 0 ? 1 : 0), v = static_cast<std::size_t>(normal == 2 ? 1 : 2);
+  const auto u = static_cast<std::size_t>(normal == 0 ? 1 : 0),
+             v = static_cast<std::size_t>(normal == 2 ? 1 : 2);
   Table& table = report.table(name, {axes[u], axes[v], "kind"});
   Eigen::Vector3d through = voxels.grid.origin_m;
   through[normal] = at_m;
@@ -68,7 +72,9 @@ void draw_section(Report& report, Plot& plot, const std::string& title, const st
       table.row({centre_mm[static_cast<int>(u)], centre_mm[static_cast<int>(v)], kind_of(voxels.solid, at)});
     }
   }
-  plot.panel(title, axes[u], axes[v]).map(table, axes[u], axes[v], "kind", "0 free, 1 interior, 2 boundary").equal_axes();
+  plot.panel(title, axes[u], axes[v])
+      .map(table, axes[u], axes[v], "kind", "0 free, 1 interior, 2 boundary")
+      .equal_axes();
 }
 
 /// Area of the section that the wedge's outline has at a height above its middle.
@@ -79,8 +85,8 @@ double wedge_width_m(double z_m) {
   return kWedge_m.x() - 2.0 * kTaper_m * up - groove_m;
 }
 
-/// Cone and wedge height by height: the section's size by voxels whose centres are inside, and by the shape's formula. The
-/// greatest difference, in voxels.
+/// Cone and wedge height by height: the section's size by voxels whose centres are inside, and by the shape's
+/// formula. The greatest difference, in voxels.
 double compare_sections(Table& table, const Voxels& cone, const Voxels& wedge) {
   const double s = cone.grid.voxel_size_m, z0 = 0.00089;  // where solids() put them
   double worst = 0.0;
@@ -108,14 +114,19 @@ double compare_sections(Table& table, const Voxels& cone, const Voxels& wedge) {
 }
 
 void run(Report& report, const Settings& settings) {
-  const std::vector<double> sizes_mm = settings.fast ? std::vector<double>{10, 5, 4} : std::vector<double>{10, 5, 4, 2.5, 2, 1};
-  Table& volumes = report.table("volumes", {"solid", "voxel [mm]", "exact [cm³]", "interior [cm³]", "interior and boundary [cm³]",
-                                            "centres inside [cm³]", "place between [fraction]"});
+  const std::vector<double> sizes_mm =
+      settings.fast ? std::vector<double>{10, 5, 4} : std::vector<double>{10, 5, 4, 2.5, 2, 1};
+  Table& volumes = report.table(
+      "volumes", {"solid", "voxel [mm]", "exact [cm³]", "interior [cm³]", "interior and boundary [cm³]",
+                  "centres inside [cm³]", "place between [fraction]"});
   double lowest = 1.0, highest = 0.0, worst_centres = 0.0;
   std::size_t turned = 0;
-  Plot& plot = report.plot("volume", "Volume of the voxels against the exact one: the shell of boundary voxels holds the difference", 2);
+  Plot& plot = report.plot(
+      "volume",
+      "Volume of the voxels against the exact one: the shell of boundary voxels holds the difference", 2);
   for (const Solid& solid : solids()) {
-    Table& drawn = report.table(std::string("volume_") + solid.name, {"voxel [mm]", "interior", "with boundary", "centres inside"});
+    Table& drawn = report.table(std::string("volume_") + solid.name,
+                                {"voxel [mm]", "interior", "with boundary", "centres inside"});
     for (const double size_mm : sizes_mm) {
       const Voxels voxels = voxels_of(solid.mesh, 1e-3 * size_mm);
       const double cell_m3 = std::pow(1e-3 * size_mm, 3);
@@ -123,42 +134,58 @@ void run(Report& report, const Settings& settings) {
       const double boundary = cell_m3 * static_cast<double>(voxels.solid.boundary.count());
       const double centres = cell_m3 * static_cast<double>(voxels.solid.inside.count());
       const double place = (solid.volume_m3 - interior) / boundary;
-      volumes.row({solid.name[0] == 'w' ? 0.0 : 1.0, size_mm, 1e6 * solid.volume_m3, 1e6 * interior, 1e6 * (interior + boundary),
-                   1e6 * centres, place});
-      drawn.row({size_mm, interior / solid.volume_m3, (interior + boundary) / solid.volume_m3, centres / solid.volume_m3});
+      volumes.row({solid.name[0] == 'w' ? 0.0 : 1.0, size_mm, 1e6 * solid.volume_m3, 1e6 * interior,
+                   1e6 * (interior + boundary), 1e6 * centres, place});
+      drawn.row({size_mm, interior / solid.volume_m3, (interior + boundary) / solid.volume_m3,
+                 centres / solid.volume_m3});
       lowest = std::min(lowest, place);
       highest = std::max(highest, place);
       if (size_mm <= 5.0) worst_centres = std::max(worst_centres, std::abs(centres / solid.volume_m3 - 1.0));
       turned += voxels.solid.report.turned_triangles + (voxels.solid.report.closed ? 0U : 1U);
     }
-    Panel& panel = plot.panel(solid.name[0] == 'w' ? "wedge block with a V groove" : "cone", "voxel size [mm]", "ratio to the exact volume");
-    panel.series(drawn, "voxel [mm]", "interior", "interior").series(drawn, "voxel [mm]", "with boundary", "interior and boundary")
-        .series(drawn, "voxel [mm]", "centres inside", "voxels whose centres are inside", Style::kPoints).horizontal(1.0, "exact");
+    Panel& panel = plot.panel(solid.name[0] == 'w' ? "wedge block with a V groove" : "cone",
+                              "voxel size [mm]", "ratio to the exact volume");
+    panel.series(drawn, "voxel [mm]", "interior", "interior")
+        .series(drawn, "voxel [mm]", "with boundary", "interior and boundary")
+        .series(drawn, "voxel [mm]", "centres inside", "voxels whose centres are inside", Style::kPoints)
+        .horizontal(1.0, "exact");
   }
   const auto all = solids();
   const double voxel_m = 0.004;
   const Voxels wedge = voxels_of(all[0].mesh, voxel_m), cone = voxels_of(all[1].mesh, voxel_m);
-  Plot& drawn = report.plot("sections", "Voxels of 4 mm: wedge block 200 × 140 × 120 mm with a groove 70 mm deep; cone of radius 80 mm, height 160 mm", 2);
+  Plot& drawn = report.plot("sections",
+                            "Voxels of 4 mm: wedge block 200 × 140 × 120 mm with a groove 70 mm deep; cone "
+                            "of radius 80 mm, height 160 mm",
+                            2);
   draw_section(report, drawn, "wedge, across the groove (figure 4.13)", "wedge_xz", wedge, 1, 0.0);
   draw_section(report, drawn, "wedge, above the groove's bottom", "wedge_xy", wedge, 2, 0.03);
   draw_section(report, drawn, "cone, through its apex (figure 4.14 a)", "cone_xz", cone, 1, 0.0);
   draw_section(report, drawn, "cone, near its base (b)", "cone_xy_1", cone, 2, -0.07);
   draw_section(report, drawn, "cone, at half its height (c)", "cone_xy_2", cone, 2, 0.0);
   draw_section(report, drawn, "cone, near its apex (d)", "cone_xy_3", cone, 2, 0.06);
-  Table& table = report.table("section_sizes", {"height [mm]", "cone radius, exact [mm]", "cone radius, voxels [mm]", "wedge width, exact [mm]",
-                                                "wedge width, voxels [mm]"});
+  Table& table =
+      report.table("section_sizes", {"height [mm]", "cone radius, exact [mm]", "cone radius, voxels [mm]",
+                                     "wedge width, exact [mm]", "wedge width, voxels [mm]"});
   const double section_error_vox = compare_sections(table, cone, wedge);
-  report.plot("section_sizes", "Size of horizontal sections by the voxels of 4 mm whose centres are inside, against the shape's formula")
+  report
+      .plot("section_sizes",
+            "Size of horizontal sections by the voxels of 4 mm whose centres are inside, against the shape's "
+            "formula")
       .panel("", "height above the middle [mm]", "size [mm]")
-      .series(table, "height [mm]", "cone radius, exact [mm]", "cone radius, exact").series(table, "height [mm]", "cone radius, voxels [mm]", "cone radius, voxels", Style::kPoints)
-      .series(table, "height [mm]", "wedge width, exact [mm]", "wedge width without groove, exact").series(table, "height [mm]", "wedge width, voxels [mm]", "wedge width, voxels", Style::kPoints);
+      .series(table, "height [mm]", "cone radius, exact [mm]", "cone radius, exact")
+      .series(table, "height [mm]", "cone radius, voxels [mm]", "cone radius, voxels", Style::kPoints)
+      .series(table, "height [mm]", "wedge width, exact [mm]", "wedge width without groove, exact")
+      .series(table, "height [mm]", "wedge width, voxels [mm]", "wedge width, voxels", Style::kPoints);
 
   // The statement itself: interior ≤ exact ≤ interior and boundary, for every size.
   report.check("exact volume between interior (0) and interior and boundary (1), lowest", lowest, 0, 1, "");
   report.check("exact volume between interior (0) and interior and boundary (1), highest", highest, 0, 1, "");
-  // Along each axis a row of voxels is right to half a voxel, one way or the other; on the wedge.s 24 voxels of height 2 %.
-  report.check("volume of voxels whose centres are inside, greatest error at ≤ 5 mm", worst_centres, 0, 0.03, "");
-  // A row of voxels begins and ends within half a voxel of the surface; the wedge's ends along y and z add as much.
+  // Along each axis a row of voxels is right to half a voxel, one way or the other; on the wedge.s 24 voxels
+  // of height 2 %.
+  report.check("volume of voxels whose centres are inside, greatest error at ≤ 5 mm", worst_centres, 0, 0.03,
+               "");
+  // A row of voxels begins and ends within half a voxel of the surface; the wedge's ends along y and z add as
+  // much.
   report.check("size of sections: greatest error", section_error_vox, 0, 1.5, "voxels");
   report.check("triangles that had to be mended", static_cast<double>(turned), 0, 0, "");
 }
@@ -168,7 +195,8 @@ void run(Report& report, const Settings& settings) {
 Experiment voxelise() {
   return {"voxelise",
           "figures 4.13, 4.14",
-          "A wedge block and a cone become voxels correctly: the sections have the shape's form, and the cone's diameter "
+          "A wedge block and a cone become voxels correctly: the sections have the shape's form, and the "
+          "cone's diameter "
           "changes from bottom to top as it should.",
           {},
           run};

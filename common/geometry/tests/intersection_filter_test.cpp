@@ -25,20 +25,24 @@ std::vector<TriangleMesh> random_scene(std::mt19937& random, int objects) {
     const TriangleMesh shape = i % 3 == 0   ? make_box({size(random), size(random), size(random)})
                                : i % 3 == 1 ? make_sphere(size(random), 2)
                                             : make_torus(0.2, size(random) / 3.0, 16, 8);
-    const Pose X_WB{rotation_about(random_unit(random), place(random) * 5.0), {place(random), place(random), place(random)}};
+    const Pose X_WB{rotation_about(random_unit(random), place(random) * 5.0),
+                    {place(random), place(random), place(random)}};
     scene.push_back(shape.transformed(X_WB));
   }
   return scene;
 }
 
 /// Every triangle against the probe, by another formula (Möller and Trumbore's, either face).
-std::optional<ProbeHit> brute_force(const std::vector<TriangleMesh>& scene, const Eigen::Vector3d& p, const Eigen::Vector3d& d,
-                                    double length_m) {
+std::optional<ProbeHit> brute_force(const std::vector<TriangleMesh>& scene, const Eigen::Vector3d& p,
+                                    const Eigen::Vector3d& d, double length_m) {
   std::optional<ProbeHit> nearest;
   for (std::size_t o = 0; o < scene.size(); ++o) {
     for (std::size_t i = 0; i < scene[o].triangles.size(); ++i) {
-      const auto corner = [&](std::size_t k) -> Eigen::Vector3d { return scene[o].vertices_m[scene[o].triangles[i][k]].cast<double>(); };
-      const Eigen::Vector3d e1 = corner(1) - corner(0), e2 = corner(2) - corner(0), h = d.cross(e2), s = p - corner(0), q = s.cross(e1);
+      const auto corner = [&](std::size_t k) -> Eigen::Vector3d {
+        return scene[o].vertices_m[scene[o].triangles[i][k]].cast<double>();
+      };
+      const Eigen::Vector3d e1 = corner(1) - corner(0), e2 = corner(2) - corner(0), h = d.cross(e2),
+                            s = p - corner(0), q = s.cross(e1);
       const double determinant = e1.dot(h);
       if (std::abs(determinant) < 1e-15) continue;
       const double u = s.dot(h) / determinant, v = d.dot(q) / determinant, t = e2.dot(q) / determinant;
