@@ -288,7 +288,7 @@ void check_views(Report& report, const Rig& rig, const viewer::ViewerConfig& con
       .plot("nodes", "Pixels of a thin bar across the gap of " +
                          std::to_string(std::lround(1000.0 * views.gap_m)) +
                          " mm,\nfrom each node at 0.6 m (640 × 360); chosen automatically: " + automatic)
-      .panel("", "node of figure 6.22", "pixels")
+      .panel("", "number or letter of the node (figure 6.22)", "bar across the gap [px]")
       .series(table, "node", "with nothing in the way [px]", "with nothing in the way", Style::kBars)
       .series(table, "node", "seen [px]", "seen past arm and plates", Style::kBars)
       .names_x(names);
