@@ -62,6 +62,8 @@ const TopicSpec<msg::SensingReply> kSensingReply{
     {"sensing_reply", "phantom::msg::SensingReply", kEvent, &make_type<msg::SensingReplyPubSubType>}};
 const TopicSpec<msg::OperatorCommand> kOperatorCommand{{"operator_command", "phantom::msg::OperatorCommand",
                                                         kEvent, &make_type<msg::OperatorCommandPubSubType>}};
+const TopicSpec<msg::ViewPose> kViewPose{
+    {"view_pose", "phantom::msg::ViewPose", periodic(500, 2000), &make_type<msg::ViewPosePubSubType>}};
 const TopicSpec<msg::WorkspaceBrick> kWorkspaceBrick{
     {"workspace_brick", "phantom::msg::WorkspaceBrick", kDurable, &make_type<msg::WorkspaceBrickPubSubType>}};
 const TopicSpec<msg::WorkspaceVersion> kWorkspaceVersion{{"workspace_version",
@@ -84,7 +86,7 @@ const TopicSpec<msg::ComponentStatus> kComponentStatus{{"component_status", "pha
 std::span<const TopicDescription* const> all_topics() {
   static const TopicDescription* const topics[] = {&kMasterState,    &kSlaveState,       &kDragField,
                                                    &kPercept,        &kInterestPoints,   &kSkinPercept,      &kHitAlert,
-                                                   &kSensingCommand, &kSensingReply,     &kOperatorCommand,
+                                                   &kSensingCommand, &kSensingReply,     &kOperatorCommand, &kViewPose,
                                                    &kWorkspaceBrick, &kWorkspaceVersion, &kWorkspaceObject,
                                                    &kMeshChunk,      &kWorkspaceCommand, &kWorkspaceReply,
                                                    &kComponentStatus};

@@ -58,10 +58,18 @@ AlarmSet AudioPercept::conditions(const Inputs& inputs) const noexcept {
   return set;
 }
 
+/// As the viewer tells; if it does not, as the operator chose; if he did not, as configured.
+EarAxes AudioPercept::facing(const Inputs& inputs) const noexcept {
+  const ListenerConfig& listener = config_.listener;
+  const bool told = listener.follow_viewer && inputs.view.received_ns > 0 &&
+                    inputs.now_ns - inputs.view.received_ns <= listener.view_timeout_ns;
+  if (told) return inputs.view.axes;
+  const bool chosen = listener.follow_operator && inputs.command.view;
+  return ear_axes(listener, chosen ? inputs.command.view : listener.view);
+}
+
 void AudioPercept::turn_to(const Inputs& inputs, double dt_s) noexcept {
-  const bool chosen = config_.listener.follow_operator && inputs.command.view;
-  const Vector3 target = heard_at(config_.listener, chosen ? inputs.command.view : config_.listener.view,
-                                  inputs.percept.position_m);
+  const Vector3 target = heard_at(config_.listener, facing(inputs), inputs.percept.position_m);
   const double share = tone_.gain > 0.0 ? 1.0 - std::exp(-dt_s / kTurnTime_s) : 1.0;
   for (std::size_t i = 0; i < 3; ++i) heard_from_[i] += share * (target[i] - heard_from_[i]);
 }

@@ -62,12 +62,19 @@ struct CommandSample {
   std::optional<percept::ViewNode> view;  ///< that was chosen, if any
 };
 
+/// How the view stands that the operator looks at.
+struct ViewSample {
+  core::Nanoseconds received_ns = 0;
+  EarAxes axes{};
+};
+
 struct Inputs {
   core::Nanoseconds now_ns = 0;
   PerceptSample percept;
   LinkSample master, slave;
   AlertSample alerts;
   CommandSample command;
+  ViewSample view;
 };
 
 /// What is to be heard, in words.
@@ -101,6 +108,7 @@ class AudioPercept {
   Situation judge(const Inputs& inputs) noexcept;
   AlarmSet conditions(const Inputs& inputs) const noexcept;
   bool link_lost(const LinkSample& link, core::Nanoseconds now_ns) const noexcept;
+  EarAxes facing(const Inputs& inputs) const noexcept;
   void turn_to(const Inputs& inputs, double dt_s) noexcept;
 
   AudioPerceptConfig config_;

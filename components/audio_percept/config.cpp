@@ -73,6 +73,9 @@ ListenerConfig read_listener(const runtime::ConfigReader& section) {
   const std::string view = section.choice(
       "view", "main", {"main", "1", "2", "3", "4", "5", "6", "7", "8", "N", "S", "E", "W", "T", "B"});
   listener.view = percept::node_from_name(view);  // "main" names none
+  listener.follow_viewer = section.flag("follow_viewer", listener.follow_viewer);
+  listener.view_timeout_ns =
+      core::from_seconds(1e-3 * section.number("view_timeout_ms", 1000, {100, 60000, "ms"}));
   listener.follow_operator = section.flag("follow_operator", listener.follow_operator);
   listener.main_azimuth_rad = kRadPerDeg * section.number("main_azimuth_deg", -50.0, {-360, 360, "deg"});
   listener.main_elevation_rad = kRadPerDeg * section.number("main_elevation_deg", 26.0, {-90, 90, "deg"});

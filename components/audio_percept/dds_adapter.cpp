@@ -42,6 +42,7 @@ struct DdsAdapter::Impl {
         slave(participant, dds::kSlaveState, inbox.slave),
         alerts(participant, dds::kHitAlert, inbox.alerts),
         command(participant, dds::kOperatorCommand, inbox.command),
+        view(participant, dds::kViewPose, inbox.view),
         status(participant) {}
 
   dds::Participant participant;
@@ -50,6 +51,7 @@ struct DdsAdapter::Impl {
   Intake<msg::SlaveState, LinkConverter, LinkSample> slave;
   Intake<msg::HitAlert, AlertConverter, AlertSample> alerts;
   Intake<msg::OperatorCommand, CommandConverter, CommandSample> command;
+  Intake<msg::ViewPose, ViewConverter, ViewSample> view;
   dds::StatusReporter status;
 };
 

@@ -10,9 +10,9 @@
 
 namespace phantom::audio_percept {
 
-/// The component's ends in the data space: percept, master_state, slave_state, hit_alert and
-/// operator_command in, component_status out. Samples that are out of order, out of range or not finite are
-/// refused and counted; the others go to the inbox.
+/// The component's ends in the data space: percept, master_state, slave_state, hit_alert,
+/// operator_command and view_pose in, component_status out. Samples that are out of order, out of range or
+/// not finite are refused and counted; the others go to the inbox.
 class DdsAdapter {
  public:
   /// Throws dds::DdsError. `inbox` must outlive the adapter.

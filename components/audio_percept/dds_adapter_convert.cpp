@@ -1,5 +1,6 @@
 #include "components/audio_percept/dds_adapter_convert.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <optional>
 
@@ -106,6 +107,22 @@ bool AlertConverter::accept(const msg::HitAlert& message, core::Nanoseconds rece
     raised_ns_ = received_ns;
   }
   out = {raised_ns_, static_cast<std::uint32_t>(active_.size())};
+  return true;
+}
+
+bool ViewConverter::accept(const msg::ViewPose& message, core::Nanoseconds received_ns, ViewSample& out) {
+  const msg::Pose& pose = message.X_WC();
+  const Eigen::Quaterniond q(pose.qw(), pose.qx(), pose.qy(), pose.qz());
+  constexpr double kNormTolerance = 1e-3;
+  if (!(std::abs(q.norm() - 1) <= kNormTolerance) || message.node() > percept::kNodeCount ||
+      message.view() > msg::VIEW_HIT || !is_finite(pose.position_m()) || !is_finite(message.look_at_m()) ||
+      !guard_.accept(message.stamp())) {
+    return false;
+  }
+  const Eigen::Matrix3d R_WC = q.normalized().toRotationMatrix();  // columns: right, up, backward in W
+  out.received_ns = received_ns;
+  for (std::size_t i = 0; i < out.axes.size(); ++i)
+    Eigen::Vector3d::Map(out.axes[i].data()) = R_WC.col(static_cast<Eigen::Index>(i));
   return true;
 }
 

@@ -48,6 +48,14 @@ class AlertConverter {
   core::Nanoseconds raised_ns_ = 0;
 };
 
+class ViewConverter {
+ public:
+  bool accept(const msg::ViewPose& message, core::Nanoseconds received_ns, ViewSample& out);
+
+ private:
+  dds::SequenceGuard guard_;
+};
+
 /// Keeps what of the operator's commands concerns the ear; the others are accepted and pass.
 class CommandConverter {
  public:

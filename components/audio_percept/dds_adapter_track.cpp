@@ -46,6 +46,7 @@ Track read_track_recording(const std::filesystem::path& file) {
   Channel<msg::HitAlert, AlertConverter, AlertSample> alerts(dds::kHitAlert, &Inputs::alerts);
   Channel<msg::OperatorCommand, CommandConverter, CommandSample> command(dds::kOperatorCommand,
                                                                          &Inputs::command);
+  Channel<msg::ViewPose, ViewConverter, ViewSample> view(dds::kViewPose, &Inputs::view);
   Track track;
   Inputs now;
   recording::MessageCursor cursor(*reader);
@@ -54,7 +55,7 @@ Track read_track_recording(const std::filesystem::path& file) {
     const auto at_ns = static_cast<core::Nanoseconds>(message.log_time_ns);
     if (!percept.take(topic, message, at_ns, now) && !master.take(topic, message, at_ns, now) &&
         !slave.take(topic, message, at_ns, now) && !alerts.take(topic, message, at_ns, now) &&
-        !command.take(topic, message, at_ns, now)) {
+        !command.take(topic, message, at_ns, now) && !view.take(topic, message, at_ns, now)) {
       continue;
     }
     now.now_ns = at_ns;

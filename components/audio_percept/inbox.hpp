@@ -12,6 +12,7 @@ struct Inbox {
   core::Snapshot<LinkSample> master, slave;
   core::Snapshot<AlertSample> alerts;
   core::Snapshot<CommandSample> command;
+  core::Snapshot<ViewSample> view;
 
   /// Brings `inputs` up to date. Real-time safe: yes.
   void collect(Inputs& inputs) noexcept {
@@ -20,6 +21,7 @@ struct Inbox {
     slave.read(inputs.slave);
     alerts.read(inputs.alerts);
     command.read(inputs.command);
+    view.read(inputs.view);
   }
 };
 

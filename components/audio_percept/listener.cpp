@@ -5,14 +5,20 @@
 
 namespace phantom::audio_percept {
 
-Vector3 heard_at(const ListenerConfig& listener, std::optional<percept::ViewNode> view,
-                 const Vector3& p_W_m) noexcept {
-  const Eigen::Vector3d backward =
+EarAxes ear_axes(const ListenerConfig& listener, std::optional<percept::ViewNode> view) noexcept {
+  const Eigen::Matrix3d rows = percept::view_axes(
       view ? percept::node_direction(*view)
-           : percept::direction_at(listener.main_azimuth_rad, listener.main_elevation_rad);
+           : percept::direction_at(listener.main_azimuth_rad, listener.main_elevation_rad));
+  EarAxes axes;
+  for (std::size_t i = 0; i < axes.size(); ++i)
+    Eigen::Vector3d::Map(axes[i].data()) = rows.row(static_cast<Eigen::Index>(i));
+  return axes;
+}
+
+Vector3 heard_at(const ListenerConfig& listener, const EarAxes& axes, const Vector3& p_W_m) noexcept {
   const Eigen::Vector3d d = Eigen::Vector3d::Map(p_W_m.data()) - Eigen::Vector3d::Map(listener.ears_m.data());
   Vector3 heard;
-  Eigen::Vector3d::Map(heard.data()) = percept::view_axes(backward) * d;
+  for (std::size_t i = 0; i < axes.size(); ++i) heard[i] = Eigen::Vector3d::Map(axes[i].data()).dot(d);
   return heard;
 }
 

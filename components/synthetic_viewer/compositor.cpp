@@ -108,16 +108,37 @@ Frame Compositor::frame_from(const Moment& moment, View view, const Camera& came
   return frame;
 }
 
-Compositor::Picture Compositor::main_picture(const Moment& moment, const HitView& hit) const {
+/// Where the main view stands by itself.
+Camera Compositor::main_home() const {
   const MainViewConfig& view = config_.main_view;
-  Hud hud = main_hud(moment);
   const double aspect = static_cast<double>(view.format.width_px) / view.format.height_px;
   // The strip of gauges covers the picture's lower edge: the box to be shown begins a little below the floor.
   Eigen::Vector3d low_m = scene_.min_m();
   low_m.z() -= 0.14 * (scene_.max_m().z() - low_m.z());
-  const Camera camera = frame_box(low_m, scene_.max_m(), view.azimuth_rad, view.elevation_rad,
-                                  view.field_of_view_rad, aspect, view.margin);
-  Frame frame = frame_from(moment, View::kMain, camera, hud);
+  return frame_box(low_m, scene_.max_m(), view.azimuth_rad, view.elevation_rad, view.field_of_view_rad,
+                   aspect, view.margin);
+}
+
+/// Where the hit zone's view stands by itself.
+Camera Compositor::hit_home(const HitView& hit) const {
+  Camera camera;
+  camera.eye_m = hit.eye_m;
+  camera.target_m = hit.situation.look_at_m;
+  camera.vertical_fov_rad = config_.hit_view.field_of_view_rad;
+  return camera;
+}
+
+Camera Compositor::main_camera(const Moment& moment) const {
+  return settled(moment.state.cameras.moved(main_home(), View::kMain), moment.bodies).camera;
+}
+
+Camera Compositor::hit_camera(const Moment& moment, const HitView& hit) const {
+  return settled(moment.state.cameras.moved(hit_home(hit), View::kHit), moment.bodies).camera;
+}
+
+Compositor::Picture Compositor::main_picture(const Moment& moment, const HitView& hit) const {
+  Hud hud = main_hud(moment);
+  Frame frame = frame_from(moment, View::kMain, main_home(), hud);
   if (percept_known(moment) && moment.state.percept.closeness > 0) add_arrows(frame, live_aids(moment));
   if (hit.alert != 0) add_marker(frame, hit.situation.look_at_m, 0.016, kLookAtColour);
   add_contact(frame, moment);
@@ -126,11 +147,7 @@ Compositor::Picture Compositor::main_picture(const Moment& moment, const HitView
 
 Compositor::Picture Compositor::hit_picture(const Moment& moment, const HitView& hit) const {
   Hud hud = hit_hud(moment, hit);
-  Camera camera;
-  camera.eye_m = hit.eye_m;
-  camera.target_m = hit.situation.look_at_m;
-  camera.vertical_fov_rad = config_.hit_view.field_of_view_rad;
-  Frame frame = frame_from(moment, View::kHit, camera, hud);
+  Frame frame = frame_from(moment, View::kHit, hit_home(hit), hud);
   const Aids aids = hit_aids(moment, hit);
   add_arrows(frame, aids);
   add_cone_and_plane(frame, aids);

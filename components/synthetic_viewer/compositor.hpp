@@ -35,11 +35,16 @@ class Compositor {
   Picture main_picture(const Moment& moment, const HitView& hit) const;
   /// The hit zone with cone and plane.
   Picture hit_picture(const Moment& moment, const HitView& hit) const;
+  /// From where the main view is seen now, and the hit zone's.
+  Camera main_camera(const Moment& moment) const;
+  Camera hit_camera(const Moment& moment, const HitView& hit) const;
   /// From the arm's last link.
   Picture tool_picture(const Moment& moment) const;
 
  private:
   Frame frame_from(const Moment& moment, View view, const Camera& camera, Hud& hud) const;
+  Camera main_home() const;
+  Camera hit_home(const HitView& hit) const;
   Hud main_hud(const Moment& moment) const;
   Hud hit_hud(const Moment& moment, const HitView& hit) const;
   bool percept_known(const Moment& moment) const;

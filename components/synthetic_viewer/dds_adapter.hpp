@@ -43,6 +43,8 @@ class DdsAdapter {
 
   /// Publishes an operator_command. Thread-safe. May block for some milliseconds.
   core::Status send(const Command& command);
+  /// Publishes view_pose. One thread.
+  void publish(const ViewPoseSample& view);
   /// Publishes component_status. One thread.
   void publish(const core::Health& health);
 

@@ -123,6 +123,16 @@ struct ComponentSample {  // component_status
   std::uint64_t refused = 0, deadline_missed = 0, incompatible_qos = 0;  ///< added up over its endpoints
 };
 
+/// The view that the operator looks at, for view_pose.
+struct ViewPoseSample {
+  core::Nanoseconds made_ns = 0;  ///< CLOCK_MONOTONIC; 0: not yet
+  bool hit_zone = false;          ///< else the main view
+  int node = 0;                   ///< numbered as operator_command's; 0: at none
+  bool automatic = false;         ///< the viewer chose the node
+  geometry::Pose X_WC;            ///< camera: x right, y up, z backward
+  Vector3 look_at_m{};            ///< in W
+};
+
 enum class CommandKind {
   kEmergencyStop,
   kReset,

@@ -14,7 +14,10 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr double kStatusPeriod_s = 0.5;
+constexpr double kTurn_s = 0.1;  // of the loop below: the rate of view_pose
+constexpr int kTurnsPerStatus = 5;
+// A view that was drawn longer ago is not told any more: the viewer hangs, or has far too much to do.
+constexpr core::Nanoseconds kOldestView_ns = 2 * core::kNsPerSecond;
 
 /// Null if none is wanted, or there is nothing to open one on.
 std::unique_ptr<Window> open_window(const ViewerConfig& config, const std::string& cell, PageContent& content,
@@ -63,14 +66,19 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
     if (const core::Status sent = command(wish); !sent.is_ok()) spdlog::warn("{}", sent.message());
   };
   std::unique_ptr<Window> window = open_window(config, cell.name, content, std::move(actions));
-  while (viewer.running() && !runtime::stop_requested()) {
-    if (window && !window->turn(kStatusPeriod_s)) {
+  for (int turn = 1; viewer.running() && !runtime::stop_requested(); ++turn) {
+    if (window && !window->turn(kTurn_s)) {
       spdlog::info("window closed; the viewer goes on without it");
       window.reset();
-    } else if (!window && !runtime::sleep_unless_stopped(kStatusPeriod_s)) {
+    } else if (!window && !runtime::sleep_unless_stopped(kTurn_s)) {
       break;
     }
-    adapter.publish(viewer.health());
+    const ViewPoseSample view = viewer.view_pose();
+    if (config.page.allow_commands && view.made_ns != 0 &&
+        core::monotonic_ns() - view.made_ns < kOldestView_ns) {
+      adapter.publish(view);
+    }
+    if (turn % kTurnsPerStatus == 0) adapter.publish(viewer.health());
   }
   window.reset();
   const std::string url = server ? server->url() : std::string();

@@ -75,6 +75,11 @@ ViewSwitches ViewerLoop::switches() {
   return switches_;
 }
 
+ViewPoseSample ViewerLoop::view_pose() {
+  const std::lock_guard lock(shared_mutex_);
+  return view_pose_;
+}
+
 void ViewerLoop::run() {
   // Before the driver starts threads of its own, which inherit it.
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), config_.niceness);

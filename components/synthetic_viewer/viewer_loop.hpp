@@ -48,6 +48,9 @@ class ViewerLoop {
   core::Health health();
   /// Any thread.
   ViewSwitches switches();
+  /// How the view stands that the operator looks at: the hit zone's while one is shown, else the main view.
+  /// Any thread.
+  ViewPoseSample view_pose();
 
  private:
   void run();
@@ -74,6 +77,7 @@ class ViewerLoop {
   void finish_photographs();
   std::optional<Image> photograph(Compositor::Picture picture, const GiveUp& give_up);
   void publish_state();
+  void publish_view_pose();
   void publish_health();
   std::string words() const;
   std::string page_snapshot();
@@ -116,6 +120,7 @@ class ViewerLoop {
   std::condition_variable snapshot_made_;
   core::Health health_;
   ViewSwitches switches_;
+  ViewPoseSample view_pose_;
   std::uint64_t snapshots_wanted_ = 0, snapshots_made_ = 0;
   std::shared_ptr<const Image> snapshot_;
   std::map<std::uint32_t, std::string> hit_jpegs_;

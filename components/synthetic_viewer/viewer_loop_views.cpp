@@ -62,6 +62,7 @@ bool ViewerLoop::tick(double dt_s) {
   if (dt_s > 0) frames_per_s_ += (1 - std::exp(-dt_s)) * (1 / dt_s - frames_per_s_);
   // What threatens comes first: it is what the operator waits for.
   show_hit();
+  publish_view_pose();
   publish_state();
   const bool whole = show_main() && show_tool() && photograph_alert() && photograph_milestones();
   if (whole) ++frames_;
@@ -78,6 +79,24 @@ ViewerLoop::AlertMoment ViewerLoop::at_alert(const HitSample& hit) const {
   if (since_s > config_.staleness.percept_s) moment.state.skin.valid = false;
   moment.bodies = scene_.obstacles(moment.state, true);
   return moment;
+}
+
+void ViewerLoop::publish_view_pose() {
+  ViewPoseSample pose;
+  pose.made_ns = now_ns_;
+  pose.hit_zone = hit_.alert != 0;
+  const View view = pose.hit_zone ? View::kHit : View::kMain;
+  const Camera camera =
+      pose.hit_zone ? compositor_.hit_camera(moment(), hit_) : compositor_.main_camera(moment());
+  if (pose.hit_zone && state_.cameras.offset(view).at_home()) {
+    pose.node = static_cast<int>(hit_.node);
+    pose.automatic = state_.wish == ViewNode::kAutomatic;
+  }
+  const Eigen::Matrix3d axes = percept::view_axes((camera.eye_m - camera.target_m).normalized());
+  pose.X_WC = {axes.transpose(), camera.eye_m};
+  pose.look_at_m = {camera.target_m.x(), camera.target_m.y(), camera.target_m.z()};
+  const std::lock_guard lock(shared_mutex_);
+  view_pose_ = pose;
 }
 
 /// From where an alert's zone is seen: as it is shown, or from the node that suits it while another is shown.

@@ -14,4 +14,5 @@ const struct cyclone_type cyclone_types[] = {
     TYPE(HitAlert),        TYPE(SensingCommand),  TYPE(SensingReply),
     TYPE(OperatorCommand), TYPE(WorkspaceBrick),  TYPE(WorkspaceVersion),
     TYPE(WorkspaceObject), TYPE(MeshChunk),       TYPE(WorkspaceCommand),
-    TYPE(WorkspaceReply),  TYPE(ComponentStatus), {0, 0}};
+    TYPE(WorkspaceReply),  TYPE(ComponentStatus), TYPE(ViewPose),
+    {0, 0}};

@@ -114,6 +114,9 @@ void set(msg::SensingReply& s) {
 void set(msg::OperatorCommand& s) {
   s.stamp(stamp()), s.kind(msg::COMMAND_RESET), s.value(number()), s.issuer("page");
 }
+void set(msg::ViewPose& s) {
+  s.stamp(stamp()), s.view(msg::VIEW_HIT), s.node(count()), s.automatic(true), s.X_WC(pose()), s.look_at_m(vector());
+}
 void set(msg::WorkspaceBrick& s) {
   s.bx(-3), s.by(70000), s.bz(2), s.version(long_count()), s.voxels_zstd(octets(100'003));
 }
@@ -175,7 +178,7 @@ void with_sample(const dds::TopicDescription& topic, const std::function<void(vo
       entry(dds::kMasterState),     entry(dds::kSlaveState),     entry(dds::kDragField),
       entry(dds::kPercept),         entry(dds::kInterestPoints), entry(dds::kSkinPercept),
       entry(dds::kHitAlert),        entry(dds::kSensingCommand), entry(dds::kSensingReply),
-      entry(dds::kOperatorCommand), entry(dds::kWorkspaceBrick), entry(dds::kWorkspaceVersion),
+      entry(dds::kOperatorCommand), entry(dds::kViewPose), entry(dds::kWorkspaceBrick), entry(dds::kWorkspaceVersion),
       entry(dds::kWorkspaceObject), entry(dds::kMeshChunk),      entry(dds::kWorkspaceCommand),
       entry(dds::kWorkspaceReply),  entry(dds::kComponentStatus)};
   const auto maker = makers.find(topic.name);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <limits>
 
 namespace phantom::audio_percept {
@@ -129,6 +130,45 @@ TEST(CommandConverter, KeepsTheViewAndTheResetAndRefusesWhatIsNoNode) {
   EXPECT_EQ(sample.reset_ns, 20);
   EXPECT_TRUE(command(msg::COMMAND_VIEW_NODE, 0.0, 50)) << "automatic again";
   EXPECT_FALSE(sample.view);
+}
+
+TEST(ViewConverter, TakesTheCamerasAxesAndRefusesWhatIsNoPose) {
+  const ListenerConfig listener;
+  const Eigen::Matrix3d rows = percept::view_axes(percept::node_direction(percept::ViewNode::kCorner3));
+  const Eigen::Quaterniond q(Eigen::Matrix3d(rows.transpose()));
+  const auto message = [&](std::uint64_t number) {
+    msg::ViewPose made;
+    made.stamp().sequence_number(number);
+    made.stamp().session(3);
+    made.view(msg::VIEW_HIT);
+    made.node(3);
+    made.X_WC().qw(q.w());
+    made.X_WC().qx(q.x());
+    made.X_WC().qy(q.y());
+    made.X_WC().qz(q.z());
+    return made;
+  };
+  ViewConverter converter;
+  ViewSample sample;
+  ASSERT_TRUE(converter.accept(message(1), 77, sample));
+  EXPECT_EQ(sample.received_ns, 77);
+  const EarAxes expected = ear_axes(listener, percept::ViewNode::kCorner3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(sample.axes[i][k], expected[i][k], 1e-12);
+  }
+  const auto refused = [&](auto change) {
+    msg::ViewPose made = message(2);
+    change(made);
+    return !converter.accept(made, 88, sample);
+  };
+  EXPECT_TRUE(refused([](auto& m) { m.X_WC().qw(m.X_WC().qw() + 0.5); }));
+  EXPECT_TRUE(refused([](auto& m) { m.X_WC().qx(kNan); }));
+  EXPECT_TRUE(refused([](auto& m) { m.X_WC().position_m().y(kNan); }));
+  EXPECT_TRUE(refused([](auto& m) { m.look_at_m().z(kNan); }));
+  EXPECT_TRUE(refused([](auto& m) { m.node(15); }));
+  EXPECT_TRUE(refused([](auto& m) { m.view(static_cast<msg::ViewKind>(2)); }));
+  EXPECT_TRUE(refused([](auto& m) { m.stamp().sequence_number(1); }));
+  EXPECT_EQ(sample.received_ns, 77);
 }
 
 TEST(LinkConverter, TellsTheStatesApartAndRefusesUnknownOnes) {

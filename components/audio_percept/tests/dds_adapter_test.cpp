@@ -20,6 +20,8 @@ struct System {
   dds::Writer<msg::SlaveState> slave{participant, dds::kSlaveState};
   dds::Writer<msg::HitAlert> alert{participant, dds::kHitAlert};
   dds::Writer<msg::OperatorCommand> command{participant, dds::kOperatorCommand};
+  dds::Writer<msg::ViewPose> view{participant, dds::kViewPose};
+  dds::Stamper view_stamp{participant};
   dds::Stamper percept_stamp{participant}, slave_stamp{participant}, alert_stamp{participant};
 
   void send_percept(double closeness) {
@@ -52,9 +54,13 @@ TEST(DdsAdapter, BringsTheSamplesOfEveryTopicToTheInbox) {
     view.kind(msg::COMMAND_VIEW_NODE);
     view.value(11);
     system.command.write(view);
+    msg::ViewPose pose;
+    pose.stamp(system.view_stamp.next());
+    pose.X_WC().qw(1);
+    system.view.write(pose);
     inbox.collect(inputs);
-    return inputs.percept.valid && inputs.slave.state == Link::kStopped && inputs.alerts.active == 1 &&
-           inputs.command.view == percept::ViewNode::kEast;
+    return inputs.view.received_ns > 0 && inputs.percept.valid && inputs.slave.state == Link::kStopped &&
+           inputs.alerts.active == 1 && inputs.command.view == percept::ViewNode::kEast;
   }));
   EXPECT_DOUBLE_EQ(inputs.percept.closeness, 0.75);
   EXPECT_GT(inputs.percept.received_ns, 0);

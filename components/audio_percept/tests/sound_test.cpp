@@ -185,6 +185,43 @@ TEST(Sound, ThePerceptMovesWithItsPlaceAndWithTheView) {
   EXPECT_GT(rightness_dB(), 6.0);
 }
 
+// What is seen and what is heard face alike, whoever chose the view; a viewer that fell silent does not
+// count.
+TEST(Sound, ThePerceptMovesWithTheViewThatTheViewerTells) {
+  AudioPerceptConfig config = test_config(Layout::kStereo);
+  config.listener.view = percept::ViewNode::kSouth;  // x is right
+  config.listener.ears_m = {0, 0, 0};
+  config.listener.view_timeout_ns = core::from_seconds(0.5);
+  Desk desk(config);
+  const auto is_right = [&] {
+    const double f = percept::tone_of(config.law, 0.5, 0.1).frequency_Hz;
+    return amplitude_at(desk.last(0.1, 1), f) > 2 * amplitude_at(desk.last(0.1, 0), f);
+  };
+  const auto tell_north = [&] {
+    desk.inputs.view = {desk.now_ns, ear_axes(config.listener, percept::ViewNode::kNorth)};
+  };
+  tell_north();
+  desk.sense(0.5, 0.1, 60, {-1, 0.3, 0});
+  EXPECT_TRUE(is_right());
+  desk.inputs.command.view = percept::ViewNode::kSouth;
+  tell_north();
+  desk.sense(0.5, 0.1, 60, {-1, 0.3, 0});
+  EXPECT_TRUE(is_right()) << "the viewer has heard the operator's choice, too";
+  desk.sense(0.5, 0.1, 160, {-1, 0.3, 0});
+  EXPECT_FALSE(is_right()) << "the viewer is silent for longer than half a second";
+  desk.inputs.command.view = percept::ViewNode::kNorth;
+  desk.sense(0.5, 0.1, 60, {-1, 0.3, 0});
+  EXPECT_TRUE(is_right()) << "then the operator's choice counts";
+  Desk deaf([&] {
+    AudioPerceptConfig other = config;
+    other.listener.follow_viewer = false;
+    return other;
+  }());
+  deaf.inputs.view = {deaf.now_ns, ear_axes(config.listener, percept::ViewNode::kNorth)};
+  deaf.sense(0.5, 0.1, 60, {-1, 0.3, 0});
+  EXPECT_LT(deaf.percept.heard_from()[0], 0.0);
+}
+
 TEST(Sound, EndsWithinATenthOfASecondAfterThePerceptIsStale) {
   Desk desk;
   desk.sense(0.6, 0.2, 60);

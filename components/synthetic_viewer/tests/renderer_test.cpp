@@ -386,6 +386,12 @@ TEST(Hud, WritesOnThePictureAndEncodes) {
   EXPECT_EQ(encode_jpeg(image, 80).substr(0, 2), "\xFF\xD8");
 }
 
+// On a machine without a graphics card, and beside one that cannot be used, software draws.
+TEST(GlContext, WithoutACardSoftwareRenders) {
+  [[maybe_unused]] const DriversOwnMemory driver;
+  EXPECT_FALSE(GlContext(GraphicsPlatform::kAuto).description().empty());
+}
+
 TEST(GlContext, MissingGraphicsNameWhatWasTried) {
   // No machine has a display server for tests; a graphics card may be there.
   [[maybe_unused]] const DriversOwnMemory driver;

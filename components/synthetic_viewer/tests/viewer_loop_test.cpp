@@ -112,6 +112,36 @@ TEST_F(Loop, AnAlertDoesNotQueueBehindMeshes) {
   EXPECT_TRUE(eventually([&] { return figure("meshes") == kMeshes; }));
 }
 
+// What the ears follow.
+TEST_F(Loop, TellsHowTheViewStandsThatTheOperatorLooksAt) {
+  start();
+  tell_pose();
+  ASSERT_TRUE(eventually([&] { return loop_->view_pose().made_ns != 0; }));
+  ViewPoseSample view = loop_->view_pose();
+  EXPECT_FALSE(view.hit_zone);
+  EXPECT_EQ(view.node, 0);
+  EXPECT_TRUE(view.X_WC.rotation.col(2).isApprox(
+      percept::direction_at(config_.main_view.azimuth_rad, config_.main_view.elevation_rad), 1e-9));
+  inbox_.put(ViewRequest{.view = View::kMain, .azimuth_rad = 0.5});
+  EXPECT_TRUE(eventually([&] {
+    return loop_->view_pose().X_WC.rotation.col(2).isApprox(
+        percept::direction_at(config_.main_view.azimuth_rad + 0.5, config_.main_view.elevation_rad), 1e-9);
+  }));
+  inbox_.put(alert(1, {0.6, 0.1, 1.2}));
+  ASSERT_TRUE(eventually([&] { return loop_->view_pose().hit_zone; }));
+  view = loop_->view_pose();
+  EXPECT_TRUE(view.automatic);
+  ASSERT_GE(view.node, 1);
+  EXPECT_TRUE(view.X_WC.rotation.col(2).isApprox(
+      percept::node_direction(static_cast<percept::ViewNode>(view.node)), 1e-9));
+  EXPECT_EQ(view.look_at_m, (Vector3{0.6, 0.1, 1.2}));
+  inbox_.put(Command{CommandKind::kViewNode, 9});
+  ASSERT_TRUE(eventually([&] { return loop_->view_pose().node == 9; }));
+  EXPECT_FALSE(loop_->view_pose().automatic);
+  inbox_.put(ViewRequest{.view = View::kHit, .azimuth_rad = 0.5});
+  EXPECT_TRUE(eventually([&] { return loop_->view_pose().node == 0; })) << "turned by hand: at no node";
+}
+
 TEST_F(Loop, ASnapshotIsDrawnForTheOneWhoAsks) {
   start();
   EXPECT_EQ(content_.main_png().substr(1, 3), "PNG");
@@ -220,6 +250,31 @@ TEST_F(Words, TheHudTellsLinkQualityModelAgeAndVoxelError) {
   EXPECT_EQ(hud.link_quality, "99.0 % 2.1 ms");
   EXPECT_EQ(hud.model_age, "40 ms");
   EXPECT_EQ(hud.voxel_error, "4.3 mm");
+}
+
+TEST_F(Words, TheHudTellsClosenessSpeedMotionAndWhatIsNearestWhileThePerceptCounts) {
+  constexpr core::Nanoseconds kNow_ns = 10 * core::kNsPerSecond;
+  state_.percept = {.received_ns = kNow_ns,
+                    .valid = true,
+                    .closeness = 0.75,
+                    .speed_m_s = 0.12,
+                    .motion = MotionClass::kDangerous,
+                    .link = 2,
+                    .object = 7};
+  const auto hud = [&](core::Nanoseconds now_ns) {
+    return compositor_.main_picture({state_, objects_, objects_, now_ns}, {}).hud;
+  };
+  EXPECT_TRUE(hud(kNow_ns).gauges);
+  EXPECT_TRUE(hud(kNow_ns).closeness_known);
+  EXPECT_EQ(hud(kNow_ns).closeness, 0.75);
+  EXPECT_EQ(hud(kNow_ns).speed_m_s, 0.12);
+  EXPECT_EQ(hud(kNow_ns).motion, "dangerous");
+  EXPECT_EQ(hud(kNow_ns).nearest, scene_.link_name(2) + " - bellows");
+  EXPECT_FALSE(hud(2 * kNow_ns).closeness_known) << "stale";
+  EXPECT_EQ(hud(2 * kNow_ns).nearest, "-");
+  state_.percept.valid = false;
+  EXPECT_FALSE(hud(kNow_ns).closeness_known);
+  EXPECT_EQ(hud(kNow_ns).motion, "-");
 }
 
 TEST_F(Words, WhatIsNotKnownIsNotShownAsANumber) {
