@@ -43,8 +43,7 @@ Camera CameraControl::moved(const Camera& camera, View view) const {
       std::clamp(std::asin(std::clamp(away.z() / distance_m, -1.0, 1.0)) + by.elevation_rad, -kSteepest_rad,
                  kSteepest_rad);
   Camera result = camera;
-  result.eye_m =
-      camera.target_m + distance_m * by.zoom * percept::direction_at(azimuth_rad, elevation_rad);
+  result.eye_m = camera.target_m + distance_m * by.zoom * percept::direction_at(azimuth_rad, elevation_rad);
   result.near_m = std::min(camera.near_m, 0.1 * distance_m * by.zoom);
   result.far_m = camera.far_m + distance_m * std::max(0.0, by.zoom - 1);
   return result;

@@ -105,7 +105,8 @@ int run_sheet(const SheetRequest& request, const ViewerConfig& config) {
     Compositor::Picture picture = compositor.hit_picture(moment, view);
     char seen[48];
     std::snprintf(seen, sizeof seen, "sees %.0f %% of the zone", 100 * seen_from(view.situation, view.eye_m));
-    picture.hud.title = (number == 0 ? "AUTOMATIC: " : "") + std::string("from ") + percept::node_name(view.node);
+    picture.hud.title =
+        (number == 0 ? "AUTOMATIC: " : "") + std::string("from ") + percept::node_name(view.node);
     picture.hud.subtitle = seen;
     picture.hud.alarm = number == 0;
     std::printf("%-4s %s %s\n", number == 0 ? "auto" : percept::node_name(wish),

@@ -115,7 +115,8 @@ void set(msg::OperatorCommand& s) {
   s.stamp(stamp()), s.kind(msg::COMMAND_RESET), s.value(number()), s.issuer("page");
 }
 void set(msg::ViewPose& s) {
-  s.stamp(stamp()), s.view(msg::VIEW_HIT), s.node(count()), s.automatic(true), s.X_WC(pose()), s.look_at_m(vector());
+  s.stamp(stamp()), s.view(msg::VIEW_HIT), s.node(count()), s.automatic(true), s.X_WC(pose()),
+      s.look_at_m(vector());
 }
 void set(msg::WorkspaceBrick& s) {
   s.bx(-3), s.by(70000), s.bz(2), s.version(long_count()), s.voxels_zstd(octets(100'003));
@@ -175,12 +176,12 @@ std::pair<const std::string, Maker> entry(const dds::TopicSpec<T>& topic) {
 
 void with_sample(const dds::TopicDescription& topic, const std::function<void(void*)>& use) {
   static const std::map<std::string, Maker> makers{
-      entry(dds::kMasterState),     entry(dds::kSlaveState),     entry(dds::kDragField),
-      entry(dds::kPercept),         entry(dds::kInterestPoints), entry(dds::kSkinPercept),
-      entry(dds::kHitAlert),        entry(dds::kSensingCommand), entry(dds::kSensingReply),
-      entry(dds::kOperatorCommand), entry(dds::kViewPose), entry(dds::kWorkspaceBrick), entry(dds::kWorkspaceVersion),
-      entry(dds::kWorkspaceObject), entry(dds::kMeshChunk),      entry(dds::kWorkspaceCommand),
-      entry(dds::kWorkspaceReply),  entry(dds::kComponentStatus)};
+      entry(dds::kMasterState),      entry(dds::kSlaveState),      entry(dds::kDragField),
+      entry(dds::kPercept),          entry(dds::kInterestPoints),  entry(dds::kSkinPercept),
+      entry(dds::kHitAlert),         entry(dds::kSensingCommand),  entry(dds::kSensingReply),
+      entry(dds::kOperatorCommand),  entry(dds::kViewPose),        entry(dds::kWorkspaceBrick),
+      entry(dds::kWorkspaceVersion), entry(dds::kWorkspaceObject), entry(dds::kMeshChunk),
+      entry(dds::kWorkspaceCommand), entry(dds::kWorkspaceReply),  entry(dds::kComponentStatus)};
   const auto maker = makers.find(topic.name);
   if (maker == makers.end())
     throw std::runtime_error(std::string(topic.name) + ": no sample of it here; add one to samples.cpp");
