@@ -18,6 +18,7 @@ import draw  # noqa: E402
 
 SPECIFIED = ("mpc-steps filter-cost voxelise layers drag-tracks speed smoothing merge arm-sensors pffb-speed coworking btm-cases "
              "enhanced pgd hit-view audio model-error survey").split()
+PENDING = {"survey"}  # specified, and not there yet
 
 
 class Page(unittest.TestCase):
@@ -33,6 +34,7 @@ class Page(unittest.TestCase):
     def test_names_experiments_in_the_specifications_order(self):
         ids = [entry["id"] for entry in self.entries]
         self.assertEqual(ids, [id_ for id_ in SPECIFIED if id_ in ids])
+        self.assertLessEqual(set(SPECIFIED) - set(ids), PENDING)
         self.assertEqual(re.findall(r"<h2 id='([^']+)'", self.text), ids)
         self.assertNotIn("not run", self.text)
 
@@ -46,8 +48,8 @@ class Page(unittest.TestCase):
                 self.assertTrue(plot["title"], where)
                 for panel in plot["panels"]:
                     self.assertTrue(panel["x"] and panel["y"] and panel["series"], where)
-                    for label in (panel["x"], panel["y"]):
-                        self.assertRegex(label, r"\[.+\]|^(fraction|number|share|case|ratio)", where)
+                    for label in (panel["y"],) if panel["names_x"] else (panel["x"], panel["y"]):  # names have no unit
+                        self.assertRegex(label, r"\[.+\]|^(fraction|number|share|case|ratio|pixels)", where)
 
     def test_the_page_needs_nothing_from_elsewhere(self):
         self.assertFalse(re.findall(r'(?:src|href)=["\'](?!#|data:)', re.sub(r"<svg.*?</svg>", "", self.text, flags=re.S)))
