@@ -36,7 +36,7 @@ void check_place(const ObjectConfig& object, const geometry::TriangleMesh& mesh_
   const geometry::BoundingBox box = mesh_W.bounding_box();
   if (box.intersects(workspace)) return;
   throw ConfigError(about(object) + "lies outside of the workspace with all its layers: it spans " + span_text(box) +
-                    "; is its pose or its " + (object.solid_O ? "scale" : "mesh_scale") + " right?");
+                    "; is its pose or its " + (object.mesh.empty() ? "scale" : "mesh_scale") + " right?");
 }
 
 geometry::TriangleMesh surface_of(const ObjectConfig& object, std::vector<std::string>& notes) {
@@ -55,6 +55,7 @@ geometry::TriangleMesh surface_of(const ObjectConfig& object, std::vector<std::s
 geometry::TriangleMesh load_surface(const ObjectConfig& object, const geometry::MeshImportOptions& limits,
                                     std::vector<std::string>& notes) {
   if (object.solid_O) return surface_of(object, notes);
+  if (object.mesh.empty()) return object.polyhedron_O;
   geometry::MeshImportOptions options = limits;
   options.scale = object.mesh_scale;
   options.y_up = object.y_up;
@@ -92,7 +93,7 @@ CellBody load_body(const ObjectConfig& object, const CellConfig& cell, const geo
   CellBody loaded;
   loaded.mesh_O = load_surface(object, limits, loaded.notes);
   spdlog::debug("object {}: {} triangles from {}", object.name, loaded.mesh_O.triangles.size(),
-                object.solid_O ? "its formula" : object.mesh.string());
+                object.mesh.empty() ? "the cell's text" : object.mesh.string());
   loaded.body = place_body(object, loaded.mesh_O, cell);
   return loaded;
 }

@@ -6,17 +6,18 @@
 namespace phantom::runtime {
 namespace {
 
-constexpr const char* kKinds[] = {"mesh", "primitive", "csg", "implicit"};
+constexpr const char* kKinds[] = {"mesh", "polyhedron", "primitive", "csg", "implicit"};
+constexpr const char* kAllowedKinds = "mesh, polyhedron, primitive, csg, implicit";
 
 /// Which of the kinds the object is.
 std::string kind_of(const ConfigReader& reader) {
   std::string found;
   for (const char* kind : kKinds) {
     if (!reader.has(kind)) continue;
-    if (!found.empty()) throw reader.error(kind, "stands beside " + found + "; allowed: one of mesh, primitive, csg, implicit");
+    if (!found.empty()) throw reader.error(kind, "stands beside " + found + "; allowed: one of " + kAllowedKinds);
     found = kind;
   }
-  if (found.empty()) throw reader.error("mesh", "is missing; allowed: one of mesh, primitive, csg, implicit");
+  if (found.empty()) throw reader.error("mesh", std::string("is missing; allowed: one of ") + kAllowedKinds);
   return found;
 }
 
@@ -29,10 +30,27 @@ void read_mesh(const ConfigReader& reader, ObjectConfig& object) {
   }
 }
 
+/// Flat lists: x, y, z per corner; three corners per triangle, from 0, counter-clockwise seen from outside.
+geometry::TriangleMesh read_polyhedron(const ConfigReader& shape, double scale) {
+  const auto numbers = shape.numbers("vertices_m", {-1e4, 1e4, "m"});
+  if (numbers.size() < 12 || numbers.size() % 3 != 0) throw shape.error("vertices_m", "needs x, y, z for each of at least 4 corners");
+  const int corners = static_cast<int>(numbers.size() / 3);
+  const auto indices = shape.integers("triangles", {0, corners - 1.0, "corners, from 0"});
+  if (indices.size() < 12 || indices.size() % 3 != 0) throw shape.error("triangles", "needs three corners for each of at least 4 triangles");
+  geometry::TriangleMesh mesh;
+  for (std::size_t i = 0; i < numbers.size(); i += 3)
+    mesh.vertices_m.push_back((scale * Eigen::Vector3d(numbers[i], numbers[i + 1], numbers[i + 2])).cast<float>());
+  const auto corner = [&](std::size_t i) { return static_cast<std::uint32_t>(indices[i]); };
+  for (std::size_t i = 0; i < indices.size(); i += 3) mesh.triangles.push_back({corner(i), corner(i + 1), corner(i + 2)});
+  return mesh;
+}
+
+double read_scale(const ConfigReader& reader) { return reader.number("scale", 1.0, {1e-6, 1e6, ""}); }
+
 geometry::ImplicitPtr read_scaled_solid(const ConfigReader& reader, const std::string& kind) {
   const ConfigReader shape = reader.section(kind);
   geometry::ImplicitPtr solid = kind == "implicit" ? read_formula_solid(shape) : read_solid(shape);
-  const double scale = reader.number("scale", 1.0, {1e-6, 1e6, ""});
+  const double scale = read_scale(reader);
   return scale == 1.0 ? solid : geometry::implicit_placed(std::move(solid), {}, scale);
 }
 
@@ -45,12 +63,17 @@ ObjectConfig read_object(const ConfigReader& reader, const voxel::LayerProfile& 
   const std::string kind = kind_of(reader);
   if (kind == "mesh") {
     read_mesh(reader, object);
+  } else if (kind == "polyhedron") {
+    object.polyhedron_O = read_polyhedron(reader.section(kind), read_scale(reader));
   } else {
     object.solid_O = read_scaled_solid(reader, kind);
   }
   object.X_WO = reader.pose("pose");
   object.X_deviation = reader.pose("real_deviation");
   object.profile = reader.has("profile") ? read_profile(reader.section("profile"), voxel_size_m) : cell_profile;
+  object.profile.guard_vox = reader.integer("guard_vox", object.profile.guard_vox, {0, 100, "voxels"});
+  if (const auto checked = voxel::check_profile(object.profile); !checked)
+    throw ConfigError(reader.place() + ": " + checked.message());
   object.priority = reader.integer("priority", 0, {-1'000'000, 1'000'000, ""});
   if (reader.has("colour")) {
     const auto rgb = reader.numbers("colour", {0, 1, ""});

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/geometry/ray_triangle.hpp"
+
 namespace phantom::synthetic_viewer {
 namespace {
 
@@ -13,21 +15,10 @@ constexpr std::uint32_t kLeafTriangles = 4;
 constexpr int kMaxDepth = 64;
 constexpr double kSameCrossing_m = 1e-6;
 
-/// Möller–Trumbore, both sides.
 std::optional<double> hit_triangle(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                                    const Eigen::Vector3f* corners) noexcept {
-  const Eigen::Vector3d a = corners[0].cast<double>();
-  const Eigen::Vector3d ab = corners[1].cast<double>() - a, ac = corners[2].cast<double>() - a;
-  const Eigen::Vector3d p = direction.cross(ac);
-  const double determinant = ab.dot(p);
-  if (determinant == 0) return std::nullopt;
-  const Eigen::Vector3d from_a = origin - a;
-  const double u = from_a.dot(p) / determinant;
-  if (!(u >= 0 && u <= 1)) return std::nullopt;
-  const Eigen::Vector3d q = from_a.cross(ab);
-  const double v = direction.dot(q) / determinant;
-  if (!(v >= 0 && u + v <= 1)) return std::nullopt;
-  return ac.dot(q) / determinant;
+  return geometry::ray_meets_triangle(origin, direction, corners[0].cast<double>(), corners[1].cast<double>(),
+                                      corners[2].cast<double>());
 }
 
 bool hit_box(const Eigen::Array3d& min_m, const Eigen::Array3d& max_m, const Eigen::Array3d& origin,

@@ -13,7 +13,7 @@
 #include "common/runtime/process.hpp"
 #include "common/voxel/nrrd.hpp"
 #include "components/wva_server/fidelity_report.hpp"
-#include "components/wva_server/pose_text.hpp"
+#include "common/runtime/pose_text.hpp"
 #include "components/wva_server/progress_bar.hpp"
 #include "components/wva_server/slice_picture.hpp"
 #include "components/wva_server/wva_server.hpp"
@@ -31,7 +31,7 @@ ConfigError wrong(const std::string& option, const std::string& problem) {
 }
 
 geometry::Pose pose_of(const std::string& text) {
-  const auto pose = parse_pose(text);
+  const auto pose = runtime::parse_pose(text);
   if (!pose) throw wrong("--pose", pose.status().message());
   return *pose;
 }

@@ -63,6 +63,7 @@ ObjectChange read_change(const runtime::ConfigReader& reader) {
   change.description = reader.text("added", "");
   change.removed = reader.flag("removed", false);
   if (reader.has("moved")) change.X_WO = read_pose(reader.section("moved"));
+  if (reader.has("guard_vox")) change.guard_vox = reader.integer("guard_vox", {0, 100, "voxels"});
   return change;
 }
 
@@ -87,7 +88,7 @@ void replace_file(const std::filesystem::path& file, const std::string& text) {
 }  // namespace
 
 ObjectChange CellChanges::take(std::uint16_t id, const std::string& name) {
-  ObjectChange change{id, name, {}, {}, false};
+  ObjectChange change{id, name, {}, {}, {}, false};
   const auto found = std::find_if(objects.begin(), objects.end(), [id](const auto& known) { return known.id == id; });
   if (found == objects.end()) return change;
   change = std::move(*found);
@@ -96,19 +97,20 @@ ObjectChange CellChanges::take(std::uint16_t id, const std::string& name) {
 }
 
 void CellChanges::note_added(std::uint16_t id, const std::string& name, const std::string& description) {
-  objects.push_back({id, name, description, {}, false});
+  objects.push_back({id, name, description, {}, {}, false});
   next_id = std::max(next_id, id + 1U);
 }
 
-void CellChanges::note_moved(std::uint16_t id, const std::string& name, const geometry::Pose& X_WO) {
+void CellChanges::note_moved(std::uint16_t id, const std::string& name, const geometry::Pose& X_WO, std::optional<int> guard_vox) {
   ObjectChange change = take(id, name);
   change.X_WO = X_WO;
+  if (guard_vox) change.guard_vox = guard_vox;
   objects.push_back(std::move(change));
 }
 
 void CellChanges::note_removed(std::uint16_t id, const std::string& name) {
   if (!take(id, name).description.empty()) return;  // it came by command and is gone
-  objects.push_back({id, name, {}, {}, true});
+  objects.push_back({id, name, {}, {}, {}, true});
 }
 
 CellChanges no_changes(const runtime::CellConfig& cell) {
@@ -131,6 +133,7 @@ void apply(const CellChanges& changes, runtime::CellConfig& cell) {
     }
     if (change.removed) continue;
     if (change.X_WO) object.X_WO = *change.X_WO;
+    if (change.guard_vox) object.profile.guard_vox = *change.guard_vox;
     cell.objects.push_back(std::move(object));
   }
 }
@@ -141,6 +144,7 @@ void write_changes(const CellChanges& changes, const runtime::CellConfig& cell, 
     nlohmann::json object = {{"id", change.id}, {"name", change.name}};
     if (!change.description.empty()) object["added"] = change.description;
     if (change.X_WO) object["moved"] = pose_json(*change.X_WO);
+    if (change.guard_vox) object["guard_vox"] = *change.guard_vox;
     if (change.removed) object["removed"] = true;
     objects.push_back(std::move(object));
   }

@@ -16,6 +16,7 @@ struct ObjectChange {
   std::string name;
   std::string description;             ///< YAML of an object that was added; empty: it is in the cell file
   std::optional<geometry::Pose> X_WO;  ///< where it was moved to
+  std::optional<int> guard_vox;        ///< its guard skin, where a move gave it one
   bool removed = false;                ///< of an object in the cell file
 };
 
@@ -25,7 +26,8 @@ struct CellChanges {
   std::vector<ObjectChange> objects;  ///< one for each that differs; the latest change last
 
   void note_added(std::uint16_t id, const std::string& name, const std::string& description);
-  void note_moved(std::uint16_t id, const std::string& name, const geometry::Pose& X_WO);
+  void note_moved(std::uint16_t id, const std::string& name, const geometry::Pose& X_WO,
+                  std::optional<int> guard_vox = {});
   void note_removed(std::uint16_t id, const std::string& name);
 
  private:

@@ -9,7 +9,7 @@
 
 #include "common/runtime/process.hpp"
 #include "components/wva_server/dds_adapter_client.hpp"
-#include "components/wva_server/pose_text.hpp"
+#include "common/runtime/pose_text.hpp"
 
 namespace phantom::wva_server {
 namespace {
@@ -36,9 +36,10 @@ CellCommand command_of(const ChangeRequest& request) {
   command.object = request.object;
   command.id = static_cast<std::uint16_t>(request.id);
   if (command.operation == Operation::kMove) {
-    const auto pose = parse_pose(request.pose);
+    const auto pose = runtime::parse_pose(request.pose);
     if (!pose) throw ConfigError("command move: --pose: " + pose.status().message());
     command.X_WO = *pose;
+    if (request.guard_vox >= 0) command.guard_vox = request.guard_vox;
   }
   return command;
 }
@@ -53,7 +54,7 @@ int list(const Listing& listing, std::ostream& print) {
   print << fmt::format("cell {}, version {}: {} objects in {} bricks\n", listing.cell, listing.version,
                        listing.objects.size(), listing.bricks);
   for (const ListedObject& object : listing.objects) {
-    print << fmt::format("{:5}  {:<24}  \"{}\"\n", object.id, object.name, pose_text(object.X_WO));
+    print << fmt::format("{:5}  {:<24}  \"{}\"\n", object.id, object.name, runtime::pose_text(object.X_WO));
   }
   return runtime::kExitDone;
 }
@@ -81,6 +82,8 @@ void add_options(CLI::App& command, ChangeRequest& request) {
   add_object_options(*move, request);
   move->add_option("--pose", request.pose, "\"x y z roll pitch yaw\": where it stands now in W, metres and degrees")
       ->required();
+  move->add_option("--guard-vox", request.guard_vox, "its guard skin from now on, in voxels; default: as before")
+      ->check(CLI::Range(0, 100));
   add_object_options(*sub("remove", "remove an object from the workspace"), request);
   sub("list", "tell what stands where");
   command.require_subcommand(1);

@@ -18,6 +18,7 @@ struct ChangeRequest {
   std::string object;
   int id = 0;
   std::string pose;  ///< move: "x y z roll pitch yaw", m and degrees
+  int guard_vox = -1;  ///< move: −1: as before
   double timeout_s = 30.0;
 };
 

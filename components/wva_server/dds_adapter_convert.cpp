@@ -86,7 +86,10 @@ std::string refusal(const msg::WorkspaceCommand& message) {
     return message.description().size() == 0 ? "description is empty; allowed: an object as in a cell file" : "";
   if (message.object().size() == 0 && (message.id() == 0 || message.id() == 65535))
     return fmt::format("object is empty and id is {}; allowed: a name, or an id of 1 to 65534", message.id());
-  return message.operation() == msg::WORKSPACE_MOVE ? refusal(message.X_WO()) : "";
+  if (message.operation() != msg::WORKSPACE_MOVE) return "";
+  if (message.sets_guard() && message.guard_vox() > 100)
+    return fmt::format("guard_vox is {}; allowed: 0 to 100 voxels", message.guard_vox());
+  return refusal(message.X_WO());
 }
 
 Request to_request(const msg::WorkspaceCommand& message) {
@@ -101,6 +104,7 @@ Request to_request(const msg::WorkspaceCommand& message) {
   command.description = message.description().c_str();
   if (message.operation() == msg::WORKSPACE_MOVE && refusal(message.X_WO()).empty())
     command.X_WO = pose_of(message.X_WO());
+  if (message.operation() == msg::WORKSPACE_MOVE && message.sets_guard()) command.guard_vox = message.guard_vox();
   return request;
 }
 
@@ -117,6 +121,8 @@ msg::WorkspaceCommand to_message(const CellCommand& command, const std::string& 
   message.object(command.object);
   message.id(command.id);
   message.X_WO(to_message(command.X_WO));
+  message.sets_guard(command.guard_vox.has_value());
+  message.guard_vox(static_cast<std::uint16_t>(command.guard_vox.value_or(0)));
   message.description(command.description);
   return message;
 }

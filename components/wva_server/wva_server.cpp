@@ -142,13 +142,17 @@ CellChange LiveCell::move(const CellCommand& command, std::uint64_t version, con
   runtime::ObjectConfig config = object.config;
   config.X_WO = command.X_WO;
   config.place = cell_.name;
+  if (command.guard_vox) config.profile.guard_vox = *command.guard_vox;
+  if (const auto checked = voxel::check_profile(config.profile); !checked) throw ConfigError("guard_vox: " + checked.message());
   const voxel::Body body = runtime::place_body(config, object.mesh_O, cell_);
   voxel::WorkspaceChange change = value_or_throw(live_.move(body, version, options));
   object.report = change.reports.front();
   object.config.X_WO = command.X_WO;
-  changes_.note_moved(object.id, config.name, command.X_WO);
+  object.config.profile = config.profile;
+  changes_.note_moved(object.id, config.name, command.X_WO, command.guard_vox);
+  const std::string guard = command.guard_vox ? fmt::format(", guard {} voxels", *command.guard_vox) : "";
   return {object.id, config.name,
-          fmt::format("moved {} to {}", about(config.name, object.id), place_text(command.X_WO)), std::move(change)};
+          fmt::format("moved {} to {}{}", about(config.name, object.id), place_text(command.X_WO), guard), std::move(change)};
 }
 
 CellChange LiveCell::remove(const CellCommand& command, std::uint64_t version,

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,7 @@ struct CellCommand {
   std::uint16_t id = 0;     ///< move, remove: its id, if the name is empty
   geometry::Pose X_WO;      ///< move: where it stands now
   std::string description;  ///< add: YAML, as an entry of a cell file's objects
+  std::optional<int> guard_vox = {};  ///< move: its guard skin from now on, 0 … 100 voxels; none: as before
 };
 const char* name_of(Operation operation);
 

@@ -25,6 +25,10 @@ class WorkspaceObserver {
     const auto current = workspace();
     return current ? current->version : 0;
   }
+  msg::Percept percept() {
+    const std::lock_guard lock(mutex_);
+    return percept_;
+  }
   /// The workspace version that the newest percept rests on, and the process session that it came from; 0: none yet.
   std::uint64_t felt_version() {
     const std::lock_guard lock(mutex_);

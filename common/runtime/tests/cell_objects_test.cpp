@@ -124,6 +124,21 @@ TEST_F(CellObjects, EachFaultOfAShapeIsNamed) {
   EXPECT_THAT(refused("primitive: {sphere: {radius_m: 1}}\nscale: 0"), HasSubstr("scale: '0' is out of range"));
 }
 
+TEST_F(CellObjects, APolyhedronIsAMeshInTheTextWithAGuardOfItsOwn) {
+  const std::string corners = "vertices_m: [0, 0, 0, 0.1, 0, 0, 0, 0.1, 0, 0, 0, 0.1]", triangles = "triangles: [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]";
+  const ObjectConfig object = read("polyhedron: {" + corners + ", " + triangles + "}\nscale: 2\nguard_vox: 3");
+  EXPECT_EQ(object.profile.guard_vox, 3);
+  EXPECT_EQ(object.profile.thickness_vox, cell_.profile.thickness_vox) << "the layers stay the cell's";
+  const CellBody body = load_body(object, cell_);
+  EXPECT_NEAR(geometry::enclosed_volume_m3(body.mesh_O), 0.008 / 6, 1e-9);
+  EXPECT_EQ(body.body.profile.guard_vox, 3);
+  EXPECT_THAT(refused("polyhedron: {vertices_m: [0, 0, 0, 1], " + triangles + "}"), AllOf(HasSubstr("vertices_m"), HasSubstr("at least 4 corners")));
+  EXPECT_THAT(refused("polyhedron: {" + corners + ", triangles: [0, 2, 1]}"), AllOf(HasSubstr("triangles"), HasSubstr("at least 4 triangles")));
+  EXPECT_THAT(refused("polyhedron: {" + corners + ", triangles: [0, 2, 4, 0, 1, 3, 0, 3, 2, 1, 2, 3]}"), AllOf(HasSubstr("triangles"), HasSubstr("0 to 3")));
+  EXPECT_THAT(refused("polyhedron: {" + corners + ", " + triangles + "}\nguard_vox: -1"), HasSubstr("guard_vox"));
+  EXPECT_THAT(refused("polyhedron: {" + corners + ", " + triangles + "}\nmesh: a.stl"), HasSubstr("stands beside"));
+}
+
 TEST_F(CellObjects, NestingHasAnEnd) {
   std::string deep = "sphere: {radius_m: 1}";
   for (int i = 0; i < 40; ++i) deep = "union: [{" + deep + "}]";

@@ -67,6 +67,11 @@ TEST_F(Changes, AServerStartedAnewServesTheCellAsItWas) {
   carry_out(live, {Operation::kAdd, "", 0, {},
                    "# a dome\nname: \"dome \\\"2\\\"\"\nprimitive: {sphere: {radius_m: 0.06}}\npose: {xyz_m: [0.2, -0.2, 0.2]}\n"});
   expect_same(started_anew(), live);
+  carry_out(live, {Operation::kMove, "ball", 0, turned(0.7, {0.1, -0.1, 0.25}), "", 2});
+  expect_same(started_anew(), live);
+  carry_out(live, {Operation::kMove, "ball", 0, turned(0.7, {0.1, -0.1, 0.2}), ""});
+  EXPECT_EQ(live.objects().at(1).config.profile.guard_vox, 2) << "a move without a guard leaves it as it is";
+  expect_same(started_anew(), live);
   carry_out(live, {Operation::kMove, "dome \"2\"", 0, turned(0.2, {-0.2, -0.2, 0.2}), ""});
   expect_same(started_anew(), live);
   LiveCell again = started_anew();

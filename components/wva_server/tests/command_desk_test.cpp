@@ -5,7 +5,7 @@
 
 #include <thread>
 
-#include "components/wva_server/pose_text.hpp"
+#include "common/runtime/pose_text.hpp"
 
 namespace phantom::wva_server {
 namespace {
@@ -67,11 +67,11 @@ TEST(CommandDesk, WakesWhoWaits) {
 }
 
 TEST(PoseText, IsSixNumbersThereAndBack) {
-  const auto pose = parse_pose("0.1, -0.2 0.3 10 -20 130");
+  const auto pose = runtime::parse_pose("0.1, -0.2 0.3 10 -20 130");
   ASSERT_TRUE(pose);
-  EXPECT_EQ(pose_text(*pose), "0.1 -0.2 0.3 10 -20 130");
+  EXPECT_EQ(runtime::pose_text(*pose), "0.1 -0.2 0.3 10 -20 130");
   for (const char* bad : {"", "1 2 3", "1 2 3 4 5 6 7", "1 2 3 4 5 x", "1 2 3 4 5 nan", "1e9 0 0 0 0 0"})
-    EXPECT_FALSE(parse_pose(bad)) << bad;
+    EXPECT_FALSE(runtime::parse_pose(bad)) << bad;
 }
 
 }  // namespace

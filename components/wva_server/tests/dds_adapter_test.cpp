@@ -258,6 +258,7 @@ TEST(WorkspaceCommands, ComeInOrderAndAreAnswered) {
   EXPECT_EQ(request->command.operation, Operation::kMove);
   EXPECT_EQ(request->command.object, "ball");
   EXPECT_EQ(request->command.X_WO.translation_m.x(), 0.1);
+  EXPECT_FALSE(request->command.guard_vox) << "who says nothing of the guard leaves it alone";
   Reply done;
   done.outcome = Outcome::kDone;
   done.version = 77;
@@ -290,6 +291,7 @@ TEST(WorkspaceCommands, WhatCannotBeUsedIsRefusedAtOnceWithTheField) {
   EXPECT_THAT(refused([](auto& c) { c.operation(static_cast<msg::WorkspaceOperation>(9)); }),
               testing::HasSubstr("operation is 9"));
   EXPECT_THAT(refused([](auto& c) { c.operation(msg::WORKSPACE_ADD); }), testing::HasSubstr("description is empty"));
+  EXPECT_THAT(refused([](auto& c) { c.sets_guard(true), c.guard_vox(101); }), testing::HasSubstr("guard_vox is 101; allowed: 0 to 100"));
   asker.unstamped = true;
   EXPECT_THAT(refused([](auto&) {}), testing::HasSubstr("stamp.sequence_number is 0"));
   EXPECT_FALSE(adapter.next_command(0.0));

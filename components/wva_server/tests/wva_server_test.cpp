@@ -132,6 +132,22 @@ TEST_F(Commands, MoveEndsInTheCellWhoseFileHasItThere) {
   EXPECT_EQ(live_->objects().at(1).config.X_WO.translation_m, Eigen::Vector3d(0.1, -0.1, 0.2));
 }
 
+TEST_F(Commands, MoveMayGiveAGuardSkinThatLaterMovesKeep) {
+  CellCommand command = move("ball", {0.1, -0.1, 0.2});
+  command.guard_vox = 2;
+  const auto change = live_->apply(command, 8, {});
+  ASSERT_TRUE(change) << change.status().message();
+  EXPECT_THAT(change->said, HasSubstr("guard 2 voxels"));
+  const auto guards = [&] { return voxel::count_orders(live_->workspace())[static_cast<std::uint8_t>(voxel::kOrderGuard)]; };
+  const auto guarded = guards();
+  EXPECT_GT(guarded, 0u);
+  ASSERT_TRUE(live_->apply(move("ball", {0.1, -0.1, 0.2}), 9, {}));
+  EXPECT_EQ(guards(), guarded);
+  command.guard_vox = 0;
+  ASSERT_TRUE(live_->apply(command, 10, {}));
+  EXPECT_EQ(guards(), 0u);
+}
+
 TEST_F(Commands, AnObjectIsFoundByItsIdToo) {
   const auto change = live_->apply({Operation::kMove, "", 3, {Eigen::Matrix3d::Identity(), {0.2, 0.0, 0.15}}, ""}, 8, {});
   ASSERT_TRUE(change);

@@ -1,4 +1,4 @@
-#include "components/wva_server/pose_text.hpp"
+#include "common/runtime/pose_text.hpp"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -8,7 +8,7 @@
 #include <sstream>
 #include <vector>
 
-namespace phantom::wva_server {
+namespace phantom::runtime {
 
 core::Expected<geometry::Pose> parse_pose(const std::string& text) {
   std::string spaced = text;
@@ -36,4 +36,4 @@ std::string pose_text(const geometry::Pose& X) {
                      pitch / kDegree + 0.0, yaw / kDegree);  // + 0.0: no "-0"
 }
 
-}  // namespace phantom::wva_server
+}  // namespace phantom::runtime

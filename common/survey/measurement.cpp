@@ -1,0 +1,236 @@
+#include "common/survey/measurement.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "common/survey/words.hpp"
+
+namespace phantom::survey {
+namespace {
+
+using core::Status;
+using detail::words;
+
+constexpr double kContradiction = 1e-5;  // probability below which readings of one corner contradict one another
+constexpr double kOneSpot_sigmas = 2.0;  // corners nearer to one another cannot be told from one
+constexpr double kInLine_sigmas = 4.0;   // a triangle's height below which its corners may be in line
+
+/// Readings of one corner, put together in the order in which they came.
+class Registration {
+ public:
+  Registration(const RangeHead& head, const HeadErrors& errors) : head_(head), errors_(errors) {
+    measurement_.eye_W_m = head.X_WH.translation_m;
+  }
+
+  Status take(const Targeting& targeting) {
+    const std::string about = (targeting.place.empty() ? "" : targeting.place + ": ") + "node '" + targeting.node + "': ";
+    const auto [known, is_new] = node_of_.try_emplace(targeting.node, measurement_.nodes.size());
+    if (!targeting.reading) {
+      if (is_new) return Status::invalid_argument(about + "has no reading; allowed: none only for a node that was measured before");
+      return put_on_face(targeting, known->second, about);
+    }
+    const Reading& reading = *targeting.reading;
+    if (auto checked = check_reading(head_, reading); !checked) return Status::invalid_argument(about + checked.message());
+    MeasuredNode node{targeting.node, spot_W_m(head_, reading), spot_covariance_m2(head_, errors_, reading),
+                      beam_direction_W(head_, reading), 1};
+    if (is_new) {
+      measurement_.nodes.push_back(std::move(node));
+      last_.push_back(reading);
+    } else if (!(reading == last_[known->second])) {
+      last_[known->second] = reading;
+      if (auto merged = merge(measurement_.nodes[known->second], node, about); !merged) return merged;
+    }
+    return put_on_face(targeting, known->second, about);
+  }
+
+  Measurement done() && { return std::move(measurement_); }
+
+ private:
+  static Status merge(MeasuredNode& node, const MeasuredNode& again, const std::string& about) {
+    const Eigen::Vector3d apart = again.p_W_m - node.p_W_m;
+    const Eigen::Matrix3d both = node.covariance_m2 + again.covariance_m2;
+    if (chi_square_tail(apart.dot(both.inverse() * apart), 3) < kContradiction) {
+      return Status::invalid_argument(about + words("measured again %.1f mm away, more than its errors explain; allowed: "
+                                                    "the same corner, or another name", 1e3 * apart.norm()));
+    }
+    const Eigen::Matrix3d gain = node.covariance_m2 * both.inverse();
+    node.p_W_m += gain * apart;
+    node.covariance_m2 -= gain * node.covariance_m2.eval();
+    node.covariance_m2 = 0.5 * (node.covariance_m2 + node.covariance_m2.transpose().eval());
+    ++node.times;
+    return {};
+  }
+
+  Status put_on_face(const Targeting& targeting, std::size_t node, const std::string& about) {
+    const auto [known, is_new] = face_of_.try_emplace(targeting.face, measurement_.faces.size());
+    if (is_new) measurement_.faces.push_back({targeting.face, targeting.closed, {}});
+    MeasuredFace& face = measurement_.faces[known->second];
+    if (face.closed != targeting.closed)
+      return Status::invalid_argument(about + "face '" + face.name + "' is whole in one row and a part in another; allowed: one of them");
+    // Again on its face: measured once more, or the border comes back to where it began.
+    if (std::find(face.nodes.begin(), face.nodes.end(), node) == face.nodes.end()) face.nodes.push_back(node);
+    return {};
+  }
+
+  const RangeHead& head_;
+  const HeadErrors& errors_;
+  Measurement measurement_;
+  std::map<std::string, std::size_t> node_of_, face_of_;
+  std::vector<Reading> last_;  // of each node
+};
+
+/// The triangle's least height, and its standard deviation.
+struct Height {
+  double m = 0.0, sigma_m = 0.0;
+};
+Height least_height(const Measurement& measurement, const MeasuredFace& face, const CornerTriangle& t) {
+  std::array<const MeasuredNode*, 3> node{};
+  for (std::size_t i = 0; i < 3; ++i) node[i] = &measurement.nodes[face.nodes[t[i]]];
+  std::size_t longest = 0;
+  std::array<double, 3> side_m{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    side_m[i] = (node[(i + 1) % 3]->p_W_m - node[i]->p_W_m).norm();
+    if (side_m[i] > side_m[longest]) longest = i;
+  }
+  const MeasuredNode &a = *node[longest], &b = *node[(longest + 1) % 3], &c = *node[(longest + 2) % 3];
+  if (side_m[longest] == 0) return {};
+  const Eigen::Vector3d along = (b.p_W_m - a.p_W_m) / side_m[longest];
+  const double share = (c.p_W_m - a.p_W_m).dot(along) / side_m[longest];
+  const Eigen::Vector3d up = c.p_W_m - a.p_W_m - share * side_m[longest] * along;
+  const double height_m = up.norm();
+  if (height_m == 0) return {};
+  const Eigen::Vector3d u = up / height_m;
+  const auto variance = [&u](const MeasuredNode& n) { return u.dot(n.covariance_m2 * u); };
+  return {height_m, std::sqrt(variance(c) + (1 - share) * (1 - share) * variance(a) + share * share * variance(b))};
+}
+
+}  // namespace
+
+core::Expected<Measurement> register_nodes(const RangeHead& head, const HeadErrors& errors,
+                                           const std::vector<Targeting>& targetings) {
+  Registration registration(head, errors);
+  for (const Targeting& targeting : targetings) {
+    if (auto taken = registration.take(targeting); !taken) return taken;
+  }
+  return std::move(registration).done();
+}
+
+Status check_measurement(const Measurement& measurement) {
+  const auto& nodes = measurement.nodes;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      const double apart_m = (nodes[i].p_W_m - nodes[k].p_W_m).norm(), sigma_m = distance_sigma_m(nodes[i], nodes[k]);
+      if (apart_m > kOneSpot_sigmas * sigma_m) continue;
+      return Status::invalid_argument("nodes '" + nodes[k].name + "' and '" + nodes[i].name +
+                                      words("' are on one spot: %.1f mm apart; allowed: more than their error, %.1f mm",
+                                            1e3 * apart_m, 1e3 * kOneSpot_sigmas * sigma_m));
+    }
+  }
+  for (const MeasuredFace& face : measurement.faces) {
+    const std::string about = "face '" + face.name + "' ";
+    if (face.nodes.size() < (face.closed ? 3U : 2U)) {
+      return Status::invalid_argument(about + words("has %zu corners; allowed: at least %d", face.nodes.size(), face.closed ? 3 : 2) +
+                                      (face.closed ? ", or 2 of a part of a face" : ""));
+    }
+    if (face.nodes.size() < 3) continue;
+    const auto triangle = largest_triangle(corners_of(measurement, face));
+    const Height height = least_height(measurement, face, triangle);
+    if (height.m > kInLine_sigmas * height.sigma_m) continue;
+    std::string names;
+    for (const std::size_t node : face.nodes) names += (names.empty() ? "" : ", ") + nodes[node].name;
+    return Status::invalid_argument(about + "has all its corners in one line (" + names +
+                                    words("): they span %.1f mm across; allowed: more than their error, %.1f mm",
+                                          1e3 * height.m, 1e3 * kInLine_sigmas * height.sigma_m));
+  }
+  return {};
+}
+
+FaceMetrics face_metrics(const std::vector<Eigen::Vector3d>& corners, bool closed, const Eigen::Vector3d& eye_m) {
+  FaceMetrics metrics;
+  const std::size_t n = corners.size();
+  Eigen::Vector3d twice_area = Eigen::Vector3d::Zero(), middle = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& corner : corners) middle += corner / static_cast<double>(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Eigen::Vector3d& next = corners[(i + 1) % n];
+    if (closed || i + 1 < n) metrics.edge_m.push_back((next - corners[i]).norm());
+    twice_area += (corners[i] - middle).cross(next - middle);
+  }
+  metrics.area_m2 = 0.5 * twice_area.norm();
+  if (metrics.area_m2 > 0) {
+    metrics.counter_clockwise = twice_area.dot(eye_m - middle) >= 0;
+    metrics.normal = (metrics.counter_clockwise ? 1.0 : -1.0) * twice_area.normalized();
+  }
+  metrics.angle_rad.assign(n, 0.0);
+  metrics.turn_rad.assign(n, 0.0);
+  for (std::size_t i = closed ? 0 : 1; i < (closed ? n : n - 1); ++i) {
+    const Eigen::Vector3d in = corners[i] - corners[(i + n - 1) % n], out = corners[(i + 1) % n] - corners[i];
+    metrics.angle_rad[i] = std::atan2(in.cross(out).norm(), -in.dot(out));
+    metrics.turn_rad[i] = std::atan2(metrics.normal.dot(in.cross(out)), in.dot(out));
+  }
+  return metrics;
+}
+
+std::vector<Eigen::Vector3d> corners_of(const Measurement& measurement, const MeasuredFace& face) {
+  std::vector<Eigen::Vector3d> corners;
+  for (const std::size_t node : face.nodes) corners.push_back(measurement.nodes[node].p_W_m);
+  return corners;
+}
+
+CornerTriangle largest_triangle(const std::vector<Eigen::Vector3d>& corners) {
+  CornerTriangle best{0, 1, 2};
+  double greatest = -1.0;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    for (std::size_t k = i + 1; k < corners.size(); ++k) {
+      for (std::size_t l = k + 1; l < corners.size(); ++l) {
+        const double area = (corners[k] - corners[i]).cross(corners[l] - corners[i]).squaredNorm();
+        if (area <= greatest) continue;
+        greatest = area;
+        best = {i, k, l};
+      }
+    }
+  }
+  return best;
+}
+
+Eigen::Vector3d triangle_normal(const std::vector<Eigen::Vector3d>& corners, const CornerTriangle& t,
+                                const Eigen::Vector3d& eye_m) {
+  const Eigen::Vector3d n = (corners[t[1]] - corners[t[0]]).cross(corners[t[2]] - corners[t[0]]);
+  if (n.norm() == 0) return Eigen::Vector3d::Zero();
+  return (n.dot(eye_m - corners[t[0]]) < 0 ? -1.0 : 1.0) * n.normalized();
+}
+
+double distance_sigma_m(const MeasuredNode& a, const MeasuredNode& b) {
+  const Eigen::Matrix3d both = a.covariance_m2 + b.covariance_m2;
+  const Eigen::Vector3d apart = b.p_W_m - a.p_W_m;
+  const double distance_m = apart.norm();
+  // On one spot there is no line: the mean over all directions.
+  if (distance_m == 0) return std::sqrt(both.trace() / 3.0);
+  const Eigen::Vector3d along = apart / distance_m;
+  return std::sqrt(along.dot(both * along));
+}
+
+double chi_square_tail(double chi2, int degrees) {
+  if (!(chi2 > 0)) return 1.0;
+  const double half = 0.5 * chi2;
+  double term = 0.0, sum = 0.0;
+  if (degrees % 2 == 0) {
+    term = std::exp(-half);
+    for (int i = 1; i <= degrees / 2; ++i) {
+      sum += term;
+      term *= half / i;
+    }
+    return std::min(sum, 1.0);
+  }
+  term = std::exp(-half) * std::sqrt(half) / (0.5 * std::sqrt(std::numbers::pi));  // half^½ e^−half / Γ(3/2)
+  for (int i = 1; i <= degrees / 2; ++i) {
+    sum += term;
+    term *= half / (i + 0.5);
+  }
+  return std::min(std::erfc(std::sqrt(half)) + sum, 1.0);
+}
+
+}  // namespace phantom::survey

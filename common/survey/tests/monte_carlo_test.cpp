@@ -1,0 +1,109 @@
+// The promise of the survey, over many simulated measurements: at 3.5 m with ±2.5 mm, what it accepts is where it says, as
+// well as it says.
+#include <gmock/gmock.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <array>
+
+#include "common/survey/survey.hpp"
+#include "common/survey/tests/survey_rig.hpp"
+
+namespace phantom::survey {
+namespace {
+
+struct Tally {
+  int runs = 0, accepted = 0, wrong_part = 0, within_two_voxels = 0, within_stated = 0;
+  double squared_error = 0.0;               // (θ, d)ᵀ Σ⁻¹ (θ, d), summed
+  std::array<int, 4> below{};               // how many lie below χ²₆'s quantiles
+  double worst_m = 0.0, stated_m = 0.0;     // greatest displacement; greatest stated
+};
+constexpr std::array<double, 4> kShares{0.10, 0.50, 0.90, 0.99}, kQuantiles{2.204131, 5.348121, 10.644641, 16.811894};
+
+/// Distance of the true shape from the model's, over the symmetries of the part that were found: the least worst node.
+struct Error {
+  double displacement_m = 1e9;
+  Eigen::Matrix<double, 6, 1> theta_d = Eigen::Matrix<double, 6, 1>::Zero();
+};
+Error error_of(const PartModel& part, const SurveyResult& result, const geometry::Pose& true_WO) {
+  Error least;
+  const auto& placements = result.identification.candidates.front().placements;
+  for (const Placement& placement : placements) {
+    if (placement.same_space_as != 0) continue;
+    const geometry::Pose& X = placement.fit->X_WO;
+    const double m = displacement_between_m(part, X, true_WO);
+    if (m >= least.displacement_m) continue;
+    least.displacement_m = m;
+    const Eigen::AngleAxisd turn(Eigen::Matrix3d(true_WO.rotation * X.rotation.transpose()));
+    least.theta_d << turn.angle() * turn.axis(), true_WO * (X.inverse() * placement.fit->centre_W_m) - placement.fit->centre_W_m;
+  }
+  return least;
+}
+
+Tally run(const PartModel& part, ErrorLaw law, int runs, std::uint64_t seed) {
+  Tally tally;
+  std::mt19937_64 random(seed);
+  HeadErrors errors;
+  errors.law = law;
+  for (; tally.runs < runs; ++tally.runs) {
+    const geometry::Pose true_WO = random_pose(random);
+    const Measurement m = measure(part, true_WO, test_head(), errors, random);
+    const SurveyResult result = survey_object(shipped_library(), m);
+    if (!result.object) continue;
+    ++tally.accepted;
+    if (shipped_library()[result.object->part].name != part.name) {
+      ++tally.wrong_part;
+      continue;
+    }
+    const Error error = error_of(part, result, true_WO);
+    tally.within_two_voxels += error.displacement_m <= 0.02;
+    tally.within_stated += error.displacement_m <= result.object->worst_displacement_m;
+    tally.worst_m = std::max(tally.worst_m, error.displacement_m);
+    tally.stated_m = std::max(tally.stated_m, result.object->worst_displacement_m);
+    const double squared = error.theta_d.dot(result.object->fit.covariance.inverse() * error.theta_d);
+    tally.squared_error += squared;
+    for (std::size_t i = 0; i < kQuantiles.size(); ++i) tally.below[i] += squared <= kQuantiles[i];
+  }
+  return tally;
+}
+
+class EveryPart : public testing::TestWithParam<std::string> {};
+
+TEST_P(EveryPart, WhatIsAcceptedLiesWithinTwoVoxelsOfACentimetreAndWithinWhatIsStated) {
+  const PartModel& part = part_named(GetParam());
+  const Tally t = run(part, ErrorLaw::kUniform, 400, 1000);
+  std::printf("%-15s accepted %d of %d, wrong part %d, within 2 voxels %d, within stated %d; worst %.1f mm, stated up to %.1f mm, NEES/6 %.3f\n",
+              part.name.c_str(), t.accepted, t.runs, t.wrong_part, t.within_two_voxels, t.within_stated, 1e3 * t.worst_m,
+              1e3 * t.stated_m, t.squared_error / std::max(1, t.accepted) / 6);
+  EXPECT_GT(t.accepted, t.runs / 4);
+  EXPECT_EQ(t.wrong_part, 0);
+  EXPECT_GE(t.within_two_voxels, 0.99 * t.accepted);
+  // Stated for 99 %: five standard deviations of a binomial below it.
+  EXPECT_GE(t.within_stated, 0.99 * t.accepted - 5 * std::sqrt(0.0099 * t.accepted));
+}
+INSTANTIATE_TEST_SUITE_P(Survey, EveryPart, testing::ValuesIn(shipped_names()), [](const auto& name) { return name.param; });
+
+// Normalised squared errors follow χ² of six degrees: mean 6, and as many below each quantile as it says. Normal errors, so
+// that the law is exact.
+TEST(Calibration, NormalisedSquaredErrorsFollowChiSquare) {
+  Tally sum;
+  for (const char* name : {"v_groove_block", "wedge", "angle_bracket", "stepped_block"}) {
+    const Tally t = run(part_named(name), ErrorLaw::kNormal, 1000, 2000);
+    sum.accepted += t.accepted;
+    sum.squared_error += t.squared_error;
+    sum.within_stated += t.within_stated;
+    for (std::size_t i = 0; i < kQuantiles.size(); ++i) sum.below[i] += t.below[i];
+  }
+  ASSERT_GT(sum.accepted, 2000);
+  const double n = sum.accepted;
+  std::printf("%d runs: mean %.3f (6), below quantiles", sum.accepted, sum.squared_error / n);
+  for (const int below : sum.below) std::printf(" %.3f", below / n);
+  std::printf(", within stated %.4f\n", sum.within_stated / n);
+  EXPECT_NEAR(sum.squared_error / n, 6.0, 4 * std::sqrt(12.0 / n));
+  for (std::size_t i = 0; i < kShares.size(); ++i)
+    EXPECT_NEAR(sum.below[i] / n, kShares[i], 4 * std::sqrt(kShares[i] * (1 - kShares[i]) / n)) << kShares[i];
+  EXPECT_NEAR(sum.within_stated / n, 0.99, 4 * std::sqrt(0.0099 / n) + 0.002) << "neither too proud nor too modest";
+}
+
+}  // namespace
+}  // namespace phantom::survey

@@ -1,0 +1,17 @@
+#pragma once
+
+// Private to this library: numbers in messages.
+
+#include <cstdio>
+#include <string>
+
+namespace phantom::survey::detail {
+
+template <class... Numbers>
+std::string words(const char* format, Numbers... numbers) {
+  char text[256];
+  std::snprintf(text, sizeof text, format, numbers...);
+  return text;
+}
+
+}  // namespace phantom::survey::detail

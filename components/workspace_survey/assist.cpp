@@ -1,0 +1,257 @@
+#include "components/workspace_survey/assist.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <istream>
+#include <numbers>
+#include <ostream>
+#include <sstream>
+
+namespace phantom::workspace_survey {
+namespace {
+
+using survey::Reading;
+using survey::Targeting;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr const char* kHelp =
+    "  RANGE PAN TILT        the reading of the next corner: range in mm, pan and tilt in degrees\n"
+    "  =NODE                 the next corner is a node that was measured before, on another face\n"
+    "  done                  the face is complete: all corners of its border were targeted, in order\n"
+    "  part                  the face ends here, but it has more corners (an edge, a corner, a part of a border)\n"
+    "  again NODE RANGE PAN TILT   a better reading in place of a node's old one\n"
+    "  more NODE RANGE PAN TILT    a further reading of a node: they are averaged\n"
+    "  undo                  forget the last corner\n"
+    "  show                  what was measured, what it may be, and where\n"
+    "  save FILE             keep the readings as CSV\n"
+    "  send                  tell the running workspace (once a pose is accepted)\n"
+    "  help, quit\n";
+
+class Assistant {
+ public:
+  Assistant(const Config& config, const Library& library, const AssistSetup& setup, std::istream& in, std::ostream& out)
+      : config_(config), library_(library), setup_(setup), in_(in), out_(out) {}
+
+  bool run() {
+    out_ << "Survey of one object, with a library of " << library_.parts.size() << " parts.\n"
+         << "Choose a plane face that you see whole, aim at its corners one after the other, either way round, and type what the\n"
+            "head reads: range in mm, pan and tilt in degrees. End the face with: done. Type help for all else.\n";
+    if (!setup_.practice.empty()) out_ << "Practice: an empty line lets the simulated head target the next corner.\n";
+    for (std::string line; prompt(), std::getline(in_, line);) {
+      std::istringstream words(line);
+      std::string word;
+      words >> word;
+      if (word == "quit" || word == "exit") break;
+      act(word, words, line);
+    }
+    out_ << '\n';
+    return fitted();
+  }
+
+ private:
+  /// A, B … Z, A1, B1 …
+  std::string face_name() const {
+    const std::size_t round = faces_done_ / 26;
+    return fmt::format("{}{}", static_cast<char>('A' + faces_done_ % 26), round == 0 ? "" : std::to_string(round));
+  }
+  void prompt() { out_ << "face " << face_name() << ", corner " << on_face_ + 1 << "> " << std::flush; }
+
+  void act(const std::string& word, std::istringstream& words, const std::string& line) {
+    if (word == "help" || word == "?") {
+      out_ << kHelp;
+    } else if (word == "done" || word == "part") {
+      end_face(word == "done");
+    } else if (word == "undo") {
+      undo();
+    } else if (word == "show") {
+      show();
+    } else if (word == "again" || word == "more") {
+      measure_again(word == "again", words);
+    } else if (word == "save") {
+      save(words);
+    } else if (word == "send") {
+      send();
+    } else if (word.empty()) {
+      practise();
+    } else if (word.front() == '=') {
+      take({face_name(), true, word.substr(1), std::nullopt, "typed"});
+    } else if (const auto reading = reading_in(line)) {
+      take({face_name(), true, std::to_string(next_node_), *reading, "typed"});
+    } else {
+      out_ << "  '" << word << "' is neither a word that I know nor a reading of three numbers (range in mm, pan and tilt in deg); help lists all\n";
+    }
+  }
+
+  static std::optional<Reading> reading_in(const std::string& text) {
+    std::string spaced = text;
+    std::replace(spaced.begin(), spaced.end(), ',', ' ');
+    std::istringstream words(spaced);
+    double range_mm = 0.0, pan_deg = 0.0, tilt_deg = 0.0;
+    std::string rest;
+    if (!(words >> range_mm >> pan_deg >> tilt_deg) || words >> rest) return std::nullopt;
+    return Reading{1e-3 * range_mm, kDegree * pan_deg, kDegree * tilt_deg};
+  }
+
+  /// What is registered with one targeting more; says what is wrong with it, if anything is.
+  std::optional<survey::Measurement> registered(const std::vector<Targeting>& targetings) {
+    auto measurement = survey::register_nodes(config_.head, config_.errors, targetings);
+    if (measurement) return std::move(*measurement);
+    out_ << "  refused: " << measurement.status().message() << '\n';
+    return std::nullopt;
+  }
+
+  bool take(Targeting targeting) {
+    auto all = targetings_;
+    all.push_back(targeting);
+    const auto measurement = registered(all);
+    if (!measurement) return false;
+    const auto node = std::find_if(measurement->nodes.begin(), measurement->nodes.end(), [&](const auto& n) { return n.name == targeting.node; });
+    for (const survey::MeasuredNode& other : measurement->nodes) {
+      const double apart_m = (other.p_W_m - node->p_W_m).norm();
+      if (other.name == node->name || apart_m > 2 * survey::distance_sigma_m(other, *node)) continue;
+      out_ << fmt::format("  refused: that is {:.1f} mm from node {}, within the errors; is it the same corner? then type ={}\n", 1e3 * apart_m, other.name, other.name);
+      return false;
+    }
+    out_ << fmt::format("  node {}: ({:.4f}, {:.4f}, {:.4f}) m, known to {:.1f} mm\n", node->name, node->p_W_m.x(), node->p_W_m.y(), node->p_W_m.z(),
+                        1e3 * std::sqrt(node->covariance_m2.trace()));
+    targetings_ = std::move(all);
+    if (targeting.reading && targeting.node == std::to_string(next_node_)) ++next_node_;
+    ++on_face_;
+    return true;
+  }
+
+  void end_face(bool whole) {
+    if (on_face_ < (whole ? 3U : 2U)) {
+      out_ << fmt::format("  {} corners so far; a {} needs at least {}\n", on_face_, whole ? "whole face" : "part of a face", whole ? 3 : 2);
+      return;
+    }
+    auto all = targetings_;
+    for (std::size_t i = all.size() - on_face_; i < all.size(); ++i) all[i].closed = whole;
+    const auto measurement = registered(all);
+    if (!measurement) return;
+    if (auto checked = survey::check_measurement(*measurement); !checked) {
+      out_ << "  refused: " << checked.message() << "; undo corners, or measure them again\n";
+      return;
+    }
+    targetings_ = std::move(all);
+    ++faces_done_;
+    on_face_ = 0;
+    show();
+    if (fitted()) {
+      out_ << "A pose is found. A further face makes it surer; send tells the workspace; save FILE keeps the readings.\n";
+    } else {
+      out_ << "Go on with another face, or follow the advice.\n";
+    }
+  }
+
+  void undo() {
+    if (targetings_.empty()) {
+      out_ << "  there is nothing to forget\n";
+      return;
+    }
+    if (on_face_ == 0) {  // back into the last face
+      const std::string face = targetings_.back().face;
+      --faces_done_;
+      for (Targeting& t : targetings_) on_face_ += t.face == face;
+    }
+    out_ << "  forgot node " << targetings_.back().node << " of face " << targetings_.back().face << '\n';
+    targetings_.pop_back();
+    --on_face_;
+    next_shot_ = next_shot_ > 0 ? next_shot_ - 1 : 0;
+  }
+
+  void measure_again(bool replace, std::istringstream& words) {
+    std::string node, rest;
+    words >> node;
+    std::getline(words, rest);
+    const auto reading = reading_in(rest);
+    const auto first = std::find_if(targetings_.begin(), targetings_.end(), [&](const Targeting& t) { return t.node == node && t.reading; });
+    if (!reading || first == targetings_.end()) {
+      out_ << (reading ? "  no node '" + node + "' was measured\n" : std::string("  needs a node and a reading: again NODE RANGE PAN TILT\n"));
+      return;
+    }
+    auto all = targetings_;
+    const auto at = all.begin() + (first - targetings_.begin());
+    if (replace) {
+      at->reading = *reading;
+      all.erase(std::remove_if(at + 1, all.end(), [&](const Targeting& t) { return t.node == node && t.place == "more"; }), all.end());
+    } else {
+      Targeting further = *at;
+      further.reading = *reading;
+      further.place = "more";
+      all.insert(at + 1, further);
+    }
+    if (!registered(all)) return;
+    targetings_ = std::move(all);
+    out_ << "  node " << node << (replace ? " has the new reading\n" : " has one reading more\n");
+    if (faces_done_ > 0) show();
+  }
+
+  /// Of faces that are complete only.
+  std::vector<Targeting> complete() const { return {targetings_.begin(), targetings_.end() - static_cast<std::ptrdiff_t>(on_face_)}; }
+
+  void show() {
+    const auto measurement = registered(complete());
+    if (!measurement) return;
+    result_ = survey::survey_object(library_.models, *measurement, config_.options);
+    const Told told{config_, library_, *measurement, result_, setup_.voxel_size_m};
+    out_ << measured_text(told) << candidates_text(told) << fit_text(told);
+  }
+
+  bool fitted() const { return result_.object.has_value(); }
+
+  void save(std::istringstream& words) {
+    std::string file;
+    words >> file;
+    if (file.empty() || targetings_.empty() || !setup_.save) {
+      out_ << (file.empty() ? "  needs a file's name: save FILE\n" : "  there is nothing to keep\n");
+      return;
+    }
+    out_ << "  " << setup_.save(file, targetings_) << '\n';
+  }
+
+  void send() {
+    if (!fitted() || !setup_.send) {
+      out_ << (fitted() ? "  there is no workspace to tell\n" : "  there is no accepted pose to send; nothing was sent\n");
+      return;
+    }
+    const auto measurement = registered(complete());
+    if (measurement) out_ << "  " << setup_.send({config_, library_, *measurement, result_, setup_.voxel_size_m}) << '\n';
+  }
+
+  void practise() {
+    if (setup_.practice.empty()) return;
+    if (next_shot_ >= setup_.practice.size()) {
+      out_ << "  the simulated head has shown all that it sees of the part\n";
+      return;
+    }
+    const PracticeShot& shot = setup_.practice[next_shot_];
+    if (shot.known) {
+      out_ << "  the corner is node " << shot.node << " again\n";
+    } else {
+      out_ << fmt::format("  the head reads {:.1f} {:.4f} {:.4f}\n", 1e3 * shot.reading.range_m, shot.reading.pan_rad / kDegree, shot.reading.tilt_rad / kDegree);
+    }
+    if (!take({face_name(), true, shot.node, shot.known ? std::nullopt : std::optional(shot.reading), "practice"})) return;
+    ++next_shot_;
+    if (shot.last_of_face) out_ << "  that was the last corner of this face that is seen; type: " << (shot.closed ? "done\n" : "part\n");
+  }
+
+  const Config& config_;
+  const Library& library_;
+  const AssistSetup& setup_;
+  std::istream& in_;
+  std::ostream& out_;
+  std::vector<Targeting> targetings_;
+  survey::SurveyResult result_;
+  std::size_t faces_done_ = 0, on_face_ = 0, next_node_ = 1, next_shot_ = 0;
+};
+
+}  // namespace
+
+bool assist(const Config& config, const Library& library, const AssistSetup& setup, std::istream& in, std::ostream& out) {
+  return Assistant(config, library, setup, in, out).run();
+}
+
+}  // namespace phantom::workspace_survey

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <filesystem>
+
+#include "common/survey/survey.hpp"
+
+namespace phantom::workspace_survey {
+
+/// workspace_survey.yaml.
+struct Config {
+  survey::RangeHead head;
+  survey::HeadErrors errors;
+  survey::SurveyOptions options;
+};
+
+/// Reads and checks a configuration. Throws core::ConfigError (file, line, key, value, what is allowed).
+Config load_config(const std::filesystem::path& path);
+
+}  // namespace phantom::workspace_survey

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "components/workspace_survey/report.hpp"
+
+namespace phantom::workspace_survey {
+
+/// A PNG: the fitted part as the head sees it, with the measured nodes and how far they lie from the model (magnified), and
+/// beside it each node's residual along and across the beam. Needs a fitted object.
+std::vector<std::uint8_t> residual_picture(const Told& told);
+
+}  // namespace phantom::workspace_survey

@@ -1,0 +1,187 @@
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <sstream>
+
+#include "components/workspace_survey/measurement_file.hpp"
+#include "components/workspace_survey/tests/rig.hpp"
+
+namespace phantom::workspace_survey {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class Commands : public InFolder {
+ protected:
+  struct Said {
+    int exit_code;
+    std::string text;
+  };
+  Said call(const Request& request, const std::string& typed = "") {
+    std::istringstream in(typed);
+    std::ostringstream print;
+    Request whole = request;
+    if (whole.library.empty()) whole.library = source("deploy/parts");
+    const int exit_code = run(whole, shipped_config(), {}, in, print);
+    return {exit_code, print.str()};
+  }
+  Request fit(const std::filesystem::path& file) const {
+    Request request;
+    request.what = "fit";
+    request.measurements = file;
+    return request;
+  }
+  Request simulate(const std::string& part, const std::string& pose) const {
+    Request request;
+    request.what = "simulate";
+    request.part = part;
+    request.pose = pose;
+    return request;
+  }
+};
+
+/// The pose that a shipped example's comment states.
+geometry::Pose stated(const std::string& text) {
+  const auto from = text.find('"') + 1;
+  std::istringstream numbers(text.substr(from, text.find('"', from) - from));
+  double x, y, z, roll, pitch, yaw;
+  numbers >> x >> y >> z >> roll >> pitch >> yaw;
+  constexpr double kDegree = 3.14159265358979323846 / 180;
+  return {geometry::rotation_from_rpy(roll * kDegree, pitch * kDegree, yaw * kDegree), {x, y, z}};
+}
+
+TEST_F(Commands, EveryShippedExampleIsFittedWithinWhatItStatesOrRefusedAsItsNameSays) {
+  int fitted = 0, refused = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(source("deploy/parts/measurements"))) {
+    Request request = fit(entry.path());
+    request.json = "-";
+    const Said said = call(request);
+    const auto json = nlohmann::json::parse(said.text);
+    const std::string name = entry.path().stem().string();
+    if (name.starts_with("refused_")) {
+      EXPECT_EQ(said.exit_code, 1) << name;
+      EXPECT_FALSE(json.at("accepted").get<bool>()) << name;
+      EXPECT_FALSE(json.at("advice").empty()) << name;
+      ++refused;
+      continue;
+    }
+    ASSERT_EQ(said.exit_code, 0) << name << said.text;
+    const auto& object = json.at("object");
+    EXPECT_EQ(object.at("part"), name);
+    const survey::PartModel& part = shipped_library().models[find_part(shipped_library(), name)];
+    const auto& p = object.at("X_WO").at("xyz_m");
+    const auto& q = object.at("X_WO").at("quaternion_xyzw");
+    const geometry::Pose X_WO{geometry::rotation_from_quaternion({q[0], q[1], q[2], q[3]}), {p[0], p[1], p[2]}};
+    if (object.at("symmetric_poses") == 1) {
+      EXPECT_LE(survey::displacement_between_m(part, X_WO, stated(read(entry.path()))), object.at("worst_displacement_m").get<double>()) << name;
+    }
+    EXPECT_EQ(object.at("guard_vox").get<int>(), survey::guard_voxels(object.at("worst_displacement_m"), object.at("voxel_size_m")));
+    ++fitted;
+  }
+  EXPECT_GE(fitted, 4);
+  EXPECT_GE(refused, 2);
+}
+
+TEST_F(Commands, SimulateFitAndPictureWorkTogether) {
+  Request request = simulate("wedge", "0.1 0 0.4 90 0 20");
+  request.out = folder_ / "wedge.csv";
+  EXPECT_EQ(call(request).exit_code, 0);
+  request = fit(folder_ / "wedge.csv");
+  request.picture = folder_ / "wedge.png";
+  request.json = folder_ / "wedge.json";
+  const Said said = call(request);
+  EXPECT_EQ(said.exit_code, 0) << said.text;
+  EXPECT_THAT(said.text, AllOf(HasSubstr("candidates: 1 of 9 parts"), HasSubstr("part:        wedge"), HasSubstr("uncertainty:"), HasSubstr("guard:       j = ")));
+  const cv::Mat picture = cv::imread((folder_ / "wedge.png").string());
+  ASSERT_FALSE(picture.empty());
+  EXPECT_GT(picture.cols, 1000);
+  EXPECT_TRUE(nlohmann::json::parse(read(folder_ / "wedge.json")).at("accepted").get<bool>());
+}
+
+TEST_F(Commands, TheSameSeedMeasuresTheSame) {
+  Request request = simulate("wedge", "0.1 0 0.4 90 0 20");
+  EXPECT_EQ(call(request).text, call(request).text);
+  const std::string first = call(request).text;
+  request.seed = 2;
+  EXPECT_NE(call(request).text, first);
+}
+
+TEST_F(Commands, ABadRangeIsRefusedAndTheNodeNamed) {
+  Request request = simulate("v_groove_block", "0 -0.1 0.301 90 0 200");
+  request.out = folder_ / "bad.csv";
+  request.range_errors = {"2=15"};
+  call(request);
+  const Said said = call(fit(folder_ / "bad.csv"));
+  EXPECT_EQ(said.exit_code, 1);
+  EXPECT_THAT(said.text, AllOf(HasSubstr("refused:"), HasSubstr("advice:      measure node '2' again"), Not(HasSubstr("guard:"))));
+}
+
+TEST_F(Commands, IdentifyListsCandidatesWithoutAPose) {
+  Request request = fit(source("deploy/parts/measurements/wedge.csv"));
+  request.what = "identify";
+  const Said said = call(request);
+  EXPECT_EQ(said.exit_code, 0);
+  EXPECT_THAT(said.text, AllOf(HasSubstr("candidates: 1 of 9 parts"), Not(HasSubstr("guard:"))));
+}
+
+TEST_F(Commands, ALibraryWithoutThePartAndArgumentsThatCannotBeUsedAreNamed) {
+  Request request = fit(source("deploy/parts/measurements/wedge.csv"));
+  request.part = "cube";
+  EXPECT_EQ(call(request).exit_code, 1);
+  EXPECT_THAT(call(request).text, HasSubstr("no part of the library's 1 agrees"));
+  request.part = "teapot";
+  EXPECT_THAT(refusal([&] { call(request); }), HasSubstr("'teapot' is not in the library"));
+  EXPECT_THAT(refusal([&] { call(simulate("cube", "1 2 3")); }), HasSubstr("--pose: '1 2 3'"));
+  EXPECT_THAT(refusal([&] { call(simulate("cube", "0 0 90 0 0 0")); }), HasSubstr("--pose"));
+  Request odd = simulate("cube", "0 0 0.3 0 0 0");
+  odd.range_errors = {"2=much"};
+  EXPECT_THAT(refusal([&] { call(odd); }), HasSubstr("--range-error: '2=much'"));
+  odd.range_errors = {"99=1"};
+  EXPECT_THAT(refusal([&] { call(odd); }), HasSubstr("--range-error: '99=1'"));
+}
+
+// The unit of the range mistaken: metres where the column says millimetres.
+TEST_F(Commands, ARangeInTheWrongUnitIsOutsideOfTheHeadsRange) {
+  const auto file = write("metres.csv", "face,part,node,range_mm,pan_deg,tilt_deg\nA,whole,1,3.6,0,45\n");
+  EXPECT_THAT(refusal([&] { call(fit(file)); }), AllOf(HasSubstr("metres.csv:2"), HasSubstr("range 0.0036 m; allowed: 0.5 to 10 m")));
+}
+
+TEST_F(Commands, AssistLeadsThroughPracticeToAPose) {
+  Request request;
+  request.what = "assist";
+  request.part = "v_groove_block";
+  request.pose = "0.0 -0.1 0.301 90 0 200";
+  const std::string kept = (folder_ / "kept.csv").string();
+  const Said said = call(request, "help\n\n\n\n\nsend\ndone\n\n\n\npart\nsave " + kept + "\nquit\n");
+  EXPECT_EQ(said.exit_code, 0) << said.text;
+  EXPECT_THAT(said.text, AllOf(HasSubstr("RANGE PAN TILT"), HasSubstr("the head reads"), HasSubstr("there is no accepted pose to send; nothing was sent"),
+                               HasSubstr("face B, corner 1>"), HasSubstr("part:        v_groove_block"), HasSubstr("A pose is found")));
+  EXPECT_EQ(call(fit(kept)).exit_code, 0) << "what was kept gives the same";
+}
+
+TEST_F(Commands, AssistTakesReadingsRefusesBadOnesAndLetsThemBeMeasuredAgain) {
+  const auto rows = read_measurements(source("deploy/parts/measurements/brick.csv"));
+  constexpr double kDegree = 3.14159265358979323846 / 180;
+  const auto line = [&](std::size_t i, double more_mm = 0) {
+    const survey::Reading& r = *rows[i].reading;
+    std::ostringstream text;
+    text.precision(10);
+    text << 1e3 * r.range_m + more_mm << ' ' << r.pan_rad / kDegree << ", " << r.tilt_rad / kDegree;
+    return text.str();
+  };
+  ASSERT_TRUE(rows[0].reading && rows[1].reading && rows[2].reading && rows[3].reading);
+  Request request;
+  request.what = "assist";
+  const std::string typed = line(0) + "\n" + line(0) + "\n0 10 10\nnonsense\ndone\n=7\nundo\nundo\n" + line(0) + "\n" + line(1, 80) + "\n" +
+                            line(2) + "\n" + line(3) + "\ndone\nagain 9 1 2 3\nagain 2 " + line(1) + "\nmore 2 " + line(1, 0.5) + "\nsend\n";
+  const Said said = call(request, typed);
+  EXPECT_THAT(said.text, AllOf(HasSubstr("refused: that is 0.0 mm from node 1"), HasSubstr("range 0 m; allowed"),
+                               HasSubstr("'nonsense' is neither a word that I know"), HasSubstr("1 corners so far; a whole face needs at least 3"),
+                               HasSubstr("node '7': has no reading"), HasSubstr("forgot node 1 of face A"), HasSubstr("there is nothing to forget")));
+  EXPECT_THAT(said.text, AllOf(HasSubstr("refused:     no part"), HasSubstr("no node '9' was measured"), HasSubstr("node 2 has the new reading"),
+                               HasSubstr("node 2 has one reading more"), HasSubstr("brick")));
+}
+
+}  // namespace
+}  // namespace phantom::workspace_survey

@@ -1,0 +1,79 @@
+#include <algorithm>
+
+#include "common/geometry/mesh_io.hpp"
+#include "common/runtime/cell.hpp"
+#include "common/runtime/cell_bodies.hpp"
+#include "components/workspace_survey/object_text.hpp"
+#include "components/workspace_survey/tests/rig.hpp"
+
+namespace phantom::workspace_survey {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+class LibraryTest : public InFolder {};
+
+TEST_F(LibraryTest, TheShippedOneHasItsPartsInMetres) {
+  const Library& library = shipped_library();
+  ASSERT_EQ(library.parts.size(), 9u);
+  EXPECT_NEAR(library.models[find_part(library, "bar")].extent_m, std::sqrt(0.8 * 0.8 + 2 * 0.05 * 0.05), 1e-6);
+  for (const LibraryPart& part : library.parts) EXPECT_TRUE(part.notes.empty()) << part.name;
+  EXPECT_THAT(refusal([&] { find_part(library, "teapot"); }), AllOf(HasSubstr("'teapot'"), HasSubstr("allowed: v_groove_block, cube")));
+}
+
+TEST_F(LibraryTest, WithoutAListEveryMeshIsAPartWithItsGuessesTold) {
+  std::filesystem::copy(source("deploy/parts/cube.obj"), folder_ / "cube.obj");
+  write("notes.txt", "no mesh");
+  const Library library = load_library(folder_);
+  ASSERT_EQ(library.parts.size(), 1u);
+  EXPECT_EQ(library.parts[0].name, "cube");
+  EXPECT_FALSE(library.parts[0].notes.empty()) << "the unit is a guess";
+}
+
+TEST_F(LibraryTest, WhatCannotBeUsedIsNamed) {
+  EXPECT_THAT(refusal([&] { load_library(folder_ / "none"); }), HasSubstr("no such folder"));
+  EXPECT_THAT(refusal([&] { load_library(folder_); }), HasSubstr("holds no part"));
+  write("library.yaml", "parts: [{name: a, mesh: a.obj, mesh_scale: 0.001}]\n");
+  EXPECT_THAT(refusal([&] { load_library(folder_); }), AllOf(HasSubstr("library.yaml:1"), HasSubstr("a.obj"), HasSubstr("is not a file")));
+  write("a.obj", "garbage");
+  EXPECT_THAT(refusal([&] { load_library(folder_); }), AllOf(HasSubstr("part 'a'"), HasSubstr("a.obj")));
+  write("library.yaml", "parts: [{name: a, mesh: a.obj}]\n");
+  EXPECT_THAT(refusal([&] { load_library(folder_); }), HasSubstr("mesh_scale"));
+  write("library.yaml", "parts: [{name: a, mesh: a.obj, mesh_scale: 1, size: 3}]\n");
+  EXPECT_THAT(refusal([&] { load_library(folder_); }), HasSubstr("size"));
+}
+
+// What is sent is what wva_server reads: the same shape, at the pose, with the guard.
+TEST_F(LibraryTest, AnObjectsTextIsReadAsTheObjectItself) {
+  const runtime::CellConfig cell = runtime::load_cell(source("deploy/cells/hot_cell/cell.yaml"));
+  const geometry::Pose X_WO{geometry::rotation_from_rpy(0.3, -0.4, 2.0), {0.1, -0.2, 0.6}};
+  for (std::size_t i = 0; i < shipped_library().parts.size(); ++i) {
+    const LibraryPart& part = shipped_library().parts[i];
+    const survey::PartModel& model = shipped_library().models[i];
+    const auto object = runtime::read_object_text(object_text(part, model, "a \"quoted\" name: #1", X_WO, 2), cell);
+    EXPECT_EQ(object.name, "a \"quoted\" name: #1");
+    EXPECT_EQ(object.profile.guard_vox, 2);
+    const auto body = runtime::load_body(object, cell);
+    ASSERT_EQ(body.mesh_O.triangles.size(), model.mesh_O.triangles.size()) << part.name;
+    const geometry::BoundingBox here = body.body.mesh_W.bounding_box(), there = model.mesh_O.transformed(X_WO).bounding_box();
+    EXPECT_LT((here.min_m - there.min_m).norm() + (here.max_m - there.max_m).norm(), 1e-5F) << part.name;
+  }
+}
+
+TEST_F(LibraryTest, AMeshTooLargeToTravelIsRefusedWithWhatToDo) {
+  LibraryPart vice = shipped_library().parts[find_part(shipped_library(), "vice")];
+  vice.cell_mesh.clear();
+  EXPECT_THAT(refusal([&] { object_text(vice, shipped_library().models[find_part(shipped_library(), "vice")], "vice", {}, 0); }),
+              AllOf(HasSubstr("too large to travel"), HasSubstr("cell_mesh")));
+}
+
+TEST_F(LibraryTest, TheShippedMeshesAreThoseThatTheirScriptMakes) {
+  const std::string command = "python3 " + source("deploy/parts/make").string() + " " + folder_.string();
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  for (const auto& entry : std::filesystem::directory_iterator(folder_))
+    EXPECT_EQ(read(entry.path()), read(source("deploy/parts") / entry.path().filename())) << entry.path();
+}
+
+}  // namespace
+}  // namespace phantom::workspace_survey
