@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <istream>
+#include <iterator>
 #include <numbers>
 #include <ostream>
 #include <sstream>
@@ -128,7 +129,9 @@ class Assistant {
       return;
     }
     auto all = targetings_;
-    for (std::size_t i = all.size() - on_face_; i < all.size(); ++i) all[i].closed = whole;
+    for (Targeting& t : all) {
+      if (t.face == face_name()) t.closed = whole;
+    }
     const auto measurement = registered(all);
     if (!measurement) return;
     if (auto checked = survey::check_measurement(*measurement); !checked) {
@@ -154,12 +157,18 @@ class Assistant {
     if (on_face_ == 0) {  // back into the last face
       const std::string face = targetings_.back().face;
       --faces_done_;
-      for (Targeting& t : targetings_) on_face_ += t.face == face;
+      for (Targeting& t : targetings_) {
+        if (t.face != face) continue;
+        t.closed = true;
+        on_face_ += t.place != "more";
+      }
     }
+    const Targeting& last = targetings_.back();
+    if (last.place == "practice" && next_shot_ > 0) --next_shot_;
+    if (last.place != "more") --on_face_;
+    if (last.place != "more" && last.reading && last.node == std::to_string(next_node_ - 1)) --next_node_;
     out_ << "  forgot node " << targetings_.back().node << " of face " << targetings_.back().face << '\n';
     targetings_.pop_back();
-    --on_face_;
-    next_shot_ = next_shot_ > 0 ? next_shot_ - 1 : 0;
   }
 
   void measure_again(bool replace, std::istringstream& words) {
@@ -190,7 +199,11 @@ class Assistant {
   }
 
   /// Of faces that are complete only.
-  std::vector<Targeting> complete() const { return {targetings_.begin(), targetings_.end() - static_cast<std::ptrdiff_t>(on_face_)}; }
+  std::vector<Targeting> complete() const {
+    std::vector<Targeting> whole;
+    std::copy_if(targetings_.begin(), targetings_.end(), std::back_inserter(whole), [&](const Targeting& t) { return t.face != face_name(); });
+    return whole;
+  }
 
   void show() {
     const auto measurement = registered(complete());

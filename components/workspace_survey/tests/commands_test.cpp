@@ -174,7 +174,7 @@ TEST_F(Commands, AssistTakesReadingsRefusesBadOnesAndLetsThemBeMeasuredAgain) {
   Request request;
   request.what = "assist";
   const std::string typed = line(0) + "\n" + line(0) + "\n0 10 10\nnonsense\ndone\n=7\nundo\nundo\n" + line(0) + "\n" + line(1, 80) + "\n" +
-                            line(2) + "\n" + line(3) + "\ndone\nagain 9 1 2 3\nagain 2 " + line(1) + "\nmore 2 " + line(1, 0.5) + "\nsend\n";
+                            line(2) + "\n" + line(3) + "\ndone\nagain 9 1 2 3\nagain 2 " + line(1) + "\nmore 2 " + line(1, 0.5) + "\n";
   const Said said = call(request, typed);
   EXPECT_THAT(said.text, AllOf(HasSubstr("refused: that is 0.0 mm from node 1"), HasSubstr("range 0 m; allowed"),
                                HasSubstr("'nonsense' is neither a word that I know"), HasSubstr("1 corners so far; a whole face needs at least 3"),
