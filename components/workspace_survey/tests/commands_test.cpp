@@ -70,8 +70,8 @@ TEST_F(Commands, EveryShippedExampleIsFittedWithinWhatItStatesOrRefusedAsItsName
     const auto& object = json.at("object");
     EXPECT_EQ(object.at("part"), name);
     const survey::PartModel& part = shipped_library().models[find_part(shipped_library(), name)];
-    const auto& p = object.at("X_WO").at("xyz_m");
-    const auto& q = object.at("X_WO").at("quaternion_xyzw");
+    const auto p = object.at("X_WO").at("xyz_m").get<std::vector<double>>();
+    const auto q = object.at("X_WO").at("quaternion_xyzw").get<std::vector<double>>();
     const geometry::Pose X_WO{geometry::rotation_from_quaternion({q[0], q[1], q[2], q[3]}), {p[0], p[1], p[2]}};
     if (object.at("symmetric_poses") == 1) {
       EXPECT_LE(survey::displacement_between_m(part, X_WO, stated(read(entry.path()))), object.at("worst_displacement_m").get<double>()) << name;

@@ -97,7 +97,7 @@ TEST(MeasurementFile, NoMutationOfAFileDoesAnythingElseThanBeReadOrBeRefusedByNa
         case 2: text.erase(at, 1 + pick(12)); break;
         default: text.insert(at, text.substr(pick(text.size()), 1 + pick(60))); break;
       }
-      if (text.empty()) text = "x";
+      if (text.empty()) text.push_back('x');
     }
     survives(text, config);
   }
