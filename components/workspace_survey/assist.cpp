@@ -157,6 +157,7 @@ class Assistant {
     if (on_face_ == 0) {  // back into the last face
       const std::string face = targetings_.back().face;
       --faces_done_;
+      result_ = {};  // it rested on that face
       for (Targeting& t : targetings_) {
         if (t.face != face) continue;
         t.closed = true;

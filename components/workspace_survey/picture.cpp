@@ -48,7 +48,7 @@ class Drawing {
       const Eigen::Vector3d from = object_.fit.X_WO * p - view_.centre_m;
       reach_m = std::max({reach_m, std::abs(view_.right.dot(from)), std::abs(view_.down.dot(from))});
     }
-    view_.pixels_per_m = 0.42 * kView / reach_m;
+    view_.pixels_per_m = 0.34 * kView / reach_m;
   }
 
   std::vector<std::uint8_t> png() {

@@ -158,6 +158,9 @@ TEST_F(Commands, AssistLeadsThroughPracticeToAPose) {
   EXPECT_THAT(said.text, AllOf(HasSubstr("RANGE PAN TILT"), HasSubstr("the head reads"), HasSubstr("there is no accepted pose to send; nothing was sent"),
                                HasSubstr("face B, corner 1>"), HasSubstr("part:        v_groove_block"), HasSubstr("A pose is found")));
   EXPECT_EQ(call(fit(kept)).exit_code, 0) << "what was kept gives the same";
+  const Said taken_back = call(request, "\n\n\n\ndone\n\n\n\npart\nundo\nsend\nquit\n");
+  EXPECT_EQ(taken_back.exit_code, 1) << "without the face that it rested on there is no pose";
+  EXPECT_THAT(taken_back.text, HasSubstr("nothing was sent"));
 }
 
 TEST_F(Commands, AssistTakesReadingsRefusesBadOnesAndLetsThemBeMeasuredAgain) {
