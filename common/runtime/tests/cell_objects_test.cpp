@@ -101,7 +101,7 @@ TEST_F(CellObjects, ScaleIsAboutTheObjectsOrigin) {
 }
 
 TEST_F(CellObjects, EachFaultOfAShapeIsNamed) {
-  EXPECT_THAT(refused(""), HasSubstr("one of mesh, primitive, csg, implicit"));
+  EXPECT_THAT(refused(""), HasSubstr("one of mesh, polyhedron, primitive, csg, implicit"));
   EXPECT_THAT(refused("mesh: a.stl\nprimitive: {sphere: {radius_m: 1}}"), HasSubstr("primitive: stands beside mesh"));
   EXPECT_THAT(refused("mesh: gone.stl"), HasSubstr("mesh: 'gone.stl' is not a file"));
   EXPECT_THAT(refused("primitive: {ball: {radius_m: 1}}"), HasSubstr("primitive: names no shape; allowed: one of sphere"));
