@@ -104,7 +104,10 @@ class Sink {
 
 core::Status write_nrrd(const std::filesystem::path& path, const Workspace& workspace, NrrdField field,
                         NrrdEncoding encoding) {
-  const std::filesystem::path draft = path.string() + ".part";
+  // A pipe or a device is written to; put in place of a file is only what is whole.
+  std::error_code ignored;
+  const bool is_file = !std::filesystem::exists(path, ignored) || std::filesystem::is_regular_file(path, ignored);
+  const std::filesystem::path draft = is_file ? path.string() + ".part" : path.string();
   const core::Status failed(core::ErrorCode::kUnavailable, path.string() + ": cannot be written");
   {
     std::ofstream file(draft, std::ios::binary);
@@ -118,11 +121,11 @@ core::Status write_nrrd(const std::filesystem::path& path, const Workspace& work
     }
     file.close();
     if (!ok || !file) {
-      std::error_code ignored;
-      std::filesystem::remove(draft, ignored);
+      if (is_file) std::filesystem::remove(draft, ignored);
       return failed;
     }
   }
+  if (!is_file) return core::Status::ok();
   std::error_code problem;
   std::filesystem::rename(draft, path, problem);
   if (problem) return failed;

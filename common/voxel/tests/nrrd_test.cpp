@@ -2,10 +2,12 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <zlib.h>
 
 #include <cstring>
 #include <fstream>
+#include <future>
 #include <iterator>
 
 #include "common/voxel/tests/literal_twins.hpp"
@@ -83,6 +85,18 @@ TEST_F(Nrrd, SaysWhereTheVoxelsAre) {
   EXPECT_THAT(file, HasSubstr("\nspace directions: (0.25,0,0) (0,0.25,0) (0,0,0.25)\n"));
   EXPECT_THAT(file, HasSubstr("\nspace origin: (-0.375,0.375,1.125)\n"));
   EXPECT_THAT(file, HasSubstr("\ntype: int8\n"));
+}
+
+TEST_F(Nrrd, APipeIsWrittenToAndStaysAPipe) {
+  const Workspace workspace = random_workspace(3);
+  ASSERT_TRUE(write_nrrd(path_, workspace, NrrdField::kOrder));
+  const std::string expected = read(path_);
+  std::filesystem::remove(path_);
+  ASSERT_EQ(mkfifo(path_.c_str(), 0600), 0);
+  auto piped = std::async(std::launch::async, [this] { return read(path_); });
+  EXPECT_TRUE(write_nrrd(path_, workspace, NrrdField::kOrder));
+  EXPECT_TRUE(std::filesystem::is_fifo(path_));
+  EXPECT_EQ(piped.get(), expected);
 }
 
 TEST_F(Nrrd, SaysWhenItCannotBeWritten) {
