@@ -21,6 +21,7 @@ Experiment enhanced();
 Experiment hit_view();
 Experiment audio();
 Experiment model_error();
+Experiment survey_fit();
 
 const std::vector<Experiment>& experiments() {
   static const std::vector<Experiment> all{
@@ -42,6 +43,7 @@ const std::vector<Experiment>& experiments() {
       hit_view(),
       audio(),
       model_error(),
+      survey_fit(),
   };
   return all;
 }
