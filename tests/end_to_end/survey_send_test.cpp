@@ -38,10 +38,12 @@ struct Voxels {
 };
 Voxels voxels_of(const voxel::Workspace& workspace, std::uint16_t object) {
   Voxels voxels;
+  std::vector<std::uint16_t> objects(voxel::kBrickVoxels);
   for (const voxel::BrickKey key : workspace.bricks()) {
     const auto brick = workspace.brick(key);
+    brick.copy_objects(objects.data());
     for (std::uint32_t i = 0; i < voxel::kBrickVoxels; ++i) {
-      if (brick.object[i] != object) continue;
+      if (objects[i] != object) continue;
       voxels.solid += brick.order[i] == voxel::kOrderBoundary || brick.order[i] == voxel::kOrderInterior;
       voxels.guard += brick.order[i] == voxel::kOrderGuard;
     }

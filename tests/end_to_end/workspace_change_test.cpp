@@ -277,14 +277,15 @@ class CutOff : public Processes {
 };
 
 TEST_F(CutOff, APhantomThatIsCutOffDuringChangesEndsWithTheRightVersion) {
-  const std::string near = topology("near.yaml", "127.0.0.1, " + here_), far = topology("far.yaml", there_);
+  // Who commands sits at the server's host: a process that begins refuses an interface whose cable is cut.
+  const std::string near = topology("near.yaml", "127.0.0.1, " + here_), far = topology("far.yaml", there_), at_hand = topology("at_hand.yaml", "127.0.0.1");
   WorkspaceObserver observer(network({"127.0.0.1", here_}));
   start_server(near);
   start_sensing(far, {"ip", "netns", "exec", space_});
   ASSERT_TRUE(eventually([&] { return observer.felt_version() != 0 && observer.felt_version() == observer.version(); }));
   std::set<std::uint64_t> versions{observer.version()};
   const auto change = [&](const std::string& words) {
-    const Said said = command(words, near, domain_);
+    const Said said = command(words, at_hand, domain_);
     ASSERT_EQ(said.exit_code, 0) << said.output;
     versions.insert(version_in(said.output));
   };
