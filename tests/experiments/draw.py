@@ -11,6 +11,7 @@ import json
 import math
 import re
 import sys
+import textwrap
 from pathlib import Path
 
 import matplotlib
@@ -134,7 +135,8 @@ def draw_plot(folder, plot, tables):
         else:
             for axes, handles, labels in legends:
                 axes.legend(handles, labels, loc="best", framealpha=0.85)
-        figure.suptitle(plot["title"])
+        letters = int(13 * width * columns)  # as many as an inch holds of this size, about
+        figure.suptitle("\n".join(textwrap.fill(line, letters) for line in plot["title"].split("\n")))
         path = folder / f"{plot['name']}.svg"
         figure.savefig(path, metadata={"Date": None})
         plt.close(figure)
