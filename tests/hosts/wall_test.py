@@ -122,10 +122,24 @@ def watch_bricks(wall):
     return version["brick_count"]
 
 
+def spy_that_hears(wall, host, hears, starts=3):
+    """Secured discovery under loss: once in some runs a participant of Fast DDS 2.9 finds nobody for ever. A person would start the
+    spy anew; what runs already is not concerned."""
+    for start in range(starts):
+        watch = wall.spy(host, "slave_state", name=f"spy_{host}_{start}")
+        try:
+            eventually(lambda: hears(watch), START_S / starts, f"start {start + 1} of a spy on {host} that hears")
+            return watch
+        except AssertionError as problem:
+            if start + 1 == starts:
+                raise
+            print(f"{problem}: started anew", flush=True)
+            watch.process.terminate()
+
+
 def partition_is_safe_and_heals(wall, watch):
     """Cut off, both sides go to their safe state by themselves; once the cable heals they find each other and couple again."""
-    behind = wall.spy("slave", "slave_state", name="spy_slave")
-    eventually(lambda: link_state(behind, "slave_state") == "LINK_COUPLED", START_S, "the spy behind the wall")
+    behind = spy_that_hears(wall, "slave", lambda watch: link_state(watch, "slave_state") == "LINK_COUPLED")
     cable = wall.site.cables["slave"]
     cut = time.monotonic()
     cable.cut()
