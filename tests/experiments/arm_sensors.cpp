@@ -6,7 +6,6 @@
 #include <cmath>
 #include <set>
 
-#include "common/percept/closeness.hpp"
 #include "components/phantom_sensing/model.hpp"
 #include "tests/experiments/bar_rig.hpp"
 #include "tests/experiments/rig.hpp"
@@ -24,19 +23,7 @@ std::vector<double> swing(const runtime::CellConfig& cell, const voxel::Workspac
                           robot::Normalisation normalisation, const std::vector<double>& angles_deg,
                           Sabotage sabotage) {
   const auto model = axis_phantom(cell, count, normalisation);
-  phantom_sensing::PhantomSensing phantom(model, {});
-  phantom_sensing::StepInputs inputs;
-  inputs.workspace = {&workspace, percept::greatest_neighbour_mu(workspace)};
-  inputs.state_valid = true;
-  inputs.velocity[kTheta] = sabotaged(rad(kSpeed_deg_s), sabotage);
-  std::vector<double> torque;
-  for (const double angle_deg : angles_deg) {
-    inputs.position[kTheta] = rad(angle_deg);
-    phantom_sensing::StepOutputs outputs;
-    phantom.step(inputs, outputs);
-    torque.push_back(-outputs.percept.drag_torque[kTheta]);
-  }
-  return torque;
+  return experiments::swing(model, workspace, angles_deg, sabotaged(rad(kSpeed_deg_s), sabotage));
 }
 
 double peak(const std::vector<double>& values) { return *std::max_element(values.begin(), values.end()); }

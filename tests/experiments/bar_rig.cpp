@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/percept/closeness.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "tests/experiments/rig.hpp"
 
@@ -45,6 +46,23 @@ double bar_distance_m(double r_m, double theta_rad) {
   const double w = std::abs(r_m * std::sin(turned) - kBarHalf_m) - kBarHalf_m;
   const double outside = std::hypot(std::max(u, 0.0), std::max(w, 0.0));
   return outside + std::min(std::max(u, w), 0.0);
+}
+
+std::vector<double> swing(const phantom_sensing::PhantomModel& model, const voxel::Workspace& workspace,
+                          const std::vector<double>& angles_deg, double speed_rad_s) {
+  phantom_sensing::PhantomSensing phantom(model, {});
+  phantom_sensing::StepInputs inputs;
+  inputs.workspace = {&workspace, percept::greatest_neighbour_mu(workspace)};
+  inputs.state_valid = true;
+  inputs.velocity[kTheta] = speed_rad_s;
+  std::vector<double> torque;
+  for (const double angle_deg : angles_deg) {
+    inputs.position[kTheta] = rad(angle_deg);
+    phantom_sensing::StepOutputs outputs;
+    phantom.step(inputs, outputs);
+    torque.push_back(-outputs.percept.drag_torque[kTheta]);
+  }
+  return torque;
 }
 
 double ideal_coefficient(const voxel::LayerProfile& profile, double voxel_size_m, double theta_rad) {

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 
-#include "common/percept/closeness.hpp"
 #include "components/phantom_sensing/model.hpp"
 #include "tests/experiments/bar_rig.hpp"
 #include "tests/experiments/tracks.hpp"
@@ -74,19 +73,7 @@ std::vector<double> swing(const runtime::CellConfig& cell, const voxel::Workspac
                           const std::optional<robot::ClusterSpec>& cluster,
                           const std::vector<double>& angles_deg, Sabotage sabotage) {
   const auto model = axis_phantom(cell, count, robot::Normalisation::kArea, cluster);
-  phantom_sensing::PhantomSensing phantom(model, {});
-  phantom_sensing::StepInputs inputs;
-  inputs.workspace = {&workspace, percept::greatest_neighbour_mu(workspace)};
-  inputs.state_valid = true;
-  inputs.velocity[kTheta] = sabotaged(rad(kSwing_deg_s), sabotage);
-  std::vector<double> torque;
-  for (const double angle_deg : angles_deg) {
-    inputs.position[kTheta] = rad(angle_deg);
-    phantom_sensing::StepOutputs outputs;
-    phantom.step(inputs, outputs);
-    torque.push_back(-outputs.percept.drag_torque[kTheta]);
-  }
-  return torque;
+  return experiments::swing(model, workspace, angles_deg, sabotaged(rad(kSwing_deg_s), sabotage));
 }
 
 /// What the torque loses on the way to contact: the sum of its falls, as a share of its greatest value there.
