@@ -117,6 +117,10 @@ bool PayloadWriter::write(std::span<const std::uint8_t> bytes) {
   return impl_->writer->write(&impl_->bytes);
 }
 
+bool PayloadWriter::wait_until_received(core::Nanoseconds longest_ns) {
+  return impl_->writer->wait_for_acknowledgments(duration_of(longest_ns)) == ReturnCode_t::RETCODE_OK;
+}
+
 std::uint32_t PayloadWriter::matched() const { return impl_->matched; }
 
 }  // namespace phantom::observation

@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 
+#include "common/core/clock.hpp"
 #include "common/dds/participant.hpp"
 #include "common/diagnostics/qos.hpp"
 #include "common/observation/payload_reader.hpp"
@@ -31,6 +32,8 @@ class PayloadWriter {
   /// `bytes` with the encapsulation header. May block for tens of milliseconds while a reader joins. False if
   /// the sample could not be queued or is none.
   bool write(std::span<const std::uint8_t> bytes);
+  /// Waits until every reliable reader has what was written, `longest_ns` at most. False: one has not.
+  bool wait_until_received(core::Nanoseconds longest_ns);
   std::uint32_t matched() const;  ///< readers
 
  private:

@@ -15,6 +15,7 @@
 namespace phantom::dds_recorder {
 namespace {
 
+constexpr core::Nanoseconds kLongestHold_ns = 2 * core::kNsPerSecond;
 constexpr double kDiscovery_s = 1.0;  // by then a participant of the same network has told of itself
 
 /// Who writes what, besides us.
@@ -98,11 +99,20 @@ class DdsOutput : public ReplaySink {
     return unread;
   }
 
+  /// Waits for the readers of what came last: with its writer ends what they have not fetched.
+  void finish() {
+    for (auto& [name, output] : outputs_) {
+      if (output.writer && output.readers_answer) hold_for_readers(output);
+    }
+  }
+
   void begin(core::Nanoseconds now_ns) override { restamper_.begin(now_ns, core::utc_ns()); }
 
   bool write(const std::string& topic, const recording::Message& message, core::Nanoseconds due_ns) override {
     Output& output = outputs_.at(topic);
     if (!output.writer) return false;
+    if (output.readers_answer && output.events_kept > 0 && output.since_hold++ == output.events_kept)
+      hold_for_readers(output);
     if (!fresh_stamps_ || output.known == nullptr) return output.writer->write(message.data);
     bytes_.assign(message.data.begin(), message.data.end());
     restamper_.restamp(*output.known, due_ns, bytes_);
@@ -115,7 +125,19 @@ class DdsOutput : public ReplaySink {
     const dds::TopicDescription* known = nullptr;
     std::unique_ptr<dds::CdrCodec> codec;  // finds instances
     std::unique_ptr<observation::PayloadWriter> writer;
+    int events_kept = 0;  // that the writer can send again; 0: states, of which the newest counts
+    int since_hold = 0;
+    bool readers_answer = true;
   };
+
+  /// A reader that is slower than the events of a recording come loses none: the replay waits for it before the
+  /// writer forgets the first that it may not have. One that does not answer is waited for once.
+  static void hold_for_readers(Output& output) {
+    output.since_hold = 1;
+    if (output.writer->wait_until_received(kLongestHold_ns)) return;
+    output.readers_answer = false;
+    spdlog::warn("a reader of {} does not take its samples; from now on it is not waited for", output.info.name);
+  }
 
   void make_writer(Output& output) {
     if (output.info.keyed && output.known == nullptr) {
@@ -136,6 +158,8 @@ class DdsOutput : public ReplaySink {
         observer_.participant(),
         observation::PayloadTopic{output.info.name, output.info.type, output.info.keyed}, qos,
         history_depth(output.info), std::move(instance_of));
+    if (qos.reliability == diagnostics::Reliability::kReliable && !output.info.durable)
+      output.events_kept = history_depth(output.info);
   }
 
   LiveWriters live_;
@@ -166,6 +190,7 @@ int run_replay(const ReplayRequest& request, const core::NetworkOptions& network
     spdlog::info("nobody reads {}", unread);
   ProcessClock clock;
   const ReplayFigures figures = replay(recordings, request, output, clock);
+  output.finish();
   for (const std::string& problem : figures.problems) spdlog::warn("{}", problem);
   spdlog::info("{} samples replayed in {} {}, latest {:.1f} ms after its time", figures.samples,
                figures.loops, figures.loops == 1 ? "turn" : "turns",
