@@ -20,7 +20,7 @@ Workspace::Workspace(const GridSpec& grid, std::vector<float> palette_Pa_s_per_m
                    bricks_along(grid.size_vox[2])},
       mu_codes_(kBrickVoxels, 0),
       slots_(1) {
-  slots_[0].own_orders.resize(kBrickVoxels);
+  slots_[0].own_orders.assign(kBrickVoxels, 0);
   if (const core::Status checked = check_palette(palette_); !checked)
     throw std::invalid_argument(checked.message());
   directory_.resize(static_cast<std::size_t>(size_bricks_[0]) * static_cast<std::size_t>(size_bricks_[1]) *

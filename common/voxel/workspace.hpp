@@ -113,6 +113,8 @@ class Workspace {
   /// bricks left counts.
   void reserve_for(std::size_t more_bricks, std::size_t of_several);
 
+  std::size_t object_lists() const noexcept { return objects_.size() / kBrickVoxels; }  ///< for reserve_for()
+
   /// Hash of grid, palette and all bricks, independent of the order in which they were made.
   std::uint64_t content_hash() const;
 
@@ -139,7 +141,7 @@ class Workspace {
     std::uint16_t object = 0;
     bool uniform = false;           ///< made by fill_brick(): never changed
     std::shared_ptr<const std::int8_t[]> shared_orders;
-    std::vector<std::int8_t> own_orders;  ///< if nothing is shared; stays when the slot is free
+    LargeVector<std::int8_t> own_orders;  ///< if nothing is shared; stays when the slot is free
 
     const std::int8_t* orders() const noexcept { return shared_orders ? shared_orders.get() : own_orders.data(); }
   };

@@ -20,6 +20,10 @@ bool possible(BrickKey key) {
   return inside(key.x) && inside(key.y) && inside(key.z);
 }
 
+bool within(const GridSpec& grid, BrickKey key) {
+  return key.x * kBrickEdge < grid.size_vox[0] && key.y * kBrickEdge < grid.size_vox[1] && key.z * kBrickEdge < grid.size_vox[2];
+}
+
 bool same_grid(const GridSpec& a, const GridSpec& b) {
   return a.origin_m == b.origin_m && a.voxel_size_m == b.voxel_size_m && a.size_vox == b.size_vox;
 }
@@ -66,6 +70,8 @@ void store_brick(BrickKey key, const BrickData& brick, std::uint16_t object, Wor
   if (to.object != nullptr) std::copy(brick.object.begin(), brick.object.end(), to.object);
 }
 
+constexpr std::size_t kMostReserved = 32768;  // bricks: 1 GiB of addresses, of which only what is used becomes memory
+
 /// Some bricks to spare: an array that must grow for a change moves all that is in it.
 std::size_t with_room(std::size_t bricks) { return bricks + bricks / 8 + 64; }
 
@@ -101,8 +107,13 @@ core::Status WorkspaceAssembler::put_brick(BrickKey key, std::uint64_t version,
   BrickData& brick = *scratch_;
   if (core::Status decoded = decode_brick(bytes, brick); !decoded) return decoded;
   forget(key);
-  Held held{version, brick_hash(key, brick.view()), {bytes.begin(), bytes.end()}, sole_object(brick),
+  Held held{version, brick_hash(key, brick.view()), {}, forming_ && within(forming_->grid(), key), sole_object(brick),
             greatest_code(brick), greatest_fluid_code(brick)};
+  if (held.formed) {
+    store_brick(key, brick, held.object, *forming_);
+  } else {
+    held.packed.assign(bytes.begin(), bytes.end());
+  }
   hash_sum_ += held.hash;
   Tally& tally = tallies_[version];
   ++tally.count;
@@ -129,6 +140,7 @@ void WorkspaceAssembler::forget(BrickKey key) {
     tally->second.hash -= held.hash;
   }
   hash_sum_ -= held.hash;
+  if (held.formed) forming_->remove_brick(key);
   held_.erase(found);
   changed_.insert(key);
 }
@@ -136,8 +148,30 @@ void WorkspaceAssembler::forget(BrickKey key) {
 core::Status WorkspaceAssembler::commit(const VersionDescription& description) {
   if (core::Status checked = check(description); !checked) return checked;
   pending_ = description;
+  if (like_current(description)) {
+    end_forming();
+  } else {
+    begin_forming(description);
+  }
   try_commit();
   return core::Status::ok();
+}
+
+void WorkspaceAssembler::begin_forming(const VersionDescription& description) {
+  if (forming_ && same_grid(forming_->grid(), description.grid) && forming_->palette() == description.palette_Pa_s_per_m) return;
+  end_forming();
+  forming_ = std::make_shared<Workspace>(description.grid, description.palette_Pa_s_per_m);
+  forming_->reserve_for(with_room(std::min<std::size_t>(description.brick_count, kMostReserved)), 0);
+}
+
+void WorkspaceAssembler::end_forming() {
+  if (!forming_) return;
+  for (auto& [key, held] : held_) {
+    if (!held.formed) continue;
+    held.packed = encode_brick(forming_->brick(key));
+    held.formed = false;
+  }
+  forming_ = nullptr;
 }
 
 std::size_t WorkspaceAssembler::bricks_expected() const {
@@ -177,12 +211,14 @@ bool WorkspaceAssembler::fits(const VersionDescription& description) const {
   if (held_.size() != description.brick_count) return false;
   if (header_hash(description.grid, description.palette_Pa_s_per_m) + hash_sum_ != description.content_hash)
     return false;
-  const auto& size = description.grid.size_vox;
   return std::all_of(held_.begin(), held_.end(), [&](const auto& entry) {
     const auto& [key, held] = entry;
-    return key.x * kBrickEdge < size[0] && key.y * kBrickEdge < size[1] && key.z * kBrickEdge < size[2] &&
-           held.greatest_code < description.palette_Pa_s_per_m.size();
+    return within(description.grid, key) && held.greatest_code < description.palette_Pa_s_per_m.size();
   });
+}
+
+bool WorkspaceAssembler::like_current(const VersionDescription& description) const {
+  return current_ && same_grid(current_->grid(), description.grid) && current_->palette() == description.palette_Pa_s_per_m;
 }
 
 bool WorkspaceAssembler::spare_usable(const GridSpec& grid,
@@ -213,7 +249,13 @@ void WorkspaceAssembler::copy_brick(BrickKey key, Workspace& to) {
 void WorkspaceAssembler::build(const VersionDescription& description) {
   bricks_written_ = 0;
   std::shared_ptr<Workspace> built;
-  if (spare_usable(description.grid, description.palette_Pa_s_per_m)) {
+  if (forming_) {
+    built = std::move(forming_);
+    for (const auto& [key, held] : held_) {
+      if (!held.formed) write_brick(*built, key);
+    }
+    bricks_written_ = held_.size();
+  } else if (spare_usable(description.grid, description.palette_Pa_s_per_m)) {
     built = std::move(spare_);
     for (const BrickKey key : changed_) spare_behind_.insert(key);
     for (const BrickKey key : spare_behind_) write_brick(*built, key);
@@ -226,6 +268,7 @@ void WorkspaceAssembler::build(const VersionDescription& description) {
   built->version = description.version;
   std::uint8_t fluid = 0;
   for (auto& [key, held] : held_) {
+    held.formed = false;
     held.packed = {};  // from now on it stands in current_
     fluid = std::max(fluid, held.greatest_fluid_code);
   }
@@ -241,8 +284,9 @@ void WorkspaceAssembler::prepare() {
   if (!current_) return;
   if (!spare_usable(current_->grid(), current_->palette())) {
     if (spare_ && spare_.use_count() > 1) return;
-    spare_ = std::make_shared<Workspace>(*current_);
-    spare_->reserve_bricks(with_room(current_->brick_count()));
+    spare_ = std::make_shared<Workspace>(current_->grid(), current_->palette());
+    spare_->reserve_for(with_room(current_->brick_count()), current_->object_lists());  // first, or all would be moved
+    *spare_ = *current_;
   } else {
     // Not from held_: what came since is not known to be whole.
     for (const BrickKey key : spare_behind_) {

@@ -36,7 +36,8 @@ struct VersionDescription {
 /// version are kept as they came, compressed.
 ///
 /// Bricks that a server left behind when it died (its successor never names them) are found by their lower
-/// version and dropped. Not thread-safe: samples come on middleware threads, so lock around every call. Not
+/// version and dropped. A volume of which nothing is there yet is formed while its bricks come, once its version has told
+/// grid and palette; nobody sees it before it is whole. Not thread-safe: samples come on middleware threads, so lock around every call. Not
 /// real-time safe.
 class WorkspaceAssembler {
  public:
@@ -66,8 +67,9 @@ class WorkspaceAssembler {
   struct Held {
     std::uint64_t version;
     std::uint64_t hash;
-    std::vector<std::uint8_t> packed;  // encoded; empty: as in current_
-    std::uint16_t object;               // that all of it belongs to; 65535: to several
+    std::vector<std::uint8_t> packed;  // encoded; empty: as in forming_ or else in current_
+    bool formed;
+    std::uint16_t object;              // that all of it belongs to; 65535: to several
     std::uint8_t greatest_code;
     std::uint8_t greatest_fluid_code;  // of layers and guard
   };
@@ -81,6 +83,9 @@ class WorkspaceAssembler {
   void drop_left_overs();
   bool fits(const VersionDescription& description) const;
   void build(const VersionDescription& description);
+  void begin_forming(const VersionDescription& description);
+  void end_forming();
+  bool like_current(const VersionDescription& description) const;
   bool spare_usable(const GridSpec& grid, const std::vector<float>& palette_Pa_s_per_m) const;
   void write_brick(Workspace& to, BrickKey key);
   void copy_brick(BrickKey key, Workspace& to);
@@ -90,6 +95,7 @@ class WorkspaceAssembler {
   std::uint64_t hash_sum_ = 0;              // Σ of held_'s hashes
   std::set<BrickKey> changed_;              // where held_ may differ from current_
   std::optional<VersionDescription> pending_;
+  std::shared_ptr<Workspace> forming_;  // for pending_, if it cannot be made of the one before
   std::shared_ptr<const Workspace> current_;
   double greatest_neighbour_mu_ = 0.0;
   std::shared_ptr<Workspace> buffer_;  // current_, as it was before it was shared

@@ -138,7 +138,8 @@ void start_to_late_joiner(State& state, int voxel_mm) {
     activation_s = server.activation_s();
     published_s = now_s() - from_s;
     const double join_s = now_s();
-    Joiner(network).wait_for_whole_cell();
+    const Joiner joiner(network);
+    joiner.wait_for_whole_cell();
     joined_s = now_s() - join_s;
     state.SetIterationTime(published_s + joined_s);
   }

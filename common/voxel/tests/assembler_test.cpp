@@ -267,6 +267,67 @@ TEST(WorkspaceAssembler, TakesAnotherPaletteAndGrid) {
   expect_same(assembler.current().get(), second);
 }
 
+TEST(WorkspaceAssembler, WhatIsFormedWhileItComesMayChangeBeforeItIsWhole) {
+  for (unsigned seed = 0; seed < 8; ++seed) {
+    std::mt19937 random(seed);
+    Workspace server = random_workspace(seed + 1);
+    WorkspaceAssembler assembler;
+    const auto keys = server.bricks();
+    ASSERT_TRUE(assembler.commit(describe(server)));
+    for (std::size_t i = 0; i < keys.size() - 2; ++i) put(assembler, server, keys[i]);
+    // Some of what came is replaced or goes, and the rest of the first version never comes.
+    const Change change = change_some(server, random);
+    ++server.version;
+    for (const BrickKey key : change.put) put(assembler, server, key);
+    for (const BrickKey key : change.removed) ASSERT_TRUE(assembler.put_brick(key, server.version, {}));
+    for (std::size_t i = keys.size() - 2; i < keys.size(); ++i) {
+      if (server.has_brick(keys[i])) put(assembler, server, keys[i]);
+    }
+    EXPECT_EQ(assembler.current(), nullptr);
+    ASSERT_TRUE(assembler.commit(describe(server)));
+    expect_same(assembler.current().get(), server);
+  }
+}
+
+TEST(WorkspaceAssembler, TheGridMayChangeBeforeTheFirstVolumeIsWhole) {
+  const Workspace small = random_workspace(5);
+  const auto keys = small.bricks();
+  GridSpec grid = small.grid();
+  for (auto& size : grid.size_vox) size += kBrickEdge;
+  std::vector<float> palette = small.palette();
+  palette.push_back(2 * palette.back());
+  Workspace large(grid, palette);
+  large.version = small.version + 1;
+  WorkspaceAssembler assembler;
+  ASSERT_TRUE(assembler.commit(describe(small)));
+  for (std::size_t i = 1; i < keys.size(); ++i) {
+    put(assembler, small, keys[i]);
+    const auto made = large.make_brick(keys[i]);
+    const auto from = small.brick(keys[i]);
+    std::copy_n(from.mu_code, kBrickVoxels, made.mu_code);
+    std::copy_n(from.order, kBrickVoxels, made.order);
+    from.copy_objects(made.object);
+  }
+  const BrickKey beyond{grid.size_vox[0] / kBrickEdge - 1, 0, 0};
+  large.make_brick(beyond).mu_code[0] = static_cast<std::uint8_t>(palette.size() - 1);
+  put(assembler, large, beyond);
+  EXPECT_EQ(assembler.current(), nullptr);
+  ASSERT_TRUE(assembler.commit(describe(large)));
+  expect_same(assembler.current().get(), large);
+  // And back: what was formed of another grid while the first one is still shown.
+  WorkspaceAssembler other;
+  for (const BrickKey key : keys) put(other, small, key);
+  ASSERT_TRUE(other.commit(describe(small)));
+  ASSERT_TRUE(other.commit(describe(large)));
+  Workspace next = small;
+  next.make_brick(keys[0]).mu_code[5] ^= 1;
+  next.version = large.version + 1;
+  put(other, next, keys[0]);
+  expect_same(other.current().get(), small);
+  ASSERT_TRUE(other.commit(describe(next)));
+  expect_same(other.current().get(), next);
+}
+
 TEST(WorkspaceAssembler, DropsLeftOversOfChangedVersionsToo) {
   // The dead server had changed some bricks since its start; so has its successor when we hear of it.
   Workspace dead = random_workspace(7), heir = random_workspace(8);
