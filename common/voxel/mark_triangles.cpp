@@ -12,6 +12,8 @@
 // (keep this order)
 #include <hwy/highway.h>
 
+#include "common/voxel/mark_small-inl.hpp"
+
 HWY_BEFORE_NAMESPACE();
 namespace phantom::voxel::detail::HWY_NAMESPACE {
 
@@ -304,8 +306,17 @@ void mark(const std::array<SnappedPoint, 3>& t, Slab slab, BitVolume& boundary) 
 }
 
 void MarkAll(const SnappedMesh& mesh, Slab z, BitVolume& boundary) {
-  for (const Corners& corners : mesh.triangles)
+  const auto mark_one = [&](const Corners& corners) {
     mark({mesh.points[corners[0]], mesh.points[corners[1]], mesh.points[corners[2]]}, z, boundary);
+  };
+  SmallTriangles small(mesh, z, boundary);
+  const std::size_t step = SmallTriangles::at_once();
+  std::size_t i = 0;
+  for (; i + step <= mesh.triangles.size(); i += step) small.mark(&mesh.triangles[i], mark_one);
+  if (i == mesh.triangles.size()) return;
+  Corners rest[SmallTriangles::kMost];
+  for (std::size_t lane = 0; lane < step; ++lane) rest[lane] = mesh.triangles[std::min(i + lane, mesh.triangles.size() - 1)];
+  small.mark(rest, mark_one);
 }
 
 }  // namespace phantom::voxel::detail::HWY_NAMESPACE

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include <random>
 
@@ -101,6 +102,35 @@ TEST(BoundaryTwin, RandomTrianglesOfAllSizes) {
     }
     expect_as_twin({t}, edge);
   }
+}
+
+/// Large ones among them, and some that reach beyond the grid; whole and half voxels as above.
+std::vector<std::array<Point, 3>> many_small_triangles(int round, std::int32_t edge, std::mt19937& random) {
+  const std::int64_t grain = round % 3 == 0 ? kSub : round % 3 == 1 ? kSub / 2 : 64;
+  std::vector<std::array<Point, 3>> triangles(20 + random() % 40);
+  for (auto& t : triangles) {
+    const std::int64_t extent = random() % 9 == 0 ? 4 * kSub : random() % 2 == 0 ? kSub : kSub / 3;
+    Point centre;
+    for (auto& c : centre) c = static_cast<std::int64_t>(random() % static_cast<std::uint64_t>((edge + 2) * kSub)) - kSub;
+    for (Point& p : t) {
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        p[axis] = (centre[axis] + static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(2 * extent)) - extent) / grain * grain;
+    }
+    if (random() % 8 == 0) t[2] = t[1];
+    const auto flat = static_cast<std::size_t>(round % 3);
+    if (random() % 8 == 0) t[0][flat] = t[1][flat] = t[2][flat];
+  }
+  return triangles;
+}
+
+TEST(BoundaryTwin, ManySmallTrianglesAtOnceWithEveryInstructionSet) {
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    SCOPED_TRACE(hwy::TargetName(target));
+    std::mt19937 random(4);
+    for (int round = 0; round < 40; ++round) expect_as_twin(many_small_triangles(round, 12, random), 12);
+  }
+  hwy::SetSupportedTargetsForTest(0);
 }
 
 TEST(BoundaryTwin, SliversAndSegmentsAndPoints) {

@@ -1,0 +1,187 @@
+// Private to mark_triangles.cpp: the small triangles of a fine mesh, a vector of them at once. Compiled once per
+// instruction set.
+
+#if defined(PHANTOM_VOXEL_MARK_SMALL_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef PHANTOM_VOXEL_MARK_SMALL_INL
+#undef PHANTOM_VOXEL_MARK_SMALL_INL
+#else
+#define PHANTOM_VOXEL_MARK_SMALL_INL
+#endif
+
+#include <hwy/highway.h>
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+#include "common/voxel/snapped_mesh.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace phantom::voxel::detail::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Triangles that span at most two voxels along each axis. In coordinates from the corner of their first voxel on,
+/// products of two differences fit 32 bits: 2 · 32767² + 32767 · 32768 wraps where it is formed, but no value that is
+/// compared does. The thirteen directions are those of larger triangles (mark_triangles.cpp), for all eight voxels.
+class SmallTriangles {
+ public:
+  SmallTriangles(const SnappedMesh& mesh, Slab slab, BitVolume& boundary)
+      : points_(mesh.points), slab_(slab), boundary_(boundary) {}
+
+  static constexpr std::size_t kMost = hn::MaxLanes(hn::ScalableTag<std::int32_t>());
+  static std::size_t at_once() { return hn::Lanes(kInts); }  ///< at most kMost
+
+  /// Marks the voxels of those of at_once() triangles that are small. Calls other(triangle) for those that are not, or
+  /// reach beyond the slab or the volume.
+  template <class Other>
+  void mark(const Corners* triangles, const Other& other) {
+    for (std::size_t lane = 0; lane < at_once(); ++lane) {
+      for (std::size_t corner = 0; corner < 3; ++corner) {
+        const SnappedPoint& point = points_[triangles[lane][corner]];
+        for (std::size_t axis = 0; axis < 3; ++axis) at_[corner][axis][lane] = point[axis];
+      }
+    }
+    const Ints spanned = spanned_voxels();
+    if (!hn::AllFalse(kInts, hn::Ne(spanned, hn::Zero(kInts)))) {
+      hn::Store(hn::And(spanned, met_by_shadows()), kInts, met_);
+      keep_what_planes_pass();
+    }
+    for (std::size_t lane = 0; lane < at_once(); ++lane) {
+      if (kind_[lane] == kSmall) put(lane);
+      if (kind_[lane] == kOther) other(triangles[lane]);
+    }
+  }
+
+ private:
+  static constexpr hn::ScalableTag<std::int32_t> kInts{};
+  static constexpr hn::ScalableTag<double> kDoubles{};
+  using Ints = hn::Vec<hn::ScalableTag<std::int32_t>>;
+  static constexpr std::int32_t kOther = 0, kSmall = 1, kOutside = 2;
+
+  /// Eight bits each, 4 z + 2 y + x: voxels of the box around the triangle; 0 if it is not small. Moves the corners to
+  /// where the box begins.
+  HWY_INLINE Ints spanned_voxels() {
+    // Without the second voxel along x, y, z these remain.
+    constexpr std::int32_t kWithout[3] = {0x55, 0x33, 0x0f};
+    const std::int32_t least[3] = {0, 0, slab_.first};
+    const std::int32_t most[3] = {boundary_.size()[0] - 1, boundary_.size()[1] - 1, slab_.last - 1};
+    auto voxels = hn::Set(kInts, 0xff), kind = hn::Set(kInts, kSmall);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto a = hn::Load(kInts, at_[0][axis]), b = hn::Load(kInts, at_[1][axis]), c = hn::Load(kInts, at_[2][axis]);
+      const auto first = hn::ShiftRight<kSubBits>(hn::Min(a, hn::Min(b, c)));
+      const auto last = hn::ShiftRight<kSubBits>(hn::Max(a, hn::Max(b, c)));
+      const auto low = hn::Set(kInts, least[axis]), high = hn::Set(kInts, most[axis]);
+      const auto other = hn::Or(hn::Gt(last, hn::Add(first, hn::Set(kInts, 1))), hn::Or(hn::Lt(first, low), hn::Gt(last, high)));
+      const auto outside = hn::Or(hn::Lt(last, low), hn::Gt(first, high));
+      kind = hn::IfThenElse(hn::And(other, hn::Eq(kind, hn::Set(kInts, kSmall))), hn::Set(kInts, kOther), kind);
+      kind = hn::IfThenElse(outside, hn::Set(kInts, kOutside), kind);
+      voxels = hn::IfThenElse(hn::Eq(first, last), hn::And(voxels, hn::Set(kInts, kWithout[axis])), voxels);
+      hn::Store(first, kInts, first_[axis]);
+      const auto corner = hn::ShiftLeft<kSubBits>(first);
+      hn::Store(hn::Sub(a, corner), kInts, at_[0][axis]);
+      hn::Store(hn::Sub(b, corner), kInts, at_[1][axis]);
+      hn::Store(hn::Sub(c, corner), kInts, at_[2][axis]);
+    }
+    hn::Store(kind, kInts, kind_);
+    return hn::IfThenElseZero(hn::Eq(kind, hn::Set(kInts, kSmall)), voxels);
+  }
+
+  /// For the squares 2 v + u of the plane (u, v): negative where the triangle's shadow does not meet them.
+  HWY_INLINE void shadow(std::size_t u, std::size_t v, Ints outside[4]) const {
+    const auto minus = [&](std::size_t to, std::size_t from, std::size_t axis) HWY_ATTR {
+      return hn::Sub(hn::Load(kInts, at_[to][axis]), hn::Load(kInts, at_[from][axis]));
+    };
+    const auto zero = hn::Zero(kInts);
+    const auto area = hn::Sub(hn::Mul(minus(1, 0, u), minus(2, 0, v)), hn::Mul(minus(2, 0, u), minus(1, 0, v)));
+    const auto turned = hn::Lt(area, zero);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t next = (i + 1) % 3;
+      auto du = minus(next, i, u), dv = minus(next, i, v);
+      du = hn::IfThenElse(turned, hn::Neg(du), du);
+      dv = hn::IfThenElse(turned, hn::Neg(dv), dv);
+      const auto step_u = hn::Neg(hn::ShiftLeft<kSubBits>(dv)), step_v = hn::ShiftLeft<kSubBits>(du);
+      const auto from = hn::Sub(hn::Mul(dv, hn::Load(kInts, at_[i][u])), hn::Mul(du, hn::Load(kInts, at_[i][v])));
+      const auto first = hn::Add(from, hn::Add(hn::Max(zero, step_u), hn::Max(zero, step_v)));
+      const auto above = hn::Add(first, step_v);
+      const Ints values[4] = {first, hn::Add(first, step_u), above, hn::Add(above, step_u)};
+      for (std::size_t square = 0; square < 4; ++square)
+        outside[square] = i == 0 ? values[square] : hn::Or(outside[square], values[square]);
+    }
+  }
+
+  HWY_INLINE Ints met_by_shadows() const {
+    Ints xy[4], yz[4], xz[4];
+    shadow(0, 1, xy);
+    shadow(1, 2, yz);
+    shadow(0, 2, xz);
+    auto met = hn::Zero(kInts);
+    for (std::size_t voxel = 0; voxel < 8; ++voxel) {
+      const std::size_t x = voxel & 1, y = voxel >> 1 & 1, z = voxel >> 2;
+      const auto outside = hn::Or(xy[2 * y + x], hn::Or(yz[2 * z + y], xz[2 * z + x]));
+      const auto bit = hn::Set(kInts, std::int32_t{1} << voxel);
+      met = hn::Or(met, hn::AndNot(hn::BroadcastSignBit(outside), bit));
+    }
+    return met;
+  }
+
+  /// Of the voxels met those through which the triangle's plane passes. Its values are whole numbers below 2⁴⁸, which a
+  /// double holds.
+  HWY_INLINE void keep_what_planes_pass() {
+    const hn::Rebind<std::int32_t, decltype(kDoubles)> ints;
+    const auto zero = hn::Zero(kDoubles), edge = hn::Set(kDoubles, static_cast<double>(kSub));
+    for (std::size_t lane = 0; lane < at_once(); lane += hn::Lanes(kDoubles)) {
+      const auto load = [&](const std::int32_t* from) HWY_ATTR { return hn::PromoteTo(kDoubles, hn::Load(ints, from + lane)); };
+      hn::Vec<decltype(kDoubles)> b[3], c[3], step[3];
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto from = load(at_[0][axis]);
+        b[axis] = hn::Sub(load(at_[1][axis]), from);
+        c[axis] = hn::Sub(load(at_[2][axis]), from);
+      }
+      auto low = zero, span = zero;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::size_t j = (axis + 1) % 3, k = (axis + 2) % 3;
+        const auto normal = hn::Sub(hn::Mul(b[j], c[k]), hn::Mul(b[k], c[j]));
+        step[axis] = hn::Mul(normal, edge);
+        low = hn::Sub(low, hn::Mul(normal, load(at_[0][axis])));
+        low = hn::Add(low, hn::Min(zero, step[axis]));
+        span = hn::Add(span, hn::Abs(step[axis]));
+      }
+      auto passes = hn::Zero(kDoubles);  // a sum of powers of two
+      for (std::size_t voxel = 0; voxel < 8; ++voxel) {
+        auto value = low;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          if ((voxel >> axis & 1) != 0) value = hn::Add(value, step[axis]);
+        }
+        const auto meets = hn::And(hn::Le(value, zero), hn::Ge(hn::Add(value, span), zero));
+        passes = hn::Add(passes, hn::IfThenElseZero(meets, hn::Set(kDoubles, static_cast<double>(1 << voxel))));
+      }
+      hn::Store(hn::And(hn::DemoteTo(ints, passes), hn::Load(ints, met_ + lane)), ints, met_ + lane);
+    }
+  }
+
+  HWY_INLINE void put(std::size_t lane) {
+    const std::int32_t x = first_[0][lane];
+    const int shift = x & 63;
+    std::uint64_t* const word = boundary_.row(first_[1][lane], first_[2][lane]) + (x >> 6);
+    const std::size_t row = boundary_.words_per_row(), layer = row * static_cast<std::size_t>(boundary_.size()[1]);
+    const auto met = static_cast<std::uint64_t>(met_[lane]);
+    const std::size_t offsets[4] = {0, row, layer, layer + row};
+    for (std::size_t i = 0; i < 4; ++i) {
+      const std::uint64_t bits = met >> (2 * i) & 3;
+      if (bits == 0) continue;
+      word[offsets[i]] |= bits << shift;
+      if (shift == 63 && bits > 1) word[offsets[i] + 1] |= 1;
+    }
+  }
+
+  const std::vector<SnappedPoint>& points_;
+  Slab slab_;
+  BitVolume& boundary_;
+  alignas(64) std::int32_t at_[3][3][kMost];  // [corner][axis]
+  alignas(64) std::int32_t first_[3][kMost], kind_[kMost], met_[kMost] = {};
+};
+
+}  // namespace phantom::voxel::detail::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
