@@ -1,5 +1,10 @@
 #include "common/voxel/solid_rows.hpp"
 
+#include <hwy/cache_control.h>
+
+#include <algorithm>
+#include <array>
+
 #include "common/core/parallel.hpp"
 
 namespace phantom::voxel::detail {
@@ -8,20 +13,21 @@ namespace {
 constexpr std::int32_t brick_of(std::int32_t voxel) { return voxel >> 5; }  // rounds down, below 0 too
 static_assert(kBrickEdge == 32);
 
-/// Words of 32 of a row that begins `shift` (< 32) bits later.
-class Shifter {
+constexpr std::size_t kTile = 16;  // columns and slices: a cache line of either
+
+/// Words of a row of 64 bits each that begins `shift` (< 64) bits later.
+class ShiftedRow {
  public:
-  explicit Shifter(int shift) : shift_(shift) {}
-  /// The next 64 bits.
-  std::uint64_t operator()(std::uint64_t word) {
-    const std::uint64_t shifted = word << shift_ | carried_;
-    carried_ = shift_ == 0 ? 0 : word >> (64 - shift_);
-    return shifted;
+  ShiftedRow(const std::uint64_t* row, std::size_t words, int shift) : row_(row), words_(words), shift_(shift) {}
+  std::uint64_t operator[](std::size_t i) const {
+    const std::uint64_t here = i < words_ ? row_[i] : 0, before = i > 0 && i <= words_ ? row_[i - 1] : 0;
+    return here << shift_ | before >> 1 >> (63 - shift_);
   }
 
  private:
+  const std::uint64_t* row_;
+  std::size_t words_;
   int shift_;
-  std::uint64_t carried_ = 0;
 };
 
 Cells cells_over(const VoxelBox& box) {
@@ -49,44 +55,62 @@ SolidRows::SolidRows(const SolidVoxels& solid, int threads)
                      [&](std::size_t layer, std::size_t) { take_layer(static_cast<std::int32_t>(layer)); });
 }
 
-/// Takes a layer of bricks, slice by slice.
+/// Up to kTile words of a row, from a column on: what is solid, and what is interior.
+struct SolidRows::RowPart {
+  std::array<std::uint32_t, kTile> solid, inner;
+};
+
+void SolidRows::take_row(std::int32_t in_y, std::int32_t in_z, std::size_t first_column, RowPart& part) const {
+  constexpr std::int32_t kAhead = 6;  // rows; the next slice is too far away for the processor to see what comes
+  const std::size_t words = solid_.boundary.words_per_row();
+  const std::uint64_t *boundary_row = solid_.boundary.row(in_y, in_z), *interior_row = solid_.interior.row(in_y, in_z);
+  const std::size_t ahead = static_cast<std::size_t>(std::min(kAhead, box_.size[1] - 1 - in_y)) * words + first_column / 2;
+  hwy::Prefetch(boundary_row + ahead);
+  hwy::Prefetch(interior_row + ahead);
+  const int shift = box_.min.x & 31;
+  const ShiftedRow boundary(boundary_row, words, shift), interior(interior_row, words, shift);
+  for (std::size_t i = 0; i < kTile; i += 2) {
+    const std::uint64_t inner = interior[(first_column + i) / 2], solid = inner | boundary[(first_column + i) / 2];
+    part.solid[i] = static_cast<std::uint32_t>(solid);
+    part.solid[i + 1] = static_cast<std::uint32_t>(solid >> 32);
+    part.inner[i] = static_cast<std::uint32_t>(inner);
+    part.inner[i + 1] = static_cast<std::uint32_t>(inner >> 32);
+  }
+}
+
+/// Takes a layer of bricks, in tiles of columns and slices of one y.
 void SolidRows::take_layer(std::int32_t layer) {
   const std::int32_t from_z = std::max(box_.min.z, (cells_.min.z + layer) * kBrickEdge);
   const std::int32_t to_z = std::min(box_.min.z + box_.size[2], (cells_.min.z + layer + 1) * kBrickEdge);
-  const std::size_t words = solid_.boundary.words_per_row(),
-                    columns = static_cast<std::size_t>(cells_.size[0]),
-                    rows = static_cast<std::size_t>(box_.size[1]);
-  std::vector<std::uint32_t> inner(rows * columns, ~std::uint32_t{0}), any(rows * columns, 0);
-  for (std::int32_t z = from_z; z < to_z; ++z) {
-    const std::uint32_t z_bit = std::uint32_t{1} << (z & 31);
-    const std::int32_t in_z = z - box_.min.z;
+  const auto columns = static_cast<std::size_t>(cells_.size[0]), rows = static_cast<std::size_t>(box_.size[1]);
+  std::vector<std::uint32_t> inner(rows * columns, ~std::uint32_t{0});
+  for (std::size_t first = 0; first < columns; first += kTile) {
+    const std::size_t wide = std::min(kTile, columns - first);
     for (std::size_t y = 0; y < rows; ++y) {
       const auto in_y = static_cast<std::int32_t>(y);
-      const std::uint64_t *boundary = solid_.boundary.row(in_y, in_z),
-                          *interior = solid_.interior.row(in_y, in_z);
-      Shifter boundary_word(box_.min.x & 31), interior_word(box_.min.x & 31);
-      Cells::Bits* const here =
-          &cells_.bits[cells_.index(0, brick_of(in_y + box_.min.y) - cells_.min.y, layer)];
-      std::uint32_t* to =
-          words_.data() + y * static_cast<std::size_t>(box_.size[2]) + static_cast<std::size_t>(in_z);
-      for (std::size_t i = 0; i < columns; i += 2) {
-        const bool more = i / 2 < words;
-        const std::uint64_t in = interior_word(more ? interior[i / 2] : 0),
-                            all = in | boundary_word(more ? boundary[i / 2] : 0);
-        for (std::size_t half = 0; half < 2 && i + half < columns; ++half, to += column_words_) {
-          const auto word = static_cast<std::uint32_t>(all >> (32 * half));
-          *to = word;
-          any[y * columns + i + half] |= word;
-          inner[y * columns + i + half] &= static_cast<std::uint32_t>(in >> (32 * half));
-          if (word != 0) here[i + half].z |= z_bit;
+      Cells::Bits* const here = &cells_.bits[cells_.index(static_cast<std::int32_t>(first), brick_of(in_y + box_.min.y) - cells_.min.y, layer)];
+      std::array<std::uint32_t, kTile> any{};
+      for (std::int32_t z = from_z; z < to_z; z += static_cast<std::int32_t>(kTile)) {
+        const std::size_t deep = std::min(kTile, static_cast<std::size_t>(to_z - z));
+        std::array<RowPart, kTile> tile;
+        for (std::size_t k = 0; k < deep; ++k) {
+          take_row(in_y, z - box_.min.z + static_cast<std::int32_t>(k), first, tile[k]);
+          for (std::size_t i = 0; i < kTile; ++i) any[i] |= tile[k].solid[i];
+          for (std::size_t i = 0; i < wide; ++i) inner[y * columns + first + i] &= tile[k].inner[i];
+        }
+        for (std::size_t i = 0; i < wide; ++i) {
+          std::uint32_t* const to = words_.data() + (first + i) * column_words_ + y * static_cast<std::size_t>(box_.size[2]) + static_cast<std::size_t>(z - box_.min.z);
+          std::uint32_t slices = 0;
+          for (std::size_t k = 0; k < deep; ++k) {
+            to[k] = tile[k].solid[i];
+            slices |= static_cast<std::uint32_t>(to[k] != 0) << k;
+          }
+          here[i].z |= slices << (z & 31);
         }
       }
+      for (std::size_t i = 0; i < wide; ++i)
+        united_[(first + i) * column_united_ + y * static_cast<std::size_t>(cells_.size[2]) + static_cast<std::size_t>(layer)] = any[i];
     }
-  }
-  for (std::size_t y = 0; y < rows; ++y) {
-    for (std::size_t i = 0; i < columns; ++i)
-      united_[i * column_united_ + y * static_cast<std::size_t>(cells_.size[2]) +
-              static_cast<std::size_t>(layer)] = any[y * columns + i];
   }
   settle_cells(layer, to_z - from_z == kBrickEdge, inner);
 }

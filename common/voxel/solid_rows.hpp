@@ -88,6 +88,8 @@ class SolidRows {
   const Cells& cells() const noexcept { return cells_; }
 
  private:
+  struct RowPart;
+  void take_row(std::int32_t in_y, std::int32_t in_z, std::size_t first_column, RowPart& part) const;
   void take_layer(std::int32_t layer);
   void settle_cells(std::int32_t layer, bool whole_along_z, const std::vector<std::uint32_t>& inner);
 
