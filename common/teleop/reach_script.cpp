@@ -6,7 +6,9 @@
 namespace phantom::teleop {
 namespace {
 
-constexpr double kThere = 0.01;  // rad or m: no transit for less
+constexpr double kThere = 0.01;    // rad or m: no transit for less
+constexpr double kMeetAfter_s = 2.0;  // the slave comes by itself if nothing is in its way
+constexpr double kMeet_s = 1.5;
 
 // Own normal deviate (central limit of 12 uniforms): the standard library's differs between implementations.
 double normal_deviate(std::mt19937& random) noexcept {
@@ -53,7 +55,12 @@ void ReachScript::begin_way_in() noexcept {
 }
 
 void ReachScript::step(const core::JointArray& q, bool go, bool contact, double dt_s) noexcept {
+  apart_s_ = 0.0;
   if (!go) return;
+  if (meeting_) {
+    meeting_ = false;
+    if (number_ >= 0) begin(ReachPhase::kHold);  // and back from there
+  }
   in_phase_s_ += dt_s;
   switch (phase_) {
     case ReachPhase::kWait:
@@ -91,6 +98,14 @@ void ReachScript::step(const core::JointArray& q, bool go, bool contact, double 
       if (hand_.arrived()) begin(ReachPhase::kPause);
       return;
   }
+}
+
+void ReachScript::meet(const core::JointArray& slave_q, double dt_s) noexcept {
+  apart_s_ += dt_s;
+  if (apart_s_ < kMeetAfter_s) return;
+  hand_.move_to(slave_q, kMeet_s);
+  meeting_ = true;
+  apart_s_ = 0.0;  // and again, should it have moved meanwhile
 }
 
 }  // namespace phantom::teleop

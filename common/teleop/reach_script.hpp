@@ -40,7 +40,8 @@ struct ReachScriptParameters {
 enum class ReachPhase { kWait, kTransit, kIn, kHold, kBack, kPause };
 
 /// Leads an OperatorModel through reaches: to the start, in, until the target or a contact (after the
-/// reaction time), back. Deterministic for a seed. After construction it allocates nothing.
+/// reaction time), back. A slave that was lost and cannot come to the master by itself – something is in its way – is met
+/// where it is, and the reach is given up. Deterministic for a seed. After construction it allocates nothing.
 class ReachScript {
  public:
   ReachScript(const ReachScriptParameters& parameters, OperatorModel& hand);
@@ -48,6 +49,10 @@ class ReachScript {
   /// Advances; call before the hand's own step with the device's true position. `go`: master and slave are
   /// coupled (else everything waits). `contact`: the slave touches something. Real-time safe: yes.
   void step(const core::JointArray& q, bool go, bool contact, double dt_s) noexcept;
+  /// In place of step() while the slave is heard and the poses do not agree; `slave_q`: where it is. Real-time safe: yes.
+  void meet(const core::JointArray& slave_q, double dt_s) noexcept;
+  /// The hand is on its way to the slave: its reference is to move although nothing is coupled.
+  bool meeting() const noexcept { return meeting_; }
 
   ReachPhase phase() const noexcept { return phase_; }
   /// Running number from 0 of the reach under way, from the start of its way in to the next one's; −1 before
@@ -67,8 +72,8 @@ class ReachScript {
   OperatorModel& hand_;
   std::mt19937 random_;
   ReachPhase phase_ = ReachPhase::kWait;
-  double in_phase_s_ = 0.0, touching_s_ = 0.0, in_s_ = 0.0;
-  bool touched_ = false, percept_on_ = true;
+  double in_phase_s_ = 0.0, touching_s_ = 0.0, in_s_ = 0.0, apart_s_ = 0.0;
+  bool touched_ = false, percept_on_ = true, meeting_ = false;
   std::int32_t number_ = -1;
   std::int32_t planned_ = -1;
   std::size_t index_ = 0;

@@ -33,6 +33,7 @@ MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
                          dt_s);
   out.stop_cause = link_.stop_cause();
   out.slave_elsewhere = in.slave.answers_another;
+  out.slave_touches = in.slave.contact;
   const bool coupled = out.state == LinkState::kCoupled;
   out.percept_enabled = in.percept_wanted && in.wishes.percept_enabled;
   const bool fresh = in.drag_age_s <= percept_staleness_s_ && in.drag_round_trip_s <= round_trip_limit_s_;

@@ -80,6 +80,7 @@ struct MasterOutputs {
   teleop::LinkState state = teleop::LinkState::kInit;
   teleop::StopCause stop_cause = teleop::StopCause::kNone;
   bool slave_elsewhere = false;  ///< the slave is heard, but follows another master
+  bool slave_touches = false;    ///< it says that it touches something
   core::JointArray motor_Nm{};     ///< to the device
   core::JointArray percept_Nm{};   ///< its parts: G·τ₁
   core::JointArray feedback_Nm{};  ///< and τ₂/A

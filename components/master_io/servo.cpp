@@ -38,16 +38,21 @@ void Servo::read_inbox(core::Nanoseconds now_ns) noexcept {
 const core::JointArray& Servo::hand_torque(bool go, const DeviceSense& sense, double dt_s) noexcept {
   if (driver_ == Driver::kCan) return no_torque_;
   if (driver_ == Driver::kDesk) return desk_hand_.step(go ? desk_now_ : DeskState{}, sense.hand_velocity);
-  return hand_.step(sense.hand_position, sense.hand_velocity, go, dt_s);
+  return hand_.step(sense.hand_position, sense.hand_velocity, go || script_.meeting(), dt_s);
 }
 
 // False if it is not known yet where the device is.
 bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) noexcept {
   const bool go = state_ == teleop::LinkState::kCoupled;
-  const bool contact = inputs_.slave.contact && inputs_.slave_age_s <= staleness_s_;
+  const bool heard = inputs_.slave_age_s <= staleness_s_;
+  const bool contact = inputs_.slave.contact && heard;
   const DeviceSense& sense = device_.sense();
   if (driver_ == Driver::kSim) {
-    script_.step(sense.hand_position, go, contact, dt_s);
+    if (state_ == teleop::LinkState::kReady && heard) {
+      script_.meet(inputs_.slave.motion.position, dt_s);
+    } else {
+      script_.step(sense.hand_position, go, contact, dt_s);
+    }
     inputs_.percept_wanted = script_.percept_on();
   }
   inputs_.position = sense.position;

@@ -32,7 +32,8 @@ std::string sentence(const MasterOutputs& now) {
     case LinkState::kInit:
       return now.slave_elsewhere ? "the slave answers another master_io: waiting" : "waiting for the slave";
     case LinkState::kReady:
-      return "waiting for the slave to come to the master's pose";
+      return now.slave_touches ? "the slave touches something and may not come: bring the master to its pose"
+                               : "waiting for the slave to come to the master's pose";
     case LinkState::kDegraded:
       return now.slave_elsewhere ? "the slave answers another master_io: torques off"
                                  : "the slave is not heard or holds: torques off";

@@ -68,6 +68,7 @@ class SlaveIo {
  private:
   core::JointArray lead_reference(const SlaveInputs& in, double dt_s) noexcept;
   void limit_speed(const core::JointArray& v, core::JointArray& drive_Nm) const noexcept;
+  core::JointArray as_far_as_free(const SlaveInputs& in) const noexcept;
   bool within_range(const core::JointArray& q) const noexcept;
 
   std::size_t count_;

@@ -249,6 +249,38 @@ TEST(ReachScript, LetsGoAfterTheReactionTimeAndRetreats) {
   EXPECT_EQ(script.number(), 1);
 }
 
+TEST(ReachScript, ASlaveThatCannotComeIsMetAndTheReachGivenUp) {
+  auto plant = device();
+  OperatorModel model(hand(OperatorKind::kMinimumJerk), {});
+  ReachScript script(two_reaches(), model);
+  const auto tick = [&](bool go) {
+    plant.step(model.step(plant.true_position(), plant.true_velocity(), go || script.meeting(), kDt), {}, kDt);
+  };
+  while (plant.true_position()[0] < 0.5) {
+    script.step(plant.true_position(), true, false, kDt);
+    tick(true);
+  }
+  ASSERT_EQ(script.phase(), ReachPhase::kIn);
+  for (int i = 0; i < 500; ++i) script.step(plant.true_position(), false, true, kDt), tick(false);  // the slave is lost
+  // Heard again, it comes within two seconds or is met.
+  for (int i = 0; i < 1900; ++i) script.meet(at(0.4), kDt), tick(false);
+  EXPECT_FALSE(script.meeting());
+  EXPECT_GT(plant.true_position()[0], 0.45);
+  for (int i = 0; i < 3000; ++i) script.meet(at(0.4), kDt), tick(false);
+  EXPECT_TRUE(script.meeting());
+  EXPECT_NEAR(plant.true_position()[0], 0.4, 0.02);
+  const auto index = script.index();
+  script.step(plant.true_position(), true, true, kDt);
+  EXPECT_FALSE(script.meeting());
+  EXPECT_EQ(script.phase(), ReachPhase::kHold);
+  for (int i = 0; i < 20000 && script.number() == 0; ++i) {
+    script.step(plant.true_position(), true, false, kDt);
+    tick(true);
+  }
+  EXPECT_EQ(script.number(), 1) << "the next reach comes";
+  EXPECT_EQ(index, 0U);
+}
+
 TEST(ReachScript, NothingHappensWhileNotCoupled) {
   OperatorModel model(hand(OperatorKind::kMinimumJerk), {});
   ReachScript script(two_reaches(), model);

@@ -123,6 +123,34 @@ TEST(SlaveIo, ComesSlowlyToANearMasterBeforeCouplingAndWaitsForAFarOne) {
   EXPECT_NEAR(far.last.position[3], shipped_arm().home[3], 0.01);
 }
 
+TEST(SlaveIo, WhatKeepsItFromComingIsNotPressedHarder) {
+  const Config config = shipped_config();
+  const core::JointArray held = shipped_arm().home;
+  SlaveIo slave(shipped_arm().arm, config, held);
+  SlaveInputs in;
+  in.master_age_s = 0.001;
+  in.master.state = LinkState::kReady;
+  in.master.position = in.position = held;
+  in.master.position[3] += 0.3;
+  SlaveOutputs out;
+  double most_Nm = 0.0;
+  for (int i = 0; i < 10000; ++i) {  // the arm cannot move
+    out = slave.step(in, kDt);
+    most_Nm = std::max(most_Nm, std::abs(out.torque.loop_Nm[3]));
+  }
+  EXPECT_EQ(out.state, LinkState::kReady);
+  const double step = config.align_speed[3] * kDt;
+  EXPECT_NEAR(out.reference[3] - held[3], config.align_tolerance[3], 2 * step);
+  EXPECT_LE(most_Nm, config.gains[3].k_p * (config.align_tolerance[3] + 2 * step));
+  in.master.position[3] = held[3] - 0.3;  // away from it the arm goes at once
+  for (int i = 0; i < 1000; ++i) out = slave.step(in, kDt);
+  EXPECT_LT(out.reference[3], held[3]);
+  in.master.position[3] = held[3] + 0.5 * config.align_tolerance[3];  // or the master comes
+  in.master.state = LinkState::kAligned;
+  for (int i = 0; i < 1000; ++i) out = slave.step(in, kDt);
+  EXPECT_EQ(out.state, LinkState::kCoupled);
+}
+
 TEST(SlaveIo, StaleMasterMeansHoldingThePositionWithinTheLimit) {
   Bench bench;
   bench.run(0.5);
