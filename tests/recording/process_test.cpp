@@ -269,25 +269,32 @@ TEST_F(Signalled, OnEventNothingIsWrittenUntilACommandOrASignalComes) {
   EXPECT_LT(alerts.front(), heard + 100) << "from before the command";
 }
 
-class ReplayedProcess : public Recorded {};
-
-TEST_F(ReplayedProcess, WhatWasRecordedComesAgainToTypedReadersAsIfNew) {
-  std::vector<std::filesystem::path> files;
-  {
-    AlertWriter writer(std::chrono::microseconds(2000));
+class ReplayedProcess : public Recorded {
+ protected:
+  /// Records more than 300 of the writer's alerts; the file.
+  std::filesystem::path record(const AlertWriter& writer) {
     Process recorder(command("record", {"--folder", (folder / "out").string(), "--topics", "hit_alert"}),
                      folder / "record.log");
-    ASSERT_TRUE(eventually([&] { return writer.matched() > 0; }, std::chrono::seconds(60)));
+    EXPECT_TRUE(eventually([&] { return writer.matched() > 0; }, std::chrono::seconds(60)));
     const std::uint32_t heard = writer.written();
-    ASSERT_TRUE(eventually([&] { return writer.written() > heard + 300; }));
-    ASSERT_EQ(recorder.end(SIGINT), 0);
-    files = files_in(folder / "out");
-    ASSERT_EQ(files.size(), 1u);
+    EXPECT_TRUE(eventually([&] { return writer.written() > heard + 300; }));
+    EXPECT_EQ(recorder.end(SIGINT), 0);
+    const auto files = files_in(folder / "out");
+    return files.size() == 1 ? files[0] : std::filesystem::path();
+  }
+};
+
+TEST_F(ReplayedProcess, WhatWasRecordedComesAgainToTypedReadersAsIfNew) {
+  std::filesystem::path file;
+  {
+    const AlertWriter writer(std::chrono::microseconds(2000));
+    file = record(writer);
+    ASSERT_FALSE(file.empty());
     std::string said;
-    EXPECT_EQ(run("replay", {files[0].string()}, &said), 3) << "while the writer is there";
+    EXPECT_EQ(run("replay", {file.string()}, &said), 3) << "while the writer is there";
     EXPECT_THAT(said, HasSubstr("hit_alert is written by"));
   }
-  const auto recorded = alerts_in(*recording::McapReader::open(files[0]));
+  const auto recorded = alerts_in(*recording::McapReader::open(file));
   dds::Participant here("viewer", test_network());
   dds::Waiter waiter;
   std::vector<msg::HitAlert> got;
@@ -303,7 +310,7 @@ TEST_F(ReplayedProcess, WhatWasRecordedComesAgainToTypedReadersAsIfNew) {
   // As fast as it goes, and far more than the 64 alerts that a writer keeps: this reader is waited for.
   ASSERT_GT(recorded.size(), 300U);
   std::string said;
-  ASSERT_EQ(run("replay", {files[0].string(), "--loops", "2", "--rate", "0", "--wait", "30"}, &said), 0) << said;
+  ASSERT_EQ(run("replay", {file.string(), "--loops", "2", "--rate", "0", "--wait", "30"}, &said), 0) << said;
   ASSERT_TRUE(waiter.wait([&] { return got.size() >= 2 * recorded.size(); }));
   EXPECT_TRUE(in_order) << "receivers that refuse what is not newer accept all, in both turns";
   for (std::size_t i = 0; i < recorded.size(); ++i) {
@@ -315,16 +322,8 @@ TEST_F(ReplayedProcess, WhatWasRecordedComesAgainToTypedReadersAsIfNew) {
 }
 
 TEST_F(ReplayedProcess, AReaderThatIsFrozenDoesNotHoldItUp) {
-  {
-    AlertWriter writer(std::chrono::microseconds(500));
-    Process recorder(command("record", {"--folder", (folder / "out").string(), "--topics", "hit_alert"}),
-                     folder / "record.log");
-    ASSERT_TRUE(eventually([&] { return writer.matched() > 0; }, std::chrono::seconds(60)));
-    const std::uint32_t heard = writer.written();
-    ASSERT_TRUE(eventually([&] { return writer.written() > heard + 300; }));
-    ASSERT_EQ(recorder.end(SIGINT), 0);
-  }
-  const auto file = files_in(folder / "out").at(0);
+  const std::filesystem::path file = record(AlertWriter(std::chrono::microseconds(500)));
+  ASSERT_FALSE(file.empty());
   Process frozen(command("record", {"--folder", (folder / "other").string(), "--topics", "hit_alert"}),
                  folder / "frozen.log");
   Process replay(command("replay", {file.string(), "--loop", "--wait", "60"}),
