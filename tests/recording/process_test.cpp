@@ -328,7 +328,11 @@ TEST_F(ReplayedProcess, AReaderThatIsFrozenDoesNotHoldItUp) {
                  folder / "frozen.log");
   Process replay(command("replay", {file.string(), "--loop", "--wait", "60"}),
                  folder / "replay.log");
-  ASSERT_TRUE(eventually([&] { return !files_in(folder / "other").empty(); }, std::chrono::seconds(60)));
+  const auto samples_flow = [&] {
+    const auto files = files_in(folder / "other");
+    return !files.empty() && std::filesystem::file_size(files[0]) > 20'000;
+  };
+  ASSERT_TRUE(eventually(samples_flow, std::chrono::seconds(60))) << replay.output();
   frozen.signal(SIGSTOP);
   EXPECT_TRUE(eventually([&] { return replay.output().find("hit_alert does not take") != std::string::npos; },
                          std::chrono::seconds(60)))
