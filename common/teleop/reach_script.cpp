@@ -6,7 +6,7 @@
 namespace phantom::teleop {
 namespace {
 
-constexpr double kThere = 0.01;    // rad or m: no transit for less
+constexpr double kThere = 0.01;       // rad or m: no transit for less
 constexpr double kMeetAfter_s = 2.0;  // the slave comes by itself if nothing is in its way
 constexpr double kMeet_s = 1.5;
 

@@ -10,9 +10,7 @@
 
 #include <hwy/highway.h>
 
-#include <array>
 #include <cstddef>
-#include <span>
 
 #include "common/voxel/snapped_mesh.hpp"
 

@@ -28,6 +28,11 @@ bool same_grid(const GridSpec& a, const GridSpec& b) {
   return a.origin_m == b.origin_m && a.voxel_size_m == b.voxel_size_m && a.size_vox == b.size_vox;
 }
 
+/// Whether a volume of that grid and palette can be made of this one.
+bool is_like(const Workspace& workspace, const GridSpec& grid, const std::vector<float>& palette_Pa_s_per_m) {
+  return same_grid(workspace.grid(), grid) && workspace.palette() == palette_Pa_s_per_m;
+}
+
 std::uint8_t greatest_code(const BrickData& brick) {
   std::uint8_t greatest = 0;
   for (const std::uint8_t code : brick.mu_code) greatest = std::max(greatest, code);
@@ -148,7 +153,7 @@ void WorkspaceAssembler::forget(BrickKey key) {
 core::Status WorkspaceAssembler::commit(const VersionDescription& description) {
   if (core::Status checked = check(description); !checked) return checked;
   pending_ = description;
-  if (like_current(description)) {
+  if (current_ && is_like(*current_, description.grid, description.palette_Pa_s_per_m)) {
     end_forming();
   } else {
     begin_forming(description);
@@ -158,7 +163,7 @@ core::Status WorkspaceAssembler::commit(const VersionDescription& description) {
 }
 
 void WorkspaceAssembler::begin_forming(const VersionDescription& description) {
-  if (forming_ && same_grid(forming_->grid(), description.grid) && forming_->palette() == description.palette_Pa_s_per_m) return;
+  if (forming_ && is_like(*forming_, description.grid, description.palette_Pa_s_per_m)) return;
   end_forming();
   forming_ = std::make_shared<Workspace>(description.grid, description.palette_Pa_s_per_m);
   forming_->reserve_for(with_room(std::min<std::size_t>(description.brick_count, kMostReserved)), 0);
@@ -217,14 +222,9 @@ bool WorkspaceAssembler::fits(const VersionDescription& description) const {
   });
 }
 
-bool WorkspaceAssembler::like_current(const VersionDescription& description) const {
-  return current_ && same_grid(current_->grid(), description.grid) && current_->palette() == description.palette_Pa_s_per_m;
-}
-
 bool WorkspaceAssembler::spare_usable(const GridSpec& grid,
                                       const std::vector<float>& palette_Pa_s_per_m) const {
-  return spare_ && spare_.use_count() == 1 && same_grid(spare_->grid(), grid) &&
-         spare_->palette() == palette_Pa_s_per_m;
+  return spare_ && spare_.use_count() == 1 && is_like(*spare_, grid, palette_Pa_s_per_m);
 }
 
 void WorkspaceAssembler::write_brick(Workspace& to, BrickKey key) {

@@ -36,9 +36,9 @@ struct VersionDescription {
 /// version are kept as they came, compressed.
 ///
 /// Bricks that a server left behind when it died (its successor never names them) are found by their lower
-/// version and dropped. A volume of which nothing is there yet is formed while its bricks come, once its version has told
-/// grid and palette; nobody sees it before it is whole. Not thread-safe: samples come on middleware threads, so lock around every call. Not
-/// real-time safe.
+/// version and dropped. A volume that cannot be made of the current one is formed while its bricks come, once its
+/// version has told grid and palette; nobody sees it before it is whole. Not thread-safe: samples come on middleware
+/// threads, so lock around every call. Not real-time safe.
 class WorkspaceAssembler {
  public:
   /// Takes the newest state of one brick; no bytes: it exists no more. Refuses bytes that are no brick and keys that no
@@ -85,7 +85,6 @@ class WorkspaceAssembler {
   void build(const VersionDescription& description);
   void begin_forming(const VersionDescription& description);
   void end_forming();
-  bool like_current(const VersionDescription& description) const;
   bool spare_usable(const GridSpec& grid, const std::vector<float>& palette_Pa_s_per_m) const;
   void write_brick(Workspace& to, BrickKey key);
   void copy_brick(BrickKey key, Workspace& to);

@@ -307,8 +307,9 @@ TEST_F(ReplayedProcess, WhatWasRecordedComesAgainToTypedReadersAsIfNew) {
                                         got.push_back(alert);
                                       });
                                     });
-  // As fast as it goes, and far more than the 64 alerts that a writer keeps: this reader is waited for.
-  ASSERT_GT(recorded.size(), 300U);
+  // As fast as it goes, and more than the 64 alerts that a writer keeps: this reader is waited for. The recorder may have
+  // missed some on a loaded machine.
+  ASSERT_GT(recorded.size(), 100U);
   std::string said;
   ASSERT_EQ(run("replay", {file.string(), "--loops", "2", "--rate", "0", "--wait", "30"}, &said), 0) << said;
   ASSERT_TRUE(waiter.wait([&] { return got.size() >= 2 * recorded.size(); }));
@@ -326,8 +327,7 @@ TEST_F(ReplayedProcess, AReaderThatIsFrozenDoesNotHoldItUp) {
   ASSERT_FALSE(file.empty());
   Process frozen(command("record", {"--folder", (folder / "other").string(), "--topics", "hit_alert"}),
                  folder / "frozen.log");
-  Process replay(command("replay", {file.string(), "--loop", "--wait", "60"}),
-                 folder / "replay.log");
+  Process replay(command("replay", {file.string(), "--loop", "--wait", "60"}), folder / "replay.log");
   const auto samples_flow = [&] {
     const auto files = files_in(folder / "other");
     return !files.empty() && std::filesystem::file_size(files[0]) > 20'000;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 
 #include "components/master_io/tests/fixture.hpp"
 #include "tests/support/heap_guard.hpp"
@@ -31,7 +32,8 @@ struct Bench {
       if (heard) {
         slave.received_ns = drag.received_ns = now_ns;
         ++slave.stamp.sequence_number;
-        slave.motion.position = last.outputs.state == LinkState::kInit ? shipped_arm().home : last.position;
+        slave.motion.position = stuck_at ? *stuck_at
+                                : last.outputs.state == LinkState::kInit ? shipped_arm().home : last.position;
         drag.round_trip_s = 0.0007;
         inbox.slave.write(slave);
         inbox.drag.write(drag);
@@ -52,6 +54,7 @@ struct Bench {
   MasterReport last;
   core::Nanoseconds now_ns = 1'000'000'000;
   bool heard = true;
+  std::optional<core::JointArray> stuck_at;  // where something keeps the slave from following
   double greatest_power_W = -1e9;
 };
 
@@ -75,6 +78,24 @@ TEST(MasterServo, ReachesBeginOnceCoupledAndAlternateThePercept) {
   EXPECT_NE(log[2].index, log[1].index);
   EXPECT_GT(log[0].peak_percept_Nm, 0.01);
   EXPECT_LE(bench.greatest_power_W, 1e-12) << "published torque times published velocity";
+}
+
+TEST(MasterServo, ASlaveThatIsHeldBackIsMetWhereItIsAndCoupledAgain) {
+  Bench bench;
+  bench.run(4.0);
+  ASSERT_EQ(bench.last.outputs.state, LinkState::kCoupled);
+  bench.heard = false;
+  bench.run(0.5);
+  bench.stuck_at = bench.last.position;
+  (*bench.stuck_at)[1] += 0.1;
+  bench.slave.contact = true;
+  bench.heard = true;
+  bench.run(1.5);
+  EXPECT_EQ(bench.last.outputs.state, LinkState::kReady) << "it may come by itself";
+  EXPECT_TRUE(bench.last.outputs.slave_touches);
+  EXPECT_GT(std::abs(bench.last.position[1] - (*bench.stuck_at)[1]), 0.05);
+  for (int i = 0; i < 80 && bench.last.outputs.state != LinkState::kCoupled; ++i) bench.run(0.05);
+  EXPECT_EQ(bench.last.outputs.state, LinkState::kCoupled);
 }
 
 TEST(MasterServo, LosingTheSlaveStopsTheReachWhereItIs) {
