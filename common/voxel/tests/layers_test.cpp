@@ -56,6 +56,13 @@ TEST(DistanceBricks, EqualTheLiteralTwinInEveryVoxel) {
   }
 }
 
+TEST(DistanceBricks, EqualTheLiteralTwinInSolidsThatAreLongAlongEachAxis) {
+  const LayerProfile profile{{2, 2}, {9.0F, 8.0F}, 100.0F, 1};
+  unsigned seed = 1;
+  for (const std::array<std::int32_t, 3> size : {std::array{1200, 3, 2}, std::array{3, 1200, 2}, std::array{2, 3, 1200}})
+    expect_like_the_twin(scattered_solid(seed++, size, 60), profile, {{0, 0, 0}, {1280, 1280, 1280}});
+}
+
 TEST(DistanceBricks, AreTheSameWithEveryInstructionSet) {
   for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);
