@@ -28,8 +28,8 @@ class ArmDrives {
   void step(DriveCommand command, core::Nanoseconds now_ns) noexcept;
 
   const DriveGroupReport& report() const noexcept { return group_.report(); }
-  /// One reader thread, any but that of step(). Its figures: the planned load of the fullest bus, SYNCs without
-  /// an answer, frames that a bus did not take.
+  /// One reader thread, any but that of step(). Its figures: the planned load of the fullest bus, SYNCs
+  /// without an answer, frames that a bus did not take.
   core::ActuatorHealth health();
 
  private:

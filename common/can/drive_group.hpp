@@ -58,8 +58,9 @@ class DriveGroup {
   /// The configuration must have passed check(); one open bus per bit rate in it.
   DriveGroup(const DriveGroupConfig& config, std::vector<std::unique_ptr<CanBus>> buses);
 
-  /// Takes what has come, so that a command may rest on the answers to the last SYNC; step() does the same for
-  /// a caller that does not ask. Position, velocity and torque of the report are new then. Real-time safe: yes.
+  /// Takes what has come, so that a command may rest on the answers to the last SYNC; step() does the same
+  /// for a caller that does not ask. Position, velocity and torque of the report are new then. Real-time
+  /// safe: yes.
   const DriveGroupReport& listen() noexcept;
   /// One period. `now_ns`: CLOCK_MONOTONIC. Bounded, allocates nothing, locks nothing: real-time safe, but
   /// for the cycle of a reset while a bus is off, which restarts it.

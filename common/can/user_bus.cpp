@@ -112,7 +112,8 @@ class UserBus final : public CanBus {
   Status restart() override {
     Packet packet;
     packet.kind = Packet::kRestart;
-    if (::send(socket_, &packet, sizeof packet, MSG_DONTWAIT | MSG_NOSIGNAL) == sizeof packet) return Status::ok();
+    if (::send(socket_, &packet, sizeof packet, MSG_DONTWAIT | MSG_NOSIGNAL) == sizeof packet)
+      return Status::ok();
     // Whoever served the bus is gone; somebody else may do so by now.
     const auto fresh = connect_to(address_);
     if (!fresh) return fresh.status();

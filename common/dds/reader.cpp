@@ -27,7 +27,8 @@ struct RawReader::Impl : edds::DataReaderListener {
   void on_data_available(edds::DataReader* from) override {
     edds::SampleInfo info;
     while (from->take_next_sample(sample, &info) == ReturnCode_t::RETCODE_OK) {
-      if (!info.valid_data) continue;  // what is gone says so by a sample (idl/workspace.idl), never by a disposal
+      if (!info.valid_data)
+        continue;  // what is gone says so by a sample (idl/workspace.idl), never by a disposal
       SampleInfo given;
       given.received_ns = core::monotonic_ns();
       counters->samples.fetch_add(1, std::memory_order_relaxed);

@@ -40,11 +40,13 @@ class Requester {
           changed_.notify_one();
         }) {}
 
-  /// Stamps and sends the command, again and again until it is answered (who carries it out does so once), and hands each
-  /// reply to `is_last`, which says whether it is the last word. False if no word came for `timeout_s`.
+  /// Stamps and sends the command, again and again until it is answered (who carries it out does so once),
+  /// and hands each reply to `is_last`, which says whether it is the last word. False if no word came for
+  /// `timeout_s`.
   bool ask(Command command, double timeout_s, const std::function<bool(const Reply&)>& is_last) {
     command.stamp(stamper_.next());
-    const auto timeout = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s));
+    const auto timeout =
+        std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s));
     auto give_up = Clock::now() + timeout, say_again = Clock::now();
     while (Clock::now() < give_up) {
       if (Clock::now() >= say_again) {
@@ -54,7 +56,8 @@ class Requester {
       }
       for (const Reply& reply : wait_until(std::min(give_up, say_again))) {
         const auto& echo = reply.command();
-        if (echo.session() != command.stamp().session() || echo.sequence_number() != command.stamp().sequence_number())
+        if (echo.session() != command.stamp().session() ||
+            echo.sequence_number() != command.stamp().sequence_number())
           continue;  // somebody else's
         if (is_last(reply)) return true;
         give_up = Clock::now() + timeout;
@@ -65,7 +68,8 @@ class Requester {
 
  private:
   using Clock = std::chrono::steady_clock;
-  static constexpr std::chrono::milliseconds kAgain{500};  // a reply may have been sent before we could hear it
+  static constexpr std::chrono::milliseconds kAgain{
+      500};  // a reply may have been sent before we could hear it
   static constexpr std::chrono::milliseconds kNotMatched{20};
 
   std::deque<Reply> wait_until(Clock::time_point until) {

@@ -10,7 +10,8 @@ namespace phantom::dds {
 class StatusReporter {
  public:
   explicit StatusReporter(Participant& participant);
-  /// Sends one sample, and tells the service manager, whose watchdog thus watches the caller's loop; call it about twice a second (and at every change of state). Not thread-safe.
+  /// Sends one sample, and tells the service manager, whose watchdog thus watches the caller's loop; call it
+  /// about twice a second (and at every change of state). Not thread-safe.
   void publish(const core::Health& health);
 
  private:

@@ -52,12 +52,12 @@ const TopicSpec<msg::Percept> kPercept{
 const TopicSpec<msg::InterestPoints> kInterestPoints{{"interest_points", "phantom::msg::InterestPoints",
                                                       periodic(100, 500),
                                                       &make_type<msg::InterestPointsPubSubType>}};
-const TopicSpec<msg::SkinPercept> kSkinPercept{
-    {"skin_percept", "phantom::msg::SkinPercept", periodic(500, 2000), &make_type<msg::SkinPerceptPubSubType>}};
+const TopicSpec<msg::SkinPercept> kSkinPercept{{"skin_percept", "phantom::msg::SkinPercept",
+                                                periodic(500, 2000), &make_type<msg::SkinPerceptPubSubType>}};
 const TopicSpec<msg::HitAlert> kHitAlert{
     {"hit_alert", "phantom::msg::HitAlert", kEvent, &make_type<msg::HitAlertPubSubType>}};
-const TopicSpec<msg::SensingCommand> kSensingCommand{{"sensing_command", "phantom::msg::SensingCommand", kEvent,
-                                                      &make_type<msg::SensingCommandPubSubType>}};
+const TopicSpec<msg::SensingCommand> kSensingCommand{
+    {"sensing_command", "phantom::msg::SensingCommand", kEvent, &make_type<msg::SensingCommandPubSubType>}};
 const TopicSpec<msg::SensingReply> kSensingReply{
     {"sensing_reply", "phantom::msg::SensingReply", kEvent, &make_type<msg::SensingReplyPubSubType>}};
 const TopicSpec<msg::OperatorCommand> kOperatorCommand{{"operator_command", "phantom::msg::OperatorCommand",
@@ -77,19 +77,18 @@ const TopicSpec<msg::MeshChunk> kMeshChunk{
 const TopicSpec<msg::WorkspaceCommand> kWorkspaceCommand{{"workspace_command",
                                                           "phantom::msg::WorkspaceCommand", kEvent,
                                                           &make_type<msg::WorkspaceCommandPubSubType>}};
-const TopicSpec<msg::WorkspaceReply> kWorkspaceReply{{"workspace_reply", "phantom::msg::WorkspaceReply",
-                                                      kEvent, &make_type<msg::WorkspaceReplyPubSubType>}};
+const TopicSpec<msg::WorkspaceReply> kWorkspaceReply{
+    {"workspace_reply", "phantom::msg::WorkspaceReply", kEvent, &make_type<msg::WorkspaceReplyPubSubType>}};
 const TopicSpec<msg::ComponentStatus> kComponentStatus{{"component_status", "phantom::msg::ComponentStatus",
                                                         kDurable,
                                                         &make_type<msg::ComponentStatusPubSubType>}};
 
 std::span<const TopicDescription* const> all_topics() {
-  static const TopicDescription* const topics[] = {&kMasterState,    &kSlaveState,       &kDragField,
-                                                   &kPercept,        &kInterestPoints,   &kSkinPercept,      &kHitAlert,
-                                                   &kSensingCommand, &kSensingReply,     &kOperatorCommand, &kViewPose,
-                                                   &kWorkspaceBrick, &kWorkspaceVersion, &kWorkspaceObject,
-                                                   &kMeshChunk,      &kWorkspaceCommand, &kWorkspaceReply,
-                                                   &kComponentStatus};
+  static const TopicDescription* const topics[] = {
+      &kMasterState,      &kSlaveState,     &kDragField,        &kPercept,         &kInterestPoints,
+      &kSkinPercept,      &kHitAlert,       &kSensingCommand,   &kSensingReply,    &kOperatorCommand,
+      &kViewPose,         &kWorkspaceBrick, &kWorkspaceVersion, &kWorkspaceObject, &kMeshChunk,
+      &kWorkspaceCommand, &kWorkspaceReply, &kComponentStatus};
   return topics;
 }
 

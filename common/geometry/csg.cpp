@@ -8,9 +8,10 @@ namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
-/// Of the parts whose least value (with `greatest`: greatest) makes the solid, those that can make it in the region, with
-/// their own parts thinned out likewise; nothing if that is all of them as they are.
-std::vector<ImplicitPtr> parts_within(const std::vector<ImplicitPtr>& parts, const Region& region, bool greatest) {
+/// Of the parts whose least value (with `greatest`: greatest) makes the solid, those that can make it in the
+/// region, with their own parts thinned out likewise; nothing if that is all of them as they are.
+std::vector<ImplicitPtr> parts_within(const std::vector<ImplicitPtr>& parts, const Region& region,
+                                      bool greatest) {
   std::vector<Interval> bounds;
   double decides = greatest ? -kInf : kInf;
   for (const ImplicitPtr& part : parts) {
@@ -107,7 +108,9 @@ class Complement final : public ImplicitSolid {
     ImplicitPtr fewer = solid_->within(region);
     return fewer ? std::make_shared<Complement>(std::move(fewer)) : nullptr;
   }
-  Box bounding_box() const override { return {Eigen::Vector3d::Constant(-kInf), Eigen::Vector3d::Constant(kInf)}; }
+  Box bounding_box() const override {
+    return {Eigen::Vector3d::Constant(-kInf), Eigen::Vector3d::Constant(kInf)};
+  }
 
  private:
   ImplicitPtr solid_;
@@ -115,7 +118,9 @@ class Complement final : public ImplicitSolid {
 
 }  // namespace
 
-ImplicitPtr implicit_union(std::vector<ImplicitPtr> parts) { return std::make_shared<Union>(std::move(parts)); }
+ImplicitPtr implicit_union(std::vector<ImplicitPtr> parts) {
+  return std::make_shared<Union>(std::move(parts));
+}
 ImplicitPtr implicit_intersection(std::vector<ImplicitPtr> parts) {
   return std::make_shared<Intersection>(std::move(parts));
 }

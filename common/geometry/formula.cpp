@@ -25,8 +25,8 @@ Interval most(const Interval& a, const Interval& b) { return max(a, b); }
 
 template <class T>
 T Formula::run(std::span<const T> variables) const {
-  using std::abs, std::acos, std::asin, std::atan, std::cos, std::cosh, std::exp, std::log, std::sin, std::sinh,
-      std::sqrt, std::tan, std::tanh;
+  using std::abs, std::acos, std::asin, std::atan, std::cos, std::cosh, std::exp, std::log, std::sin,
+      std::sinh, std::sqrt, std::tan, std::tanh;
   std::array<T, kMaxDepth + 1> stack;
   std::size_t top = 0;  // entries in use
   for (const Step& step : steps_) {
@@ -39,31 +39,78 @@ T Formula::run(std::span<const T> variables) const {
     T& a = stack[top - 1];
     const T& b = stack[top];  // of the operations with two arguments only
     switch (step.op) {
-      case Op::kAdd: a = a + b; break;
-      case Op::kSubtract: a = a - b; break;
-      case Op::kMultiply: a = a * b; break;
-      case Op::kDivide: a = a / b; break;
-      case Op::kPower: a = power(a, b); break;
-      case Op::kNegate: a = -a; break;
-      case Op::kSine: a = sin(a); break;
-      case Op::kCosine: a = cos(a); break;
-      case Op::kTangent: a = tan(a); break;
-      case Op::kArcSine: a = asin(a); break;
-      case Op::kArcCosine: a = acos(a); break;
-      case Op::kArcTangent: a = atan(a); break;
-      case Op::kSinh: a = sinh(a); break;
-      case Op::kCosh: a = cosh(a); break;
-      case Op::kTanh: a = tanh(a); break;
-      case Op::kExp: a = exp(a); break;
-      case Op::kLog: a = log(a); break;
-      case Op::kLog10: a = log(a) * T(std::numbers::log10e); break;
-      case Op::kRoot: a = sqrt(a); break;
-      case Op::kAbs: a = abs(a); break;
-      case Op::kMin: a = least(a, b); break;
-      case Op::kMax: a = most(a, b); break;
-      case Op::kLength: a = sqrt(square(a) + square(b)); break;
+      case Op::kAdd:
+        a = a + b;
+        break;
+      case Op::kSubtract:
+        a = a - b;
+        break;
+      case Op::kMultiply:
+        a = a * b;
+        break;
+      case Op::kDivide:
+        a = a / b;
+        break;
+      case Op::kPower:
+        a = power(a, b);
+        break;
+      case Op::kNegate:
+        a = -a;
+        break;
+      case Op::kSine:
+        a = sin(a);
+        break;
+      case Op::kCosine:
+        a = cos(a);
+        break;
+      case Op::kTangent:
+        a = tan(a);
+        break;
+      case Op::kArcSine:
+        a = asin(a);
+        break;
+      case Op::kArcCosine:
+        a = acos(a);
+        break;
+      case Op::kArcTangent:
+        a = atan(a);
+        break;
+      case Op::kSinh:
+        a = sinh(a);
+        break;
+      case Op::kCosh:
+        a = cosh(a);
+        break;
+      case Op::kTanh:
+        a = tanh(a);
+        break;
+      case Op::kExp:
+        a = exp(a);
+        break;
+      case Op::kLog:
+        a = log(a);
+        break;
+      case Op::kLog10:
+        a = log(a) * T(std::numbers::log10e);
+        break;
+      case Op::kRoot:
+        a = sqrt(a);
+        break;
+      case Op::kAbs:
+        a = abs(a);
+        break;
+      case Op::kMin:
+        a = least(a, b);
+        break;
+      case Op::kMax:
+        a = most(a, b);
+        break;
+      case Op::kLength:
+        a = sqrt(square(a) + square(b));
+        break;
       case Op::kNumber:
-      case Op::kVariable: break;
+      case Op::kVariable:
+        break;
     }
   }
   return stack[0];
@@ -81,7 +128,8 @@ class FormulaParser {
   }
 
   core::Expected<Formula> parse() {
-    if (text_.size() > kMaxLength) fail(0, "the formula is too long; allowed: " + std::to_string(kMaxLength) + " characters");
+    if (text_.size() > kMaxLength)
+      fail(0, "the formula is too long; allowed: " + std::to_string(kMaxLength) + " characters");
     sum();
     skip_space();
     if (!problem_ && at_ < text_.size()) fail(at_, show(at_) + " is not expected; allowed: " + kOperators);
@@ -100,11 +148,12 @@ class FormulaParser {
   static constexpr int kMaxNesting = 48;
   static constexpr const char* kOperators = "an operator (+ - * / ^) or the end";
   static constexpr Function kFunctions[] = {
-      {"sin", Op::kSine, 1},     {"cos", Op::kCosine, 1},     {"tan", Op::kTangent, 1},    {"asin", Op::kArcSine, 1},
-      {"acos", Op::kArcCosine, 1}, {"atan", Op::kArcTangent, 1}, {"sinh", Op::kSinh, 1},   {"cosh", Op::kCosh, 1},
-      {"tanh", Op::kTanh, 1},    {"exp", Op::kExp, 1},        {"log", Op::kLog, 1},        {"log10", Op::kLog10, 1},
-      {"sqrt", Op::kRoot, 1},    {"abs", Op::kAbs, 1},        {"pow", Op::kPower, 2},      {"min", Op::kMin, -2},
-      {"max", Op::kMax, -2},     {"length", Op::kLength, -2}};
+      {"sin", Op::kSine, 1},     {"cos", Op::kCosine, 1},     {"tan", Op::kTangent, 1},
+      {"asin", Op::kArcSine, 1}, {"acos", Op::kArcCosine, 1}, {"atan", Op::kArcTangent, 1},
+      {"sinh", Op::kSinh, 1},    {"cosh", Op::kCosh, 1},      {"tanh", Op::kTanh, 1},
+      {"exp", Op::kExp, 1},      {"log", Op::kLog, 1},        {"log10", Op::kLog10, 1},
+      {"sqrt", Op::kRoot, 1},    {"abs", Op::kAbs, 1},        {"pow", Op::kPower, 2},
+      {"min", Op::kMin, -2},     {"max", Op::kMax, -2},       {"length", Op::kLength, -2}};
 
   void fail(std::size_t at, const std::string& what) {
     if (!problem_) problem_ = "column " + std::to_string(at + 1) + ": " + what;
@@ -135,8 +184,8 @@ class FormulaParser {
     if (leaf) ++depth_;
     if (op > Op::kVariable && (op <= Op::kPower || op >= Op::kMin)) --depth_;
     if (depth_ > Formula::kMaxDepth || formula_.steps_.size() >= Formula::kMaxSteps)
-      return fail(at_, "the formula is too large; allowed: " + std::to_string(Formula::kMaxSteps) + " operations, " +
-                           std::to_string(Formula::kMaxDepth) + " open at a time");
+      return fail(at_, "the formula is too large; allowed: " + std::to_string(Formula::kMaxSteps) +
+                           " operations, " + std::to_string(Formula::kMaxDepth) + " open at a time");
     formula_.steps_.push_back({op, variable, number});
   }
 
@@ -195,7 +244,8 @@ class FormulaParser {
     const char c = at_ < text_.size() ? text_[at_] : '\0';
     if (take('(')) {
       sum();
-      if (!take(')')) fail(at_, show(at_) + " stands where a parenthesis must close; allowed: ) or an operator");
+      if (!take(')'))
+        fail(at_, show(at_) + " stands where a parenthesis must close; allowed: ) or an operator");
     } else if (std::isdigit(static_cast<unsigned char>(c)) != 0 || c == '.') {
       number();
     } else if (std::isalpha(static_cast<unsigned char>(c)) != 0) {
@@ -209,14 +259,17 @@ class FormulaParser {
     double value = 0.0;
     const char* const first = text_.data() + at_;
     const auto [end, error] = std::from_chars(first, text_.data() + text_.size(), value);
-    if (error != std::errc{} || !std::isfinite(value)) return fail(at_, show(at_) + " is not a number that can be held");
+    if (error != std::errc{} || !std::isfinite(value))
+      return fail(at_, show(at_) + " is not a number that can be held");
     at_ += static_cast<std::size_t>(end - first);
     emit(Op::kNumber, value);
   }
 
   void name() {
     const std::size_t from = at_;
-    while (at_ < text_.size() && (std::isalnum(static_cast<unsigned char>(text_[at_])) != 0 || text_[at_] == '_')) ++at_;
+    while (at_ < text_.size() &&
+           (std::isalnum(static_cast<unsigned char>(text_[at_])) != 0 || text_[at_] == '_'))
+      ++at_;
     const std::string word = text_.substr(from, at_ - from);
     for (const Function& function : kFunctions) {
       if (word == function.name) return call(function, from);
@@ -234,20 +287,21 @@ class FormulaParser {
   }
 
   void call(const Function& function, std::size_t from) {
-    if (!take('('))
-      return fail(at_, show(at_) + " stands after " + function.name + "; allowed: (");
+    if (!take('(')) return fail(at_, show(at_) + " stands after " + function.name + "; allowed: (");
     sum();
     int count = 1;
     for (; take(','); ++count) {
       sum();
       if (function.arguments < 0) emit(function.op);
     }
-    if (!take(')')) return fail(at_, show(at_) + " stands among the arguments of " + function.name + "; allowed: , or )");
+    if (!take(')'))
+      return fail(at_, show(at_) + " stands among the arguments of " + function.name + "; allowed: , or )");
     const bool wrong = function.arguments < 0 ? count < 2 : count != function.arguments;
     if (wrong) {
       const int needed = std::abs(function.arguments);
-      return fail(from, std::string(function.name) + " has " + std::to_string(count) + " arguments; allowed: " +
-                            std::to_string(needed) + (function.arguments < 0 ? " or more" : ""));
+      return fail(from, std::string(function.name) + " has " + std::to_string(count) +
+                            " arguments; allowed: " + std::to_string(needed) +
+                            (function.arguments < 0 ? " or more" : ""));
     }
     if (function.arguments > 0) emit(function.op);
   }

@@ -10,19 +10,20 @@
 
 namespace phantom::geometry {
 
-/// A formula given as text, such as "x^2 + y^2 + z^2 - 0.04": numbers, variables, + - * / ^ ( ), the constants pi and e,
-/// and the functions sin cos tan asin acos atan sinh cosh tanh exp log (natural) log10 sqrt abs (one argument), pow (two),
-/// min max length (two or more; length is the root of the sum of squares). ^ binds before a sign and groups from the
-/// right: -x^2 is -(x^2), 2^3^2 is 2^9.
+/// A formula given as text, such as "x^2 + y^2 + z^2 - 0.04": numbers, variables, + - * / ^ ( ), the
+/// constants pi and e, and the functions sin cos tan asin acos atan sinh cosh tanh exp log (natural) log10
+/// sqrt abs (one argument), pow (two), min max length (two or more; length is the root of the sum of
+/// squares). ^ binds before a sign and groups from the right: -x^2 is -(x^2), 2^3^2 is 2^9.
 ///
 /// Evaluation allocates nothing: real-time safe.
 class Formula {
  public:
-  /// Reads a formula in the given variables. kInvalidArgument: the message names the column (from 1), what stands there
-  /// and what is allowed.
+  /// Reads a formula in the given variables. kInvalidArgument: the message names the column (from 1), what
+  /// stands there and what is allowed.
   static core::Expected<Formula> parse(const std::string& text, const std::vector<std::string>& variables);
 
-  /// Value for one choice of the variables, in the order given to parse(); not a number where the formula is undefined.
+  /// Value for one choice of the variables, in the order given to parse(); not a number where the formula is
+  /// undefined.
   double value(std::span<const double> variables) const;
   /// Range of all values over ranges of the variables: holds what value() gives for every choice from them.
   Interval bounds(std::span<const Interval> variables) const;
@@ -35,8 +36,31 @@ class Formula {
  private:
   friend class FormulaParser;
   enum class Op : std::uint8_t {
-    kNumber, kVariable, kAdd, kSubtract, kMultiply, kDivide, kPower, kNegate, kSine, kCosine, kTangent, kArcSine,
-    kArcCosine, kArcTangent, kSinh, kCosh, kTanh, kExp, kLog, kLog10, kRoot, kAbs, kMin, kMax, kLength
+    kNumber,
+    kVariable,
+    kAdd,
+    kSubtract,
+    kMultiply,
+    kDivide,
+    kPower,
+    kNegate,
+    kSine,
+    kCosine,
+    kTangent,
+    kArcSine,
+    kArcCosine,
+    kArcTangent,
+    kSinh,
+    kCosh,
+    kTanh,
+    kExp,
+    kLog,
+    kLog10,
+    kRoot,
+    kAbs,
+    kMin,
+    kMax,
+    kLength
   };
   struct Step {  // of a program in postfix order
     Op op = Op::kNumber;

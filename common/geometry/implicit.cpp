@@ -89,7 +89,8 @@ struct Cuboid {
   T f(const T& x, const T& y, const T& z) const {
     const T a = abs(x) - T(half.x()), b = abs(y) - T(half.y()), c = abs(z) - T(half.z());
     const T zero(0.0);
-    return sqrt(square(max(a, zero)) + square(max(b, zero)) + square(max(c, zero))) + min(max(a, max(b, c)), zero);
+    return sqrt(square(max(a, zero)) + square(max(b, zero)) + square(max(c, zero))) +
+           min(max(a, max(b, c)), zero);
   }
   Box box() const { return box_around(half); }
   TriangleMesh mesh() const { return make_box(2.0 * half); }
@@ -162,10 +163,18 @@ class FormulaSolid final : public ImplicitSolid {
 class Placed final : public ImplicitSolid {
  public:
   Placed(ImplicitPtr solid, const Pose& X_AB, double scale)
-      : solid_(std::move(solid)), X_AB_(X_AB), X_BA_(X_AB.inverse()), turn_(X_BA_.rotation.cwiseAbs()), scale_(scale) {}
+      : solid_(std::move(solid)),
+        X_AB_(X_AB),
+        X_BA_(X_AB.inverse()),
+        turn_(X_BA_.rotation.cwiseAbs()),
+        scale_(scale) {}
 
-  double value(const Eigen::Vector3d& p) const override { return scale_ * solid_->value((X_BA_ * p) / scale_); }
-  Interval bounds(const Region& region) const override { return solid_->bounds(there(region)) * Interval(scale_); }
+  double value(const Eigen::Vector3d& p) const override {
+    return scale_ * solid_->value((X_BA_ * p) / scale_);
+  }
+  Interval bounds(const Region& region) const override {
+    return solid_->bounds(there(region)) * Interval(scale_);
+  }
   ImplicitPtr within(const Region& region) const override {
     ImplicitPtr fewer = solid_->within(there(region));
     return fewer ? implicit_placed(std::move(fewer), X_AB_, scale_) : nullptr;
@@ -187,7 +196,8 @@ class Placed final : public ImplicitSolid {
   /// The region in the solid's frame, widened a little for the rounding of the transform.
   Region there(const Region& region) const {
     const double slack = 1e-14 * (region.centre_m.cwiseAbs().sum() + X_AB_.translation_m.cwiseAbs().sum());
-    return {(X_BA_ * region.centre_m) / scale_, (turn_ * region.half_m + Eigen::Vector3d::Constant(slack)) / scale_,
+    return {(X_BA_ * region.centre_m) / scale_,
+            (turn_ * region.half_m + Eigen::Vector3d::Constant(slack)) / scale_,
             (region.radius_m + slack) / scale_};
   }
 
@@ -209,7 +219,9 @@ ImplicitPtr implicit_cone(double radius_m, double top_radius_m, double height_m)
   return std::make_shared<Plain<Cone>>(Cone{radius_m, top_radius_m, height_m});
 }
 
-ImplicitPtr implicit_box(const Eigen::Vector3d& size_m) { return std::make_shared<Plain<Cuboid>>(Cuboid{0.5 * size_m}); }
+ImplicitPtr implicit_box(const Eigen::Vector3d& size_m) {
+  return std::make_shared<Plain<Cuboid>>(Cuboid{0.5 * size_m});
+}
 
 ImplicitPtr implicit_prism(const std::array<Eigen::Vector2d, 3>& corners_m, double height_m) {
   Prism prism{corners_m, height_m};

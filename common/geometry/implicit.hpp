@@ -12,8 +12,9 @@
 
 namespace phantom::geometry {
 
-/// A part of space over which a formula is bounded: what an axis-aligned box and a ball around the same centre share. The
-/// ball stays as small when the region is turned into another frame; the box is exact where axes agree.
+/// A part of space over which a formula is bounded: what an axis-aligned box and a ball around the same
+/// centre share. The ball stays as small when the region is turned into another frame; the box is exact where
+/// axes agree.
 struct Region {
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d half_m = Eigen::Vector3d::Zero();  ///< half the box's edges
@@ -35,8 +36,8 @@ struct Box {
   bool empty() const { return (min_m.array() > max_m.array()).any(); }
 };
 
-/// A solid given by a function of space that is below 0 inside and at or above 0 outside. It lies within a box and is
-/// closed there. Immutable, thread-safe; value() and bounds() are real-time safe.
+/// A solid given by a function of space that is below 0 inside and at or above 0 outside. It lies within a
+/// box and is closed there. Immutable, thread-safe; value() and bounds() are real-time safe.
 class ImplicitSolid {
  public:
   virtual ~ImplicitSolid() = default;
@@ -54,8 +55,8 @@ class ImplicitSolid {
 
 using ImplicitPtr = std::shared_ptr<const ImplicitSolid>;
 
-// Plain shapes around the origin; all lengths > 0. Values of sphere, cylinder, box and torus are the exact signed distance
-// in metres; those of cone and prism are exact inside and at most the distance outside.
+// Plain shapes around the origin; all lengths > 0. Values of sphere, cylinder, box and torus are the exact
+// signed distance in metres; those of cone and prism are exact inside and at most the distance outside.
 
 ImplicitPtr implicit_sphere(double radius_m);
 /// Along z, flat ends at ±height/2.

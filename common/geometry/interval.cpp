@@ -9,13 +9,13 @@ namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
-// Two units in the last place cover the rounding of the operators and of the C library's functions. A sum of squares
-// that is exactly 0 stays so: its root is defined.
+// Two units in the last place cover the rounding of the operators and of the C library's functions. A sum of
+// squares that is exactly 0 stays so: its root is defined.
 double down(double v) { return std::isfinite(v) && v != 0.0 ? v - (std::abs(v) * 5e-16 + 1e-307) : v; }
 double up(double v) { return std::isfinite(v) && v != 0.0 ? v + (std::abs(v) * 5e-16 + 1e-307) : v; }
 
-/// Range of computed end points, made safe against their rounding. An end that is not a number (∞ − ∞, 0 · ∞) says
-/// nothing.
+/// Range of computed end points, made safe against their rounding. An end that is not a number (∞ − ∞, 0 · ∞)
+/// says nothing.
 Interval outward(double lo, double hi, bool defined) {
   if (std::isnan(lo) || std::isnan(hi)) return Interval::whole(false);
   return {down(lo), up(hi), defined};
@@ -70,7 +70,8 @@ Interval operator*(const Interval& a, const Interval& b) {
   for (const double end : ends) {
     if (std::isnan(end)) return Interval::whole(false);
   }
-  return outward(*std::min_element(ends, ends + 4), *std::max_element(ends, ends + 4), a.defined && b.defined && !endless(a) && !endless(b));  // 0 · ∞
+  return outward(*std::min_element(ends, ends + 4), *std::max_element(ends, ends + 4),
+                 a.defined && b.defined && !endless(a) && !endless(b));  // 0 · ∞
 }
 
 Interval operator/(const Interval& a, const Interval& b) {
@@ -80,7 +81,8 @@ Interval operator/(const Interval& a, const Interval& b) {
   for (const double end : ends) {
     if (std::isnan(end)) return Interval::whole(false);
   }
-  return outward(*std::min_element(ends, ends + 4), *std::max_element(ends, ends + 4), a.defined && b.defined && !(endless(a) && endless(b)));  // ∞ / ∞
+  return outward(*std::min_element(ends, ends + 4), *std::max_element(ends, ends + 4),
+                 a.defined && b.defined && !(endless(a) && endless(b)));  // ∞ / ∞
 }
 
 Interval min(const Interval& a, const Interval& b) {
@@ -138,7 +140,8 @@ Interval sin(const Interval& a) {
     return {-1.0, 1.0, a.defined && std::isfinite(a.lo) && std::isfinite(a.hi)};
   }
   constexpr double kTurn = 2.0 * std::numbers::pi;
-  Interval found = outward(std::min(std::sin(a.lo), std::sin(a.hi)), std::max(std::sin(a.lo), std::sin(a.hi)), a.defined);
+  Interval found =
+      outward(std::min(std::sin(a.lo), std::sin(a.hi)), std::max(std::sin(a.lo), std::sin(a.hi)), a.defined);
   if (holds_multiple(a.lo, a.hi, 0.25 * kTurn, kTurn)) found.hi = 1.0;
   if (holds_multiple(a.lo, a.hi, 0.75 * kTurn, kTurn)) found.lo = -1.0;
   return found;
@@ -150,7 +153,8 @@ Interval cos(const Interval& a) {
     return {-1.0, 1.0, a.defined && std::isfinite(a.lo) && std::isfinite(a.hi)};
   }
   constexpr double kTurn = 2.0 * std::numbers::pi;
-  Interval found = outward(std::min(std::cos(a.lo), std::cos(a.hi)), std::max(std::cos(a.lo), std::cos(a.hi)), a.defined);
+  Interval found =
+      outward(std::min(std::cos(a.lo), std::cos(a.hi)), std::max(std::cos(a.lo), std::cos(a.hi)), a.defined);
   if (holds_multiple(a.lo, a.hi, 0.0, kTurn)) found.hi = 1.0;
   if (holds_multiple(a.lo, a.hi, 0.5 * kTurn, kTurn)) found.lo = -1.0;
   return found;
@@ -171,12 +175,15 @@ Interval pow(const Interval& a, const Interval& b) {
     found.defined = found.defined && defined;
     return found;
   }
-  if (a.hi < 0.0 && b.lo == b.hi) return Interval::nowhere();  // a negative number to a power that is not whole
+  if (a.hi < 0.0 && b.lo == b.hi)
+    return Interval::nowhere();  // a negative number to a power that is not whole
   if (a.lo < 0.0 && b.lo != b.hi) return Interval::whole(false);
   // For a base ≥ 0 the power is monotonic in either argument, so that its extremes are at the corners.
   const double base = std::max(a.lo, 0.0);
-  const double ends[4] = {std::pow(base, b.lo), std::pow(base, b.hi), std::pow(a.hi, b.lo), std::pow(a.hi, b.hi)};
-  return outward(*std::min_element(ends, ends + 4), *std::max_element(ends, ends + 4), defined && a.lo >= 0.0);
+  const double ends[4] = {std::pow(base, b.lo), std::pow(base, b.hi), std::pow(a.hi, b.lo),
+                          std::pow(a.hi, b.hi)};
+  return outward(*std::min_element(ends, ends + 4), *std::max_element(ends, ends + 4),
+                 defined && a.lo >= 0.0);
 }
 
 Interval intersection(const Interval& a, const Interval& b) {

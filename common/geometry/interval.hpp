@@ -4,8 +4,8 @@
 
 namespace phantom::geometry {
 
-/// Every value that a formula can take over a region: a closed range, rounded outwards, plus whether the formula is
-/// undefined (not a number) somewhere in the region. `lo > hi`: undefined everywhere.
+/// Every value that a formula can take over a region: a closed range, rounded outwards, plus whether the
+/// formula is undefined (not a number) somewhere in the region. `lo > hi`: undefined everywhere.
 struct Interval {
   double lo = 0.0;
   double hi = 0.0;
@@ -27,8 +27,8 @@ struct Interval {
   bool contains(double value) const { return lo <= value && value <= hi; }
 };
 
-// Each gives bounds of what the function of the same name in <cmath> (or the operator) gives for every choice of points
-// of its arguments. Real-time safe: yes.
+// Each gives bounds of what the function of the same name in <cmath> (or the operator) gives for every choice
+// of points of its arguments. Real-time safe: yes.
 
 Interval operator-(const Interval& a);
 Interval operator+(const Interval& a, const Interval& b);

@@ -1,7 +1,6 @@
 #include "common/geometry/mesh.hpp"
 
 #include <Eigen/Geometry>
-
 #include <bit>
 #include <cmath>
 #include <cstring>

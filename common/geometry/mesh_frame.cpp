@@ -29,7 +29,8 @@ std::string head_of_member(const std::filesystem::path& path, std::string_view e
   do {
     char name[512] = {};
     unz_file_info info{};  // minizip 1.1 writes to it unasked
-    if (unzGetCurrentFileInfo(archive.get(), &info, name, sizeof name - 1, nullptr, 0, nullptr, 0) != UNZ_OK ||
+    if (unzGetCurrentFileInfo(archive.get(), &info, name, sizeof name - 1, nullptr, 0, nullptr, 0) !=
+            UNZ_OK ||
         !std::string_view(name).ends_with(ending)) {
       continue;
     }
@@ -47,7 +48,9 @@ std::string head_of_member(const std::filesystem::path& path, std::string_view e
 std::string head_of(const std::filesystem::path& path, std::string_view format) {
   std::string head = head_of_file(path);
   if (!head.starts_with("PK")) return head;
-  return head_of_member(path, format.starts_with("3mf") ? ".model" : format.starts_with("Collada") ? ".dae" : "");
+  return head_of_member(path, format.starts_with("3mf")       ? ".model"
+                              : format.starts_with("Collada") ? ".dae"
+                                                              : "");
 }
 
 DeclaredFrame fbx(const aiScene& scene) {
@@ -67,8 +70,8 @@ DeclaredFrame fbx(const aiScene& scene) {
 /// Scale of the importer's root node where it alone holds the unit.
 double unit_in_root(const aiScene& scene, const DeclaredFrame& declared) {
   const aiMatrix4x4& root = scene.mRootNode->mTransformation;
-  const double length = std::hypot(static_cast<double>(root.a1), static_cast<double>(root.b1),
-                                   static_cast<double>(root.c1));
+  const double length =
+      std::hypot(static_cast<double>(root.a1), static_cast<double>(root.b1), static_cast<double>(root.c1));
   return declared.scale.value_or(length > 0 ? length : 1.0);
 }
 

@@ -5,8 +5,8 @@
 #include <assimp/scene.h>
 
 #include <Eigen/LU>
-#include <assimp/Importer.hpp>
 #include <algorithm>
+#include <assimp/Importer.hpp>
 #include <cctype>
 #include <cmath>
 #include <fstream>
@@ -64,20 +64,20 @@ std::array<double, 3> extents_of(const aiScene& scene, const Eigen::Matrix3d& to
   Eigen::Vector3d low = Eigen::Vector3d::Constant(INFINITY), high = -low;
   std::uint64_t unlimited = UINT64_MAX;
   std::string ignored;  // the second pass meets it again
-  for_each_triangle(scene, *scene.mRootNode, {}, unlimited, ignored,
-                    [&](const auto&... corner) {
-                      ((low = low.cwiseMin(to_file * corner), high = high.cwiseMax(to_file * corner)), ...);
-                    });
+  for_each_triangle(scene, *scene.mRootNode, {}, unlimited, ignored, [&](const auto&... corner) {
+    ((low = low.cwiseMin(to_file * corner), high = high.cwiseMax(to_file * corner)), ...);
+  });
   const Eigen::Vector3d extent = low.x() <= high.x() ? Eigen::Vector3d(high - low) : Eigen::Vector3d::Zero();
   return {extent.x(), extent.y(), extent.z()};
 }
 
 const char* axis_name(UpAxis up) { return up == UpAxis::kX ? "+x" : up == UpAxis::kY ? "+y" : "+z"; }
 
-/// Settles scale and up-axis: the caller's word, else the file's, else a guess with a note. `extents`: gives those of the
-/// mesh in the file's units.
+/// Settles scale and up-axis: the caller's word, else the file's, else a guess with a note. `extents`: gives
+/// those of the mesh in the file's units.
 template <class Extents>
-void settle_frame(const MeshImportOptions& options, const SceneFrame& frame, const Extents& extents, LoadedMesh& mesh) {
+void settle_frame(const MeshImportOptions& options, const SceneFrame& frame, const Extents& extents,
+                  LoadedMesh& mesh) {
   mesh.format = frame.format;
   if (options.scale) {
     mesh.scale = *options.scale;
@@ -124,24 +124,30 @@ bool settle(bool finite, std::size_t collapsed, LoadedMesh& mesh, std::string& p
     problem = "holds no triangles";
     return false;
   }
-  if (collapsed > 0) mesh.notes.push_back(std::to_string(collapsed) + " triangles without extent were left out");
+  if (collapsed > 0)
+    mesh.notes.push_back(std::to_string(collapsed) + " triangles without extent were left out");
   return true;
 }
 
-std::string too_many(const MeshImportOptions& options) { return "has more than " + std::to_string(options.max_triangles) + " triangles"; }
+std::string too_many(const MeshImportOptions& options) {
+  return "has more than " + std::to_string(options.max_triangles) + " triangles";
+}
 
 bool is_stl(const std::filesystem::path& path) {
   std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return ending == ".stl";
 }
 
 /// The file, if it is a binary STL; empty if it is not, or has too many triangles.
-std::vector<std::uint8_t> binary_stl_in(const std::filesystem::path& path, const MeshImportOptions& options, std::string& problem) {
+std::vector<std::uint8_t> binary_stl_in(const std::filesystem::path& path, const MeshImportOptions& options,
+                                        std::string& problem) {
   std::vector<std::uint8_t> bytes(kStlHeadBytes);
   std::ifstream file(path, std::ios::binary);
   const auto read = [&](std::size_t from) {
-    file.read(reinterpret_cast<char*>(bytes.data() + from), static_cast<std::streamsize>(bytes.size() - from));
+    file.read(reinterpret_cast<char*>(bytes.data() + from),
+              static_cast<std::streamsize>(bytes.size() - from));
     return static_cast<bool>(file);
   };
   std::error_code none;
@@ -157,23 +163,30 @@ std::vector<std::uint8_t> binary_stl_in(const std::filesystem::path& path, const
   return bytes;
 }
 
-/// Binary STLs, by far the most of a workshop's files, are read here: assimp takes several times as long for them.
-bool import_binary_stl(const std::vector<std::uint8_t>& bytes, const MeshImportOptions& options, LoadedMesh& mesh, std::string& problem) {
+/// Binary STLs, by far the most of a workshop's files, are read here: assimp takes several times as long for
+/// them.
+bool import_binary_stl(const std::vector<std::uint8_t>& bytes, const MeshImportOptions& options,
+                       LoadedMesh& mesh, std::string& problem) {
   StlMesh stl = read_binary_stl(bytes);
   SceneFrame frame;
   frame.format = "Stereolithography (STL) Importer";
-  settle_frame(options, frame, [&] {
-    const BoundingBox box = stl.bounding_box();
-    const Eigen::Vector3d extent = box.empty() ? Eigen::Vector3d::Zero() : Eigen::Vector3d((box.max_m - box.min_m).cast<double>());
-    return std::array{extent.x(), extent.y(), extent.z()};
-  }, mesh);
+  settle_frame(
+      options, frame,
+      [&] {
+        const BoundingBox box = stl.bounding_box();
+        const Eigen::Vector3d extent =
+            box.empty() ? Eigen::Vector3d::Zero() : Eigen::Vector3d((box.max_m - box.min_m).cast<double>());
+        return std::array{extent.x(), extent.y(), extent.z()};
+      },
+      mesh);
   const Eigen::Matrix3d to_metres = mesh.scale * to_z_up(mesh.up);
   for (Eigen::Vector3f& v : stl.vertices_m) v = (to_metres * v.cast<double>()).cast<float>();
   static_cast<TriangleMesh&>(mesh) = std::move(stl);
   return settle(mesh.all_finite(), stl.collapsed, mesh, problem);
 }
 
-bool import_by_assimp(const std::filesystem::path& path, const MeshImportOptions& options, LoadedMesh& mesh, std::string& problem) {
+bool import_by_assimp(const std::filesystem::path& path, const MeshImportOptions& options, LoadedMesh& mesh,
+                      std::string& problem) {
   Assimp::Importer importer;
   const aiScene* scene = read_scene(importer, path);
   if (scene == nullptr || scene->mRootNode == nullptr) {
@@ -181,13 +194,16 @@ bool import_by_assimp(const std::filesystem::path& path, const MeshImportOptions
     return false;
   }
   const SceneFrame frame = scene_frame(*scene, path);
-  settle_frame(options, frame, [&] { return extents_of(*scene, frame.to_file); }, mesh);
+  settle_frame(
+      options, frame, [&] { return extents_of(*scene, frame.to_file); }, mesh);
   const Eigen::Matrix3d to_metres = mesh.scale * to_z_up(mesh.up) * frame.to_file;
   JoinedCorners corners(mesh);
   std::uint64_t left = options.max_triangles;
   const auto vertex = [&](const Eigen::Vector3d& p) { return corners.vertex((to_metres * p).cast<float>()); };
   if (!for_each_triangle(*scene, *scene->mRootNode, {}, left, problem,
-                         [&](const auto& a, const auto& b, const auto& c) { corners.triangle({vertex(a), vertex(b), vertex(c)}); })) {
+                         [&](const auto& a, const auto& b, const auto& c) {
+                           corners.triangle({vertex(a), vertex(b), vertex(c)});
+                         })) {
     if (left == 0) problem = too_many(options);
     return false;
   }
@@ -198,9 +214,11 @@ bool import_by_assimp(const std::filesystem::path& path, const MeshImportOptions
 
 bool import_mesh_unguarded(const std::filesystem::path& path, const MeshImportOptions& options,
                            LoadedMesh& mesh, std::string& problem) {
-  const std::vector<std::uint8_t> stl = is_stl(path) ? binary_stl_in(path, options, problem) : std::vector<std::uint8_t>{};
+  const std::vector<std::uint8_t> stl =
+      is_stl(path) ? binary_stl_in(path, options, problem) : std::vector<std::uint8_t>{};
   if (!problem.empty()) return false;
-  return stl.empty() ? import_by_assimp(path, options, mesh, problem) : import_binary_stl(stl, options, mesh, problem);
+  return stl.empty() ? import_by_assimp(path, options, mesh, problem)
+                     : import_binary_stl(stl, options, mesh, problem);
 }
 
 }  // namespace phantom::geometry::detail

@@ -26,8 +26,8 @@ namespace {
 using core::ErrorCode;
 using core::Status;
 
-// What the child sends: this header, then a text (the problem, or the format's name and the notes, a line each),
-// then mesh_bytes().
+// What the child sends: this header, then a text (the problem, or the format's name and the notes, a line
+// each), then mesh_bytes().
 struct Header {
   std::uint32_t ok;
   std::uint32_t text_bytes;
@@ -171,7 +171,8 @@ core::Expected<LoadedMesh> outcome(const std::filesystem::path& path, const Mesh
   if (header.ok == 0) return about(path, ErrorCode::kInvalidArgument, std::string(text));
   LoadedMesh mesh;
   const std::size_t before = sizeof header + text.size();
-  if (!mesh_from_bytes(bytes.data() + before, bytes.size() - before, header.vertices, header.triangles, mesh)) {
+  if (!mesh_from_bytes(bytes.data() + before, bytes.size() - before, header.vertices, header.triangles,
+                       mesh)) {
     return about(path, ErrorCode::kInternal, "the importer's answer was cut short");
   }
   take_text_lines(text, mesh);
@@ -209,7 +210,8 @@ struct Importer {
 };
 
 core::Expected<Importer> start_importer(const std::filesystem::path& path, const MeshImportOptions& options) {
-  // Imports on several threads: no child may inherit the sending end of another's pipe, which would keep that open.
+  // Imports on several threads: no child may inherit the sending end of another's pipe, which would keep that
+  // open.
   static std::mutex starting;
   const std::lock_guard lock(starting);
   int ends[2];

@@ -16,8 +16,8 @@ namespace phantom::geometry {
 struct MeshImportOptions {
   /// Metres per unit of the file (0.001 for millimetres). None: what the file declares, else a guess.
   std::optional<double> scale;
-  /// The file has +y up: (x, y, z) → (x, −z, y), so that the result has +z up; false: +z up, nothing is turned.
-  /// None: what the file declares, else a guess.
+  /// The file has +y up: (x, y, z) → (x, −z, y), so that the result has +z up; false: +z up, nothing is
+  /// turned. None: what the file declares, else a guess.
   std::optional<bool> y_up;
   std::uint32_t max_triangles = 20'000'000;
   int max_cpu_s = 60;                           ///< of the importing process
@@ -47,6 +47,7 @@ struct LoadedMesh : TriangleMesh {
 /// limits: the caller always gets a mesh or a Status whose message names the file and what is wrong
 /// (kNotFound: no such file; kInvalidArgument: not a usable mesh; kResourceExhausted: over a limit). Forks:
 /// call it before real-time threads start. Thread-safe. Not real-time safe.
-core::Expected<LoadedMesh> load_mesh(const std::filesystem::path& path, const MeshImportOptions& options = {});
+core::Expected<LoadedMesh> load_mesh(const std::filesystem::path& path,
+                                     const MeshImportOptions& options = {});
 
 }  // namespace phantom::geometry

@@ -8,8 +8,9 @@
 
 namespace phantom::geometry {
 
-/// What is wrong with a mesh, counted on its triangles as they stand; vertices in one place must be one vertex, as
-/// load_mesh() leaves them. Edges, shells and flips are those of the mesh without degenerate and duplicate triangles.
+/// What is wrong with a mesh, counted on its triangles as they stand; vertices in one place must be one
+/// vertex, as load_mesh() leaves them. Edges, shells and flips are those of the mesh without degenerate and
+/// duplicate triangles.
 struct MeshReport {
   std::size_t triangles = 0;
   std::size_t degenerate_triangles = 0;  ///< without area: corners in one place or in a line
@@ -19,10 +20,11 @@ struct MeshReport {
   std::size_t flipped_triangles = 0;     ///< that face against the most of their shell
   std::size_t shells = 0;                ///< parts that hang together by edges of two triangles
   std::size_t closed_shells = 0;
-  std::size_t unorientable_shells = 0;   ///< like a Möbius strip: no way round makes all triangles agree
-  std::size_t inward_shells = 0;         ///< closed, and most of it faces inwards: a cavity, or inside out
-  std::size_t intersecting_pairs = 0;    ///< of triangles that pass through one another; touching does not count
-  bool intersections_complete = true;    ///< false: the search stopped at its limit, there may be more
+  std::size_t unorientable_shells = 0;  ///< like a Möbius strip: no way round makes all triangles agree
+  std::size_t inward_shells = 0;        ///< closed, and most of it faces inwards: a cavity, or inside out
+  std::size_t intersecting_pairs =
+      0;  ///< of triangles that pass through one another; touching does not count
+  bool intersections_complete = true;  ///< false: the search stopped at its limit, there may be more
   double area_m2 = 0.0;
   double volume_m3 = 0.0;  ///< enclosed, signed, as the triangles face; means something if the mesh is closed
 

@@ -15,13 +15,13 @@ struct NamedUnit {
 };
 
 // The names that 3MF and AMF allow, singular as there.
-constexpr NamedUnit kUnits[] = {{"micron", 1e-6}, {"micrometer", 1e-6}, {"millimeter", 1e-3},
-                                {"centimeter", 1e-2}, {"inch", 0.0254}, {"feet", 0.3048},
-                                {"foot", 0.3048}, {"meter", 1.0}};
+constexpr NamedUnit kUnits[] = {{"micron", 1e-6},     {"micrometer", 1e-6}, {"millimeter", 1e-3},
+                                {"centimeter", 1e-2}, {"inch", 0.0254},     {"feet", 0.3048},
+                                {"foot", 0.3048},     {"meter", 1.0}};
 
 // DXF's $INSUNITS by number; 0 stands for "no unit".
-constexpr double kDxfUnits[] = {0, 0.0254, 0.3048, 1609.344, 1e-3, 1e-2, 1.0, 1e3, 0.0254e-6, 0.0254e-3,
-                                0.9144, 1e-10, 1e-9, 1e-6, 0.1};
+constexpr double kDxfUnits[] = {0,         0.0254,    0.3048, 1609.344, 1e-3, 1e-2, 1.0, 1e3,
+                                0.0254e-6, 0.0254e-3, 0.9144, 1e-10,    1e-9, 1e-6, 0.1};
 
 std::string text_of(double value) {
   char text[32];
@@ -143,8 +143,7 @@ std::string unit_name(double scale) {
 
 UnitGuess guess_unit(const std::array<double, 3>& extents) {
   const double greatest = std::max({extents[0], extents[1], extents[2]});
-  const std::string size =
-      text_of(extents[0]) + " × " + text_of(extents[1]) + " × " + text_of(extents[2]);
+  const std::string size = text_of(extents[0]) + " × " + text_of(extents[1]) + " × " + text_of(extents[2]);
   if (greatest <= kGreatestPlausibleExtent_m) {
     return {1.0, "metres are assumed, as its " + size + " units are then a plausible size"};
   }
@@ -154,8 +153,8 @@ UnitGuess guess_unit(const std::array<double, 3>& extents) {
 
 UpAxis guess_up(std::string_view format) {
   // Formats of renderers; CAD and printing have +z up.
-  return starts_with_any(format, {"Direct3D", "LightWave", "Ogre3D", "BlitzBasic", "Irrlicht", "Milkshape",
-                                  "MMD"})
+  return starts_with_any(format,
+                         {"Direct3D", "LightWave", "Ogre3D", "BlitzBasic", "Irrlicht", "Milkshape", "MMD"})
              ? UpAxis::kY
              : UpAxis::kZ;
 }

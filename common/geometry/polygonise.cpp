@@ -10,11 +10,11 @@
 namespace phantom::geometry {
 namespace {
 
-constexpr int kBrick = 8;           // cells along a brick, whose corners are sampled at once
+constexpr int kBrick = 8;  // cells along a brick, whose corners are sampled at once
 constexpr int kCorners = kBrick + 1;
 constexpr int kBisections = 14;
-constexpr int kThinDepth = 7;       // walls down to 1/128 of a cell are found along an edge
-constexpr double kReach = 0.6;      // cells by which a vertex may leave its own
+constexpr int kThinDepth = 7;   // walls down to 1/128 of a cell are found along an edge
+constexpr double kReach = 0.6;  // cells by which a vertex may leave its own
 using Cell = std::array<int, 3>;
 
 /// A point where the surface crosses, and which way is out there.
@@ -29,10 +29,12 @@ class Polygoniser {
     // An odd margin, so that faces of the box do not fall on samples.
     origin_m_ = box.min_m - Eigen::Vector3d::Constant(1.37 * edge_m_);
     int longest = 0;
-    for (int axis = 0; axis < 3; ++axis) longest = std::max(longest, static_cast<int>(std::ceil(box.size_m()[axis] / edge_m_)) + 3);
+    for (int axis = 0; axis < 3; ++axis)
+      longest = std::max(longest, static_cast<int>(std::ceil(box.size_m()[axis] / edge_m_)) + 3);
     root_ = kBrick;
     while (root_ < longest) root_ *= 2;
-    for (int axis = 0; axis < 3; ++axis) size_[static_cast<std::size_t>(axis)] = static_cast<int>(std::ceil(box.size_m()[axis] / edge_m_)) + 3;
+    for (int axis = 0; axis < 3; ++axis)
+      size_[static_cast<std::size_t>(axis)] = static_cast<int>(std::ceil(box.size_m()[axis] / edge_m_)) + 3;
   }
 
   Polygonised run() {
@@ -54,10 +56,13 @@ class Polygoniser {
   bool few(std::size_t places) const {
     return places <= std::max(static_cast<std::size_t>(cells_ / 8), crossed_edges_.size() / 500);
   }
-  Eigen::Vector3d corner_m(const Cell& c) const { return origin_m_ + edge_m_ * Eigen::Vector3d(c[0], c[1], c[2]); }
+  Eigen::Vector3d corner_m(const Cell& c) const {
+    return origin_m_ + edge_m_ * Eigen::Vector3d(c[0], c[1], c[2]);
+  }
   bool inside(const Eigen::Vector3d& p) const { return solid_->value(p) < 0.0; }
   static std::uint64_t key(const Cell& c) {
-    return static_cast<std::uint64_t>(c[0]) | static_cast<std::uint64_t>(c[1]) << 21 | static_cast<std::uint64_t>(c[2]) << 42;
+    return static_cast<std::uint64_t>(c[0]) | static_cast<std::uint64_t>(c[1]) << 21 |
+           static_cast<std::uint64_t>(c[2]) << 42;
   }
 
   void visit(const Cell& first, int size) {
@@ -76,15 +81,20 @@ class Polygoniser {
       return;
     }
     for (int i = 0; i < 8; ++i)
-      visit({first[0] + (i & 1) * size / 2, first[1] + (i >> 1 & 1) * size / 2, first[2] + (i >> 2) * size / 2}, size / 2);
+      visit(
+          {first[0] + (i & 1) * size / 2, first[1] + (i >> 1 & 1) * size / 2, first[2] + (i >> 2) * size / 2},
+          size / 2);
   }
 
   void sample(const Cell& first) {
     std::array<bool, kCorners * kCorners * kCorners> in;
-    const auto at = [](int x, int y, int z) { return static_cast<std::size_t>((z * kCorners + y) * kCorners + x); };
+    const auto at = [](int x, int y, int z) {
+      return static_cast<std::size_t>((z * kCorners + y) * kCorners + x);
+    };
     for (int z = 0; z < kCorners; ++z) {
       for (int y = 0; y < kCorners; ++y) {
-        for (int x = 0; x < kCorners; ++x) in[at(x, y, z)] = inside(corner_m({first[0] + x, first[1] + y, first[2] + z}));
+        for (int x = 0; x < kCorners; ++x)
+          in[at(x, y, z)] = inside(corner_m({first[0] + x, first[1] + y, first[2] + z}));
       }
     }
     for (int z = 0; z < kBrick; ++z) {
@@ -92,18 +102,24 @@ class Polygoniser {
         for (int x = 0; x < kBrick; ++x) {
           const Cell cell{first[0] + x, first[1] + y, first[2] + z};
           std::array<bool, 8> corners;
-          for (int i = 0; i < 8; ++i) corners[static_cast<std::size_t>(i)] = in[at(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2))];
-          for (int axis = 0; axis < 3; ++axis) look_along_edge(cell, axis, corners[0], corners[std::size_t{1} << axis]);
+          for (int i = 0; i < 8; ++i)
+            corners[static_cast<std::size_t>(i)] = in[at(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2))];
+          for (int axis = 0; axis < 3; ++axis)
+            look_along_edge(cell, axis, corners[0], corners[std::size_t{1} << axis]);
           meetings_ += sheets_meet(corners);
-          if (std::any_of(corners.begin(), corners.end(), [&](bool c) { return c != corners[0]; })) add_vertex(cell, corners);
+          if (std::any_of(corners.begin(), corners.end(), [&](bool c) { return c != corners[0]; }))
+            add_vertex(cell, corners);
         }
       }
     }
   }
 
-  /// Whether a face of the cell at its lower corner has its diagonals on different sides: two sheets in one cell.
+  /// Whether a face of the cell at its lower corner has its diagonals on different sides: two sheets in one
+  /// cell.
   static bool sheets_meet(const std::array<bool, 8>& c) {
-    const auto crossed = [&](std::size_t a, std::size_t b) { return c[0] == c[a | b] && c[a] == c[b] && c[0] != c[a]; };
+    const auto crossed = [&](std::size_t a, std::size_t b) {
+      return c[0] == c[a | b] && c[a] == c[b] && c[0] != c[a];
+    };
     return crossed(1, 2) || crossed(2, 4) || crossed(4, 1);
   }
 
@@ -114,13 +130,15 @@ class Polygoniser {
     const Eigen::Vector3d from = corner_m(corner);
     const auto other = find_other_side(from, from + step, from_inside, kThinDepth);
     if (!other) return;
-    // Two crossings on one edge: an edge or a corner of the solid that pokes in is no matter, a wall or a gap is.
+    // Two crossings on one edge: an edge or a corner of the solid that pokes in is no matter, a wall or a gap
+    // is.
     const Crossing one = cross(from, *other), two = cross(from + step, *other);
     thin_places_ += one.normal.dot(two.normal) < -0.9;
   }
 
   /// A point between two that are on the same side which is on the other.
-  std::optional<Eigen::Vector3d> find_other_side(const Eigen::Vector3d& a, const Eigen::Vector3d& b, bool in, int depth) const {
+  std::optional<Eigen::Vector3d> find_other_side(const Eigen::Vector3d& a, const Eigen::Vector3d& b, bool in,
+                                                 int depth) const {
     const Eigen::Vector3d middle = 0.5 * (a + b);
     const Interval bounds = solid_->bounds(Region::box(middle, 0.5 * (b - a).cwiseAbs()));
     if (bounds.lo >= 0.0 || bounds.hi < 0.0) return std::nullopt;
@@ -145,11 +163,13 @@ class Polygoniser {
       crossing.normal[axis] = solid_->value(crossing.p_m + step) - solid_->value(crossing.p_m - step);
     }
     const double norm = crossing.normal.norm();
-    crossing.normal = norm > 0.0 && std::isfinite(norm) ? Eigen::Vector3d(crossing.normal / norm) : Eigen::Vector3d::Zero();
+    crossing.normal =
+        norm > 0.0 && std::isfinite(norm) ? Eigen::Vector3d(crossing.normal / norm) : Eigen::Vector3d::Zero();
     return crossing;
   }
 
-  /// The point nearest to all tangent planes at the cell's crossings: on an edge or a corner if the planes have one.
+  /// The point nearest to all tangent planes at the cell's crossings: on an edge or a corner if the planes
+  /// have one.
   void add_vertex(const Cell& cell, const std::array<bool, 8>& corners) {
     std::array<Crossing, 12> crossings;
     std::size_t count = 0;
@@ -158,7 +178,8 @@ class Polygoniser {
         const std::size_t j = i | std::size_t{1} << axis;
         if (j == i || corners[i] == corners[j]) continue;
         const auto corner = [&](std::size_t c) {
-          return corner_m({cell[0] + static_cast<int>(c & 1), cell[1] + static_cast<int>(c >> 1 & 1), cell[2] + static_cast<int>(c >> 2)});
+          return corner_m({cell[0] + static_cast<int>(c & 1), cell[1] + static_cast<int>(c >> 1 & 1),
+                           cell[2] + static_cast<int>(c >> 2)});
         };
         crossings[count++] = cross(corner(i), corner(j));
       }
@@ -182,9 +203,11 @@ class Polygoniser {
         offset += direction * (direction.dot(wanted) / weight);
       }
     }
-    // An edge or a corner may poke into the next cell without being seen there: some way out of the cell is allowed.
+    // An edge or a corner may poke into the next cell without being seen there: some way out of the cell is
+    // allowed.
     const Eigen::Vector3d reach = Eigen::Vector3d::Constant(kReach * edge_m_);
-    const Eigen::Vector3d low = corner_m(cell) - reach, high = corner_m({cell[0] + 1, cell[1] + 1, cell[2] + 1}) + reach;
+    const Eigen::Vector3d low = corner_m(cell) - reach,
+                          high = corner_m({cell[0] + 1, cell[1] + 1, cell[2] + 1}) + reach;
     const Eigen::Vector3d p = (middle + offset).cwiseMax(low).cwiseMin(high);
     vertex_of_[key(cell)] = static_cast<std::uint32_t>(mesh_.vertices_m.size());
     mesh_.vertices_m.push_back(p.cast<float>());
@@ -202,7 +225,9 @@ class Polygoniser {
       q[i] = vertex_of_.at(key(cell));
     }
     if (!outwards) std::swap(q[1], q[3]);
-    const auto far = [&](std::size_t i, std::size_t j) { return (mesh_.vertices_m[q[i]] - mesh_.vertices_m[q[j]]).squaredNorm(); };
+    const auto far = [&](std::size_t i, std::size_t j) {
+      return (mesh_.vertices_m[q[i]] - mesh_.vertices_m[q[j]]).squaredNorm();
+    };
     if (far(0, 2) <= far(1, 3)) {
       mesh_.triangles.push_back({q[0], q[1], q[2]});
       mesh_.triangles.push_back({q[0], q[2], q[3]});
@@ -213,7 +238,7 @@ class Polygoniser {
   }
 
   const ImplicitSolid* solid_;  // near a brick, what of it matters there
-  int cells_;  // along the longest side
+  int cells_;                   // along the longest side
   double edge_m_ = 0.0;
   Eigen::Vector3d origin_m_;
   Cell size_{};

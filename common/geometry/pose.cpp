@@ -9,7 +9,8 @@ Eigen::Matrix3d rotation_about(const Eigen::Vector3d& axis, double angle_rad) {
 }
 
 Eigen::Matrix3d rotation_from_rpy(double roll_rad, double pitch_rad, double yaw_rad) {
-  return rotation_about(Eigen::Vector3d::UnitZ(), yaw_rad) * rotation_about(Eigen::Vector3d::UnitY(), pitch_rad) *
+  return rotation_about(Eigen::Vector3d::UnitZ(), yaw_rad) *
+         rotation_about(Eigen::Vector3d::UnitY(), pitch_rad) *
          rotation_about(Eigen::Vector3d::UnitX(), roll_rad);
 }
 

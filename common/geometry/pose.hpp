@@ -4,17 +4,21 @@
 
 namespace phantom::geometry {
 
-/// Rigid transform X_AB: p_A = rotation · p_B + translation_m. Frames are named at the use: `X_WS`, `X_W_link`.
+/// Rigid transform X_AB: p_A = rotation · p_B + translation_m. Frames are named at the use: `X_WS`,
+/// `X_W_link`.
 struct Pose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d translation_m = Eigen::Vector3d::Zero();
 
-  Eigen::Vector3d operator*(const Eigen::Vector3d& point_m) const { return rotation * point_m + translation_m; }
+  Eigen::Vector3d operator*(const Eigen::Vector3d& point_m) const {
+    return rotation * point_m + translation_m;
+  }
   Pose operator*(const Pose& other) const { return {rotation * other.rotation, *this * other.translation_m}; }
   Pose inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation_m)}; }
 };
 
-/// Rotation about fixed axes x (roll), then y (pitch), then z (yaw), as in URDF: R = Rz(yaw)·Ry(pitch)·Rx(roll).
+/// Rotation about fixed axes x (roll), then y (pitch), then z (yaw), as in URDF: R =
+/// Rz(yaw)·Ry(pitch)·Rx(roll).
 Eigen::Matrix3d rotation_from_rpy(double roll_rad, double pitch_rad, double yaw_rad);
 
 /// Rotation by `angle_rad` about the unit vector `axis` (Rodrigues). Real-time safe: yes.

@@ -12,7 +12,8 @@ TriangleMesh make_box(const Eigen::Vector3d& size_m);
 TriangleMesh make_sphere(double radius_m, int subdivisions = 4);
 /// Cylinder along z with flat ends at ±height/2; sides ≥ 3.
 TriangleMesh make_cylinder(double radius_m, double height_m, int sides = 48);
-/// Cone along z, its base (radius_m) at −height/2, its top at +height/2: flat with top_radius_m, or a point if that is 0.
+/// Cone along z, its base (radius_m) at −height/2, its top at +height/2: flat with top_radius_m, or a point
+/// if that is 0.
 TriangleMesh make_cone(double radius_m, double top_radius_m, double height_m, int sides = 48);
 /// A triangle in the plane z = 0 (corners counter-clockwise), drawn out along z to ±height/2.
 TriangleMesh make_prism(const std::array<Eigen::Vector2d, 3>& corners_m, double height_m);

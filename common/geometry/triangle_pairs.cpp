@@ -142,7 +142,8 @@ class Boxes {
         }
         --left_;
         const std::uint32_t p = order_[i], q = order_[k];
-        if (boxes_[p].intersects(boxes_[q]) && triangles_cross(corners_[p], corners_[q])) ++pairs_.intersecting;
+        if (boxes_[p].intersects(boxes_[q]) && triangles_cross(corners_[p], corners_[q]))
+          ++pairs_.intersecting;
       }
     }
   }
@@ -172,6 +173,8 @@ bool triangles_cross(const Corners& s, const Corners& t) {
   return false;
 }
 
-TrianglePairs crossing_pairs(const TriangleMesh& mesh, std::size_t max_pairs) { return Boxes(mesh).count(max_pairs); }
+TrianglePairs crossing_pairs(const TriangleMesh& mesh, std::size_t max_pairs) {
+  return Boxes(mesh).count(max_pairs);
+}
 
 }  // namespace phantom::geometry::detail

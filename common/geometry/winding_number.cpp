@@ -27,7 +27,8 @@ constexpr double kToWindings = 1.0 / (2.0 * std::numbers::pi);
 double winding_number(const TriangleMesh& mesh, const Eigen::Vector3d& p_m) {
   double sum = 0.0;
   for (const auto& t : mesh.triangles) {
-    sum += half_solid_angle(mesh.vertices_m[t[0]].cast<double>() - p_m, mesh.vertices_m[t[1]].cast<double>() - p_m,
+    sum += half_solid_angle(mesh.vertices_m[t[0]].cast<double>() - p_m,
+                            mesh.vertices_m[t[1]].cast<double>() - p_m,
                             mesh.vertices_m[t[2]].cast<double>() - p_m);
   }
   return sum * kToWindings;
@@ -36,8 +37,12 @@ double winding_number(const TriangleMesh& mesh, const Eigen::Vector3d& p_m) {
 WindingTree::WindingTree(const TriangleMesh& mesh) {
   triangles_.reserve(mesh.triangles.size());
   for (const auto& t : mesh.triangles) {
-    Corners corners{mesh.vertices_m[t[0]].cast<double>(), mesh.vertices_m[t[1]].cast<double>(),
-                    mesh.vertices_m[t[2]].cast<double>(), {}, {}, 0.0};
+    Corners corners{mesh.vertices_m[t[0]].cast<double>(),
+                    mesh.vertices_m[t[1]].cast<double>(),
+                    mesh.vertices_m[t[2]].cast<double>(),
+                    {},
+                    {},
+                    0.0};
     corners.centre = (corners.a + corners.b + corners.c) / 3.0;
     corners.area_normal = 0.5 * (corners.b - corners.a).cross(corners.c - corners.a);
     for (const Eigen::Vector3d& corner : {corners.a, corners.b, corners.c})
@@ -78,9 +83,8 @@ std::uint32_t WindingTree::build(std::uint32_t first, std::uint32_t count) {
     int axis = 0;
     (high - low).maxCoeff(&axis);
     const auto begin = triangles_.begin() + first;
-    std::nth_element(begin, begin + count / 2, begin + count, [&](const Corners& s, const Corners& t) {
-      return s.centre[axis] < t.centre[axis];
-    });
+    std::nth_element(begin, begin + count / 2, begin + count,
+                     [&](const Corners& s, const Corners& t) { return s.centre[axis] < t.centre[axis]; });
     build(first, count / 2);
     node.right = build(first + count / 2, count - count / 2);
   }
@@ -100,8 +104,8 @@ double WindingTree::at(const Eigen::Vector3d& p_m) const {
     const double square = d.squaredNorm();
     if (square > kFar * kFar * node.radius * node.radius) {
       const double per_cube = 1.0 / (square * std::sqrt(square));
-      half_angles += 0.5 * per_cube *
-                     (node.normal.dot(d) + node.moment.trace() - 3.0 * d.dot(node.moment * d) / square);
+      half_angles +=
+          0.5 * per_cube * (node.normal.dot(d) + node.moment.trace() - 3.0 * d.dot(node.moment * d) / square);
     } else if (node.right != 0) {
       waiting[depth++] = node.right;
       waiting[depth++] = name + 1;

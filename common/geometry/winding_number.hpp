@@ -8,10 +8,10 @@
 
 namespace phantom::geometry {
 
-/// Generalised winding number of a mesh at a point: its signed solid angle ÷ 4π (Jacobson, Kavan, Sorkine-Hornung
-/// 2013). Inside a closed mesh that faces outwards 1, outside 0; with holes something between, changing smoothly
-/// everywhere off the surface. Every triangle is summed: slow. A triangle whose plane holds
-/// the point contributes 0.
+/// Generalised winding number of a mesh at a point: its signed solid angle ÷ 4π (Jacobson, Kavan,
+/// Sorkine-Hornung 2013). Inside a closed mesh that faces outwards 1, outside 0; with holes something
+/// between, changing smoothly everywhere off the surface. Every triangle is summed: slow. A triangle whose
+/// plane holds the point contributes 0.
 double winding_number(const TriangleMesh& mesh, const Eigen::Vector3d& p_m);
 
 /// The same, fast: far groups of triangles act as a dipole and its first moment (Barill et al. 2018), near
@@ -26,12 +26,12 @@ class WindingTree {
 
  private:
   struct Node {
-    Eigen::Vector3d centre;   ///< of area
-    Eigen::Vector3d normal;   ///< sum of area normals, m²
-    Eigen::Matrix3d moment;   ///< Σ (centre of triangle − centre) · area normalᵀ
-    double radius = 0;        ///< of the ball around `centre` that holds the triangles
+    Eigen::Vector3d centre;              ///< of area
+    Eigen::Vector3d normal;              ///< sum of area normals, m²
+    Eigen::Matrix3d moment;              ///< Σ (centre of triangle − centre) · area normalᵀ
+    double radius = 0;                   ///< of the ball around `centre` that holds the triangles
     std::uint32_t first = 0, count = 0;  ///< of the triangles below
-    std::uint32_t right = 0;  ///< the left child is the next node; 0: leaf
+    std::uint32_t right = 0;             ///< the left child is the next node; 0: leaf
   };
   struct Corners {  // of a triangle, and what stands for it from afar
     Eigen::Vector3d a, b, c, centre, area_normal;

@@ -6,14 +6,15 @@
 
 namespace phantom::percept {
 
-/// Objects that the arm, or one of its links, is meant to touch: their fluid counts as free space there, for drag
-/// and for alerts, because intended contact must not be fought. Where fluids overlap a voxel belongs to the object
-/// of greater μ alone: the fluid of another object that such a voxel hides is muted with it. Bounded; copying takes
-/// no heap.
+/// Objects that the arm, or one of its links, is meant to touch: their fluid counts as free space there, for
+/// drag and for alerts, because intended contact must not be fought. Where fluids overlap a voxel belongs to
+/// the object of greater μ alone: the fluid of another object that such a voxel hides is muted with it.
+/// Bounded; copying takes no heap.
 class AllowedContact {
  public:
   static constexpr std::size_t kMost = 16;
-  static constexpr std::size_t kWholeArm = 0;  ///< as link: the base does not move, so that its number is free
+  static constexpr std::size_t kWholeArm =
+      0;  ///< as link: the base does not move, so that its number is free
 
   /// Mutes `object` (1 or more) on link `link`, or on the whole arm. False if there is no place left.
   bool add(std::uint16_t object, std::size_t link) noexcept {
@@ -39,7 +40,8 @@ class AllowedContact {
   }
   bool mutes(std::size_t link, std::uint16_t object) const noexcept {
     for (std::size_t i = 0; i < count_; ++i) {
-      if (entries_[i].object == object && (entries_[i].link == kWholeArm || entries_[i].link == link)) return true;
+      if (entries_[i].object == object && (entries_[i].link == kWholeArm || entries_[i].link == link))
+        return true;
     }
     return false;
   }

@@ -94,7 +94,8 @@ class HitMonitor {
   HitMonitor(const HitThresholds& thresholds, const AlertTiming& timing)
       : thresholds_(thresholds), timing_(timing) {}
 
-  /// `candidate`: the worst sensor, or none (free space, or nothing known). A time that is no number counts as none.
+  /// `candidate`: the worst sensor, or none (free space, or nothing known). A time that is no number counts
+  /// as none.
   AlertEvents step(const std::optional<HitCandidate>& candidate, double dt_s) noexcept;
   /// Ends the alert that is up, at once: what it rests on is no longer known.
   AlertEvents close() noexcept;

@@ -7,7 +7,9 @@
 namespace phantom::percept {
 namespace {
 
-core::Status refuse(const std::string& what) { return core::Status::invalid_argument("multiple pass cylinder: " + what); }
+core::Status refuse(const std::string& what) {
+  return core::Status::invalid_argument("multiple pass cylinder: " + what);
+}
 
 std::string number(double value) {
   std::ostringstream text;
@@ -45,11 +47,14 @@ core::Status check_mpc(const MpcDesign& design) {
   for (std::size_t i = 0; i < design.pipes.size(); ++i) {
     const MpcPipe& pipe = design.pipes[i];
     const std::string name = "pipe " + std::to_string(i + 1);
-    if (!positive(pipe.length_m)) return refuse(name + " of length " + number(pipe.length_m) + " m; allowed: above 0");
-    if (!positive(pipe.gap_m)) return refuse(name + " with a gap of " + number(pipe.gap_m) + " m; allowed: above 0");
+    if (!positive(pipe.length_m))
+      return refuse(name + " of length " + number(pipe.length_m) + " m; allowed: above 0");
+    if (!positive(pipe.gap_m))
+      return refuse(name + " with a gap of " + number(pipe.gap_m) + " m; allowed: above 0");
     if (!positive(pipe.diameter_m) || pipe.diameter_m > design.cylinder_diameter_m) {
-      return refuse(name + " of diameter " + number(pipe.diameter_m) + " m; allowed: above 0, up to the cylinder's " +
-                    number(design.cylinder_diameter_m) + " m");
+      return refuse(name + " of diameter " + number(pipe.diameter_m) +
+                    " m; allowed: above 0, up to the cylinder's " + number(design.cylinder_diameter_m) +
+                    " m");
     }
   }
   return core::Status::ok();
@@ -85,9 +90,9 @@ core::Expected<MpcLayers> mpc_layers(const MpcDesign& design, double voxel_size_
   for (std::size_t i = 0; i < design.pipes.size(); ++i) {
     const double gap_vox = std::round(design.pipes[i].gap_m / voxel_size_m);
     if (gap_vox < 1.0 || gap_vox > 1e6) {
-      return refuse("the gap of pipe " + std::to_string(i + 1) + ", " + number(design.pipes[i].gap_m) + " m, is " +
-                    (gap_vox < 1.0 ? "less than half a voxel" : "more than a million voxels") + " of " +
-                    number(voxel_size_m) + " m; allowed: whole voxels, at least 1");
+      return refuse("the gap of pipe " + std::to_string(i + 1) + ", " + number(design.pipes[i].gap_m) +
+                    " m, is " + (gap_vox < 1.0 ? "less than half a voxel" : "more than a million voxels") +
+                    " of " + number(voxel_size_m) + " m; allowed: whole voxels, at least 1");
     }
     stepped.thickness_vox.push_back(static_cast<int>(gap_vox));
     widths_vox.push_back(gap_vox);

@@ -36,9 +36,8 @@ ClusterZone::ClusterZone(int reach_vox, ZoneShape shape) {
   }
 }
 
-PrincipalGradient ClusterZone::gradient(const voxel::Workspace& workspace,
-                                        voxel::Index3 centre, std::size_t link,
-                                        const AllowedContact& allowed) const noexcept {
+PrincipalGradient ClusterZone::gradient(const voxel::Workspace& workspace, voxel::Index3 centre,
+                                        std::size_t link, const AllowedContact& allowed) const noexcept {
   Extreme high{-1}, low{256};
   const bool mutes = allowed.concerns(link);
   for (const voxel::Index3 offset : offsets_) {

@@ -28,8 +28,8 @@ class ClusterZone {
   /// thickness.
   ClusterZone(int reach_vox, ZoneShape shape);
   std::size_t voxel_count() const noexcept { return offsets_.size(); }
-  /// Reads every voxel of the zone once, as free space those outside the grid and those whose object link `link`
-  /// may touch. Real-time safe: yes.
+  /// Reads every voxel of the zone once, as free space those outside the grid and those whose object link
+  /// `link` may touch. Real-time safe: yes.
   PrincipalGradient gradient(const voxel::Workspace& workspace, voxel::Index3 centre, std::size_t link = 0,
                              const AllowedContact& allowed = {}) const noexcept;
 

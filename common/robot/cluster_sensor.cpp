@@ -48,7 +48,8 @@ double corner_area(double y, double z, double rho) {
   y = std::min(std::abs(y), rho), z = std::min(std::abs(z), rho);
   if (y * y + z * z <= rho * rho) return sign * y * z;
   const auto under_arc = [rho](double t) {
-    return 0.5 * (t * std::sqrt(std::max(0.0, rho * rho - t * t)) + rho * rho * std::asin(std::min(1.0, t / rho)));
+    return 0.5 *
+           (t * std::sqrt(std::max(0.0, rho * rho - t * t)) + rho * rho * std::asin(std::min(1.0, t / rho)));
   };
   const double meets = std::sqrt(std::max(0.0, rho * rho - z * z));
   return sign * (meets * z + under_arc(y) - under_arc(meets));
@@ -70,8 +71,8 @@ double fraction_in_sphere(int x, int y, int z, double radius_vox) {
   const auto near = [](int i) { return std::max(0.0, std::abs(i) - 0.5); };
   if (far(x) * far(x) + far(y) * far(y) + far(z) * far(z) <= r2) return 1.0;
   if (near(x) * near(x) + near(y) * near(y) + near(z) * near(z) >= r2) return 0.0;
-  // Slices along x are discs cut by a square, in closed form; their area is smooth between the places where the
-  // disc reaches an edge or a corner of the square.
+  // Slices along x are discs cut by a square, in closed form; their area is smooth between the places where
+  // the disc reaches an edge or a corner of the square.
   std::vector<double> cuts{x - 0.5, x + 0.5};
   const auto add = [&](double square) {
     if (square > r2) return;
@@ -82,7 +83,8 @@ double fraction_in_sphere(int x, int y, int z, double radius_vox) {
   add(0.0);
   for (const double y_edge : {y - 0.5, y + 0.5}) {
     add(y_edge * y_edge);
-    for (const double z_edge : {z - 0.5, z + 0.5}) add(z_edge * z_edge), add(y_edge * y_edge + z_edge * z_edge);
+    for (const double z_edge : {z - 0.5, z + 0.5})
+      add(z_edge * z_edge), add(y_edge * y_edge + z_edge * z_edge);
   }
   std::sort(cuts.begin(), cuts.end());
   double volume = 0.0;
@@ -102,7 +104,8 @@ double fraction_in_sphere(int x, int y, int z, double radius_vox) {
 ResponseCurve::ResponseCurve(std::vector<std::pair<double, double>> points) : points_(std::move(points)) {
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const auto [mu, response] = points_[i];
-    if (!std::isfinite(mu) || !(response >= 0.0) || !std::isfinite(response) || (i > 0 && !(mu > points_[i - 1].first)))
+    if (!std::isfinite(mu) || !(response >= 0.0) || !std::isfinite(response) ||
+        (i > 0 && !(mu > points_[i - 1].first)))
       throw std::invalid_argument("response: point " + std::to_string(i) +
                                   ": viscosities must rise strictly and responses be 0 or more");
   }
@@ -118,13 +121,15 @@ double ResponseCurve::operator()(double mu) const noexcept {
   return r0 + (mu - mu0) / (after->first - mu0) * (after->second - r0);
 }
 
-void fill_response(const ResponseCurve& curve, const std::vector<float>& palette, ResponseTable& table) noexcept {
+void fill_response(const ResponseCurve& curve, const std::vector<float>& palette,
+                   ResponseTable& table) noexcept {
   table.fill(0.0);
   for (std::size_t code = 0; code < std::min(palette.size(), table.size()); ++code)
     table[code] = curve(static_cast<double>(palette[code]));
 }
 
-ClusterStencil::ClusterStencil(const ClusterSpec& spec) : reach_(std::clamp(spec.reach_vox, 1, kMostReach_vox)) {
+ClusterStencil::ClusterStencil(const ClusterSpec& spec)
+    : reach_(std::clamp(spec.reach_vox, 1, kMostReach_vox)) {
   for (int z = -reach_; z <= reach_; ++z) {
     for (int y = -reach_; y <= reach_; ++y) {
       int reach = reach_;
@@ -222,7 +227,8 @@ ClusterReading ClusterStencil::count_inside(const voxel::Workspace& workspace, v
                                             const ResponseTable& response) const noexcept {
   const Bricks bricks(workspace, centre, reach_);
   const voxel::Index3 low{centre.x - reach_, centre.y - reach_, centre.z - reach_};
-  const std::uint64_t* mask = tile_masks_[static_cast<std::size_t>((low.x & 3) | (low.y & 3) << 2 | (low.z & 3) << 4)].data();
+  const std::uint64_t* mask =
+      tile_masks_[static_cast<std::size_t>((low.x & 3) | (low.y & 3) << 2 | (low.z & 3) << 4)].data();
   std::array<const std::uint8_t*, kMostTiles> tile;
   std::array<std::uint64_t, kMostTiles + 1> counting;
   std::size_t n = 0;
@@ -261,9 +267,9 @@ ClusterReading ClusterStencil::read_inside(const voxel::Workspace& workspace, vo
   // Offsets of the zone's columns within their brick, and the first column of the second brick.
   std::array<std::uint32_t, 2 * kMostReach_vox + 1> column;
   for (int x = -reach_; x <= reach_; ++x)
-    column[static_cast<std::size_t>(x + reach_)] = static_cast<std::uint32_t>(voxel::brick_offset(within_brick(centre.x + x), 0, 0));
-  const int border =
-      bricks.high.x > bricks.low.x ? bricks.high.x * voxel::kBrickEdge - centre.x : reach_ + 1;
+    column[static_cast<std::size_t>(x + reach_)] =
+        static_cast<std::uint32_t>(voxel::brick_offset(within_brick(centre.x + x), 0, 0));
+  const int border = bricks.high.x > bricks.low.x ? bricks.high.x * voxel::kBrickEdge - centre.x : reach_ + 1;
 
   Tally<kWeighted> tally{response.data()};
   for (const Row& row : rows_) {
@@ -274,7 +280,9 @@ ClusterReading ClusterStencil::read_inside(const voxel::Workspace& workspace, vo
     const double* w = kWeighted ? &weights_[row.first_weight] : nullptr;
     const int all = 2 * row.reach + 1, first = std::clamp(border + row.reach, 0, all);
     tally.add(bricks.codes[corner] + offset, columns, w, first);
-    if (first < all) tally.add(bricks.codes[corner | 1U] + offset, columns + first, w + (kWeighted ? first : 0), all - first);
+    if (first < all)
+      tally.add(bricks.codes[corner | 1U] + offset, columns + first, w + (kWeighted ? first : 0),
+                all - first);
   }
   return {(tally.sum[0] + tally.sum[1] + tally.sum[2] + tally.sum[3]) / total_,
           static_cast<std::uint8_t>(std::max(tally.greatest[0], tally.greatest[1]))};

@@ -11,12 +11,12 @@
 
 namespace phantom::robot {
 
-/// How much of the voxel at offset (x,y,z), in voxels, lies inside the sphere of radius `radius_vox` around the
-/// centre of the voxel at (0,0,0); 0…1, to about 1e-9.
+/// How much of the voxel at offset (x,y,z), in voxels, lies inside the sphere of radius `radius_vox` around
+/// the centre of the voxel at (0,0,0); 0…1, to about 1e-9.
 double fraction_in_sphere(int x, int y, int z, double radius_vox);
 
-/// Transfer function on μ of a cluster sensor (the thesis's response shaper): straight between the points, level
-/// beyond the first and the last; without points μ itself.
+/// Transfer function on μ of a cluster sensor (the thesis's response shaper): straight between the points,
+/// level beyond the first and the last; without points μ itself.
 class ResponseCurve {
  public:
   ResponseCurve() = default;
@@ -31,7 +31,8 @@ class ResponseCurve {
 /// Response by μ code.
 using ResponseTable = std::array<double, 256>;
 /// Real-time safe: yes.
-void fill_response(const ResponseCurve& curve, const std::vector<float>& palette, ResponseTable& table) noexcept;
+void fill_response(const ResponseCurve& curve, const std::vector<float>& palette,
+                   ResponseTable& table) noexcept;
 
 /// What a cluster sensor reads at a place.
 struct ClusterReading {
@@ -47,8 +48,9 @@ class ClusterStencil {
   std::size_t voxel_count() const noexcept { return voxels_; }  ///< voxels that count
   double total_weight() const noexcept { return total_; }       ///< ΣSSA
   /// Voxels outside the grid are free space. Cost of a binary shape: a comparison of each tile of 4³ voxels
-  /// that it touches with each code of the palette in SIMD; of a weighted one, or with more than kMostCounted codes, a
-  /// byte and a table entry for each voxel; more where the zone reaches over the grid's border. Real-time safe: yes.
+  /// that it touches with each code of the palette in SIMD; of a weighted one, or with more than kMostCounted
+  /// codes, a byte and a table entry for each voxel; more where the zone reaches over the grid's border.
+  /// Real-time safe: yes.
   ClusterReading read(const voxel::Workspace& workspace, voxel::Index3 centre,
                       const ResponseTable& response) const noexcept;
   /// Calls visit(voxel, weight) for each voxel that counts.

@@ -13,8 +13,8 @@ namespace HWY_NAMESPACE {
 #if HWY_TARGET == HWY_SCALAR
 
 CodeFigures FiguresOf(const std::uint8_t* codes, std::size_t n) { return scalar::figures_of(codes, n); }
-void CountCodes(const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n, std::size_t codes,
-                std::uint32_t* counts) {
+void CountCodes(const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n,
+                std::size_t codes, std::uint32_t* counts) {
   scalar::count_codes(tiles, masks, n, codes, counts);
 }
 
@@ -35,7 +35,8 @@ CodeFigures FiguresOf(const std::uint8_t* codes, std::size_t n) {
   }
   HWY_ALIGN std::uint8_t lane[HWY_MAX_BYTES];
   hn::Store(greatest, d, lane);
-  for (std::size_t k = 0; k < step; ++k) figures.greatest = lane[k] > figures.greatest ? lane[k] : figures.greatest;
+  for (std::size_t k = 0; k < step; ++k)
+    figures.greatest = lane[k] > figures.greatest ? lane[k] : figures.greatest;
   for (; i < n; ++i) {
     figures.greatest = codes[i] > figures.greatest ? codes[i] : figures.greatest;
     figures.active += codes[i] != 0 ? 1U : 0U;
@@ -48,8 +49,8 @@ constexpr std::size_t kMostTogether = 8;
 
 /// counts[0…kCodes − 1]: how many voxels hold first_code, first_code + 1 and so on.
 template <std::size_t kCodes>
-void count_together(const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n, std::size_t first_code,
-                    std::uint32_t* counts) {
+void count_together(const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n,
+                    std::size_t first_code, std::uint32_t* counts) {
   const hn::CappedTag<std::uint8_t, 64> d;
   const hn::Repartition<std::uint64_t, decltype(d)> wide;
   using V = hn::Vec<decltype(d)>;
@@ -80,22 +81,23 @@ void count_together(const std::uint8_t* const* tiles, const std::uint64_t* masks
       if (k + 2 < kCodes) four = hn::Or(four, hn::ShiftLeft<32>(hn::SumsOf8(count[k + 2])));
       if (k + 3 < kCodes) four = hn::Or(four, hn::ShiftLeft<48>(hn::SumsOf8(count[k + 3])));
       const std::uint64_t sums = hn::GetLane(hn::SumOfLanes(wide, four));
-      for (std::size_t j = 0; j < 4 && k + j < kCodes; ++j) counts[k + j] += static_cast<std::uint32_t>(sums >> 16 * j & 0xFFFF);
+      for (std::size_t j = 0; j < 4 && k + j < kCodes; ++j)
+        counts[k + j] += static_cast<std::uint32_t>(sums >> 16 * j & 0xFFFF);
     }
   }
 }
 
 template <std::size_t kCodes = kMostTogether>
-void count_some(std::size_t codes, const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n,
-                std::size_t first_code, std::uint32_t* counts) {
+void count_some(std::size_t codes, const std::uint8_t* const* tiles, const std::uint64_t* masks,
+                std::size_t n, std::size_t first_code, std::uint32_t* counts) {
   if constexpr (kCodes > 1) {
     if (codes < kCodes) return count_some<kCodes - 1>(codes, tiles, masks, n, first_code, counts);
   }
   count_together<kCodes>(tiles, masks, n, first_code, counts);
 }
 
-void CountCodes(const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n, std::size_t codes,
-                std::uint32_t* counts) {
+void CountCodes(const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n,
+                std::size_t codes, std::uint32_t* counts) {
   for (std::size_t first = 1; first < codes; first += kMostTogether)
     count_some(codes - first, tiles, masks, n, first, counts + first);
 }
@@ -112,10 +114,12 @@ namespace phantom::robot::kernel {
 HWY_EXPORT(FiguresOf);
 HWY_EXPORT(CountCodes);
 
-CodeFigures figures_of(const std::uint8_t* codes, std::size_t n) noexcept { return HWY_DYNAMIC_DISPATCH(FiguresOf)(codes, n); }
+CodeFigures figures_of(const std::uint8_t* codes, std::size_t n) noexcept {
+  return HWY_DYNAMIC_DISPATCH(FiguresOf)(codes, n);
+}
 
-void count_codes(const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n, std::size_t codes,
-                 std::uint32_t* counts) noexcept {
+void count_codes(const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n,
+                 std::size_t codes, std::uint32_t* counts) noexcept {
   HWY_DYNAMIC_DISPATCH(CountCodes)(tiles, masks, n, codes, counts);
 }
 

@@ -40,7 +40,9 @@ double power(const Twist& twist, const Wrench& wrench) noexcept {
   return twist.linear.dot(wrench.force) + twist.angular.dot(wrench.moment);
 }
 
-Twist operator*(double factor, const Twist& twist) noexcept { return {factor * twist.linear, factor * twist.angular}; }
+Twist operator*(double factor, const Twist& twist) noexcept {
+  return {factor * twist.linear, factor * twist.angular};
+}
 
 void add(Twist& sum, const Twist& twist) noexcept {
   sum.linear += twist.linear;
@@ -57,9 +59,11 @@ struct LinkMotion {
   }
 };
 
-/// What link k loses of its drag, by joint and direction, is added to `lost_plus` and `lost_minus`; gives its σ.
-double let_go(std::size_t k, const SerialArm& arm, const LinkPoses& X_WL, const ViscousSums& body, const DirectionalLaw& law,
-              const core::JointArray& v, core::JointArray& lost_plus, core::JointArray& lost_minus) noexcept {
+/// What link k loses of its drag, by joint and direction, is added to `lost_plus` and `lost_minus`; gives its
+/// σ.
+double let_go(std::size_t k, const SerialArm& arm, const LinkPoses& X_WL, const ViscousSums& body,
+              const DirectionalLaw& law, const core::JointArray& v, core::JointArray& lost_plus,
+              core::JointArray& lost_minus) noexcept {
   std::array<Twist, core::kMaxJoints> by_joint;  // of this link, about its origin, by a unit of the joint
   Twist whole{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   for (std::size_t j = 0; j < k; ++j) {
@@ -67,7 +71,9 @@ double let_go(std::size_t k, const SerialArm& arm, const LinkPoses& X_WL, const 
     twist.linear += twist.angular.cross(X_WL[k].translation_m - X_WL[j + 1].translation_m);
     add(whole, v[j] * twist);
   }
-  const auto rise_of = [&body](const Twist& t) { return t.linear.dot(body.gradient) + t.angular.dot(body.gradient_moment); };
+  const auto rise_of = [&body](const Twist& t) {
+    return t.linear.dot(body.gradient) + t.angular.dot(body.gradient_moment);
+  };
   const Wrench wrench = drag_wrench(body, whole);
   const LinkMotion motion{power(whole, wrench), rise_of(whole)};
   for (std::size_t j = 0; j < k; ++j) {
@@ -75,7 +81,8 @@ double let_go(std::size_t k, const SerialArm& arm, const LinkPoses& X_WL, const 
                  rise = rise_of(by_joint[j]), speed = std::hypot(v[j], law.still);
     const auto lost_at = [&](double v_j) {  // the joint's velocity exchanged, the others as they are
       const double step = v_j - v[j];
-      const LinkMotion other{std::max(0.0, motion.drag_power + step * (2.0 * with + step * own)), motion.rise + step * rise};
+      const LinkMotion other{std::max(0.0, motion.drag_power + step * (2.0 * with + step * own)),
+                             motion.rise + step * rise};
       return (1.0 - share(law, other.sigma(body.gradient_square))) * std::max(0.0, own);
     };
     lost_plus[j] += lost_at(speed);
@@ -88,7 +95,8 @@ void apply(const DirectionalLaw& law, const SerialArm& arm, const LinkPoses& X_W
            const core::JointArray& v, DragCoefficients& result) noexcept {
   core::JointArray lost_plus{}, lost_minus{};
   for (std::size_t k = 1; k <= arm.joint_count(); ++k) {
-    if (sums[k].gradient_square > 0.0) result.sigma[k - 1] = let_go(k, arm, X_WL, sums[k], law, v, lost_plus, lost_minus);
+    if (sums[k].gradient_square > 0.0)
+      result.sigma[k - 1] = let_go(k, arm, X_WL, sums[k], law, v, lost_plus, lost_minus);
   }
   for (std::size_t j = 0; j < arm.joint_count(); ++j) {
     const double own = result.plus[j], least = law.leaving_share * own;  // which rounding must not fall below
@@ -124,8 +132,9 @@ void ViscousSums::scale(double factor) noexcept {
   gradient_square *= factor;
 }
 
-void drag_coefficients(const SerialArm& arm, const LinkPoses& X_WL, const LinkSums& sums, const DirectionalLaw& law,
-                       const core::JointArray& v, DragCoefficients& result) noexcept {
+void drag_coefficients(const SerialArm& arm, const LinkPoses& X_WL, const LinkSums& sums,
+                       const DirectionalLaw& law, const core::JointArray& v,
+                       DragCoefficients& result) noexcept {
   result = {};
   ViscousSums outboard;  // everything that the joint at hand moves, about that joint's frame origin
   for (std::size_t j = arm.joint_count(); j-- > 0;) {
@@ -155,7 +164,8 @@ core::JointArray drag_torque(const DragCoefficients& drag, DragMode mode, const 
   core::JointArray torque{};
   const auto coefficient = [&](std::size_t i) { return v[i] >= 0.0 ? drag.plus[i] : drag.minus[i]; };
   if (mode == DragMode::kSeparable) {
-    for (std::size_t i = 0; i < joint_count; ++i) torque[i] = 0.0 - coefficient(i) * v[i];  // no negative zeros
+    for (std::size_t i = 0; i < joint_count; ++i)
+      torque[i] = 0.0 - coefficient(i) * v[i];  // no negative zeros
     return torque;
   }
   core::JointArray scale{};

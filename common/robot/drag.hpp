@@ -32,17 +32,19 @@ using LinkSums = std::array<ViscousSums, core::kMaxJoints + 1>;
 
 /// Directional drag: a link that nears is felt in full, one that leaves is let go.
 ///
-/// A link is judged by the motion of all joints together. Over its sensors, moving with velocities u_i, let E = Σ wμ|u_i|²
-/// (its share of vᵀDv), s = d(Σwμ)/dt = Σ w∇μ·u_i and Q = Σ w|∇μ|²/μ. By Cauchy and Schwarz |s| ≤ √(Q·E), so σ = s/√(Q·E)
-/// lies in [−1, 1]: how squarely the link moves up the gradient. It keeps the share h(σ) of its drag, with h(x) = 1 for
-/// x ≥ 0, falling to `leaving_share` at x ≤ −full_at by the smoothstep x²(3−2x): continuous with its derivative, never
-/// above 1. Where the sum cancels (σ = 0: amid two objects, or sliding along one) both directions keep the full drag.
+/// A link is judged by the motion of all joints together. Over its sensors, moving with velocities u_i, let E
+/// = Σ wμ|u_i|² (its share of vᵀDv), s = d(Σwμ)/dt = Σ w∇μ·u_i and Q = Σ w|∇μ|²/μ. By Cauchy and Schwarz |s|
+/// ≤ √(Q·E), so σ = s/√(Q·E) lies in [−1, 1]: how squarely the link moves up the gradient. It keeps the share
+/// h(σ) of its drag, with h(x) = 1 for x ≥ 0, falling to `leaving_share` at x ≤ −full_at by the smoothstep
+/// x²(3−2x): continuous with its derivative, never above 1. Where the sum cancels (σ = 0: amid two objects,
+/// or sliding along one) both directions keep the full drag.
 ///
-/// With B_lk for link k's share of joint l's symmetric coefficient, B⁺_l = Σ_k h(σ_k)·B_lk, where joint l moves forwards at
-/// its speed and the others as they do, and B⁻_l likewise backwards. So the coefficient that holds for the sign of v_l is
-/// that of the motion at hand, and of a joint that moves alone both are right whichever way it turns next. A joint that
-/// stands counts as if it crept at `still`. Going back the way it came, a link that was felt in full is let go; one that
-/// the way back brings nearer to something is felt.
+/// With B_lk for link k's share of joint l's symmetric coefficient, B⁺_l = Σ_k h(σ_k)·B_lk, where joint l
+/// moves forwards at its speed and the others as they do, and B⁻_l likewise backwards. So the coefficient
+/// that holds for the sign of v_l is that of the motion at hand, and of a joint that moves alone both are
+/// right whichever way it turns next. A joint that stands counts as if it crept at `still`. Going back the
+/// way it came, a link that was felt in full is let go; one that the way back brings nearer to something is
+/// felt.
 struct DirectionalLaw {
   bool enabled = false;        ///< false: symmetric (thesis), B⁺ = B⁻ = B
   double leaving_share = 0.0;  ///< share of the drag that remains when leaving squarely, 0…1
@@ -69,10 +71,11 @@ struct DragCoefficients {
 
 /// Coefficients of every joint from the links' sums. Separable: B_l = aᵀJ_o a over all links ≥ l, the
 /// thesis's Σ μ d_l² (eqs. 5.29–5.35, C.9–C.13); prismatic: Σμ. Coupled: D(q) = Σ JᵀJ wμ by the
-/// composite-body algorithm. `X_WL` must be the pose at which the sums were taken; `v`, rad/s or m/s, is looked at by the
-/// directional law alone. Real-time safe: yes.
-void drag_coefficients(const SerialArm& arm, const LinkPoses& X_WL, const LinkSums& sums, const DirectionalLaw& law,
-                       const core::JointArray& v, DragCoefficients& result) noexcept;
+/// composite-body algorithm. `X_WL` must be the pose at which the sums were taken; `v`, rad/s or m/s, is
+/// looked at by the directional law alone. Real-time safe: yes.
+void drag_coefficients(const SerialArm& arm, const LinkPoses& X_WL, const LinkSums& sums,
+                       const DirectionalLaw& law, const core::JointArray& v,
+                       DragCoefficients& result) noexcept;
 
 /// Which torque the coefficients are to give.
 enum class DragMode {

@@ -10,8 +10,9 @@ namespace phantom::robot {
 
 MuMemory::MuMemory(std::size_t sensors, const MemoryWeights& weights)
     : depth_(weights.size()), states_(sensors), rings_(sensors * weights.size()) {
-  const bool sound = !weights.empty() && weights.size() <= kMostDepth && weights.front() > 0.0 &&
-                     std::all_of(weights.begin(), weights.end(), [](double w) { return w >= 0.0 && std::isfinite(w); });
+  const bool sound =
+      !weights.empty() && weights.size() <= kMostDepth && weights.front() > 0.0 &&
+      std::all_of(weights.begin(), weights.end(), [](double w) { return w >= 0.0 && std::isfinite(w); });
   if (!sound) {
     throw std::invalid_argument("memory weights: allowed: 1 to " + std::to_string(kMostDepth) +
                                 " finite numbers, 0 or more, the first above 0");

@@ -7,22 +7,24 @@
 
 namespace phantom::robot {
 
-/// Weights α of the voxels remembered, newest first; none: no memory. The thesis's cases (table 4.2): long and
-/// short sustained memory (ten or three ones) and fading memory (1, 0.9, 0.75, 0.55, 0.3, 0.2, 0.1, 0.05, 0.02).
+/// Weights α of the voxels remembered, newest first; none: no memory. The thesis's cases (table 4.2): long
+/// and short sustained memory (ten or three ones) and fading memory (1, 0.9, 0.75, 0.55, 0.3, 0.2, 0.1, 0.05,
+/// 0.02).
 using MemoryWeights = std::vector<double>;
 
-/// Smooths the stepped μ that sensors meet: each sensor remembers the μ of the voxels that it came through last
-/// and feels their weighted mean (thesis eqs. 4.9, 4.10). Memory: a ring of as many floats as there are weights,
-/// and 16 bytes, for each sensor.
+/// Smooths the stepped μ that sensors meet: each sensor remembers the μ of the voxels that it came through
+/// last and feels their weighted mean (thesis eqs. 4.9, 4.10). Memory: a ring of as many floats as there are
+/// weights, and 16 bytes, for each sensor.
 class MuMemory {
  public:
   static constexpr std::size_t kMostDepth = 16;
   /// At most kMostDepth weights, ≥ 0, the first above 0. Throws std::invalid_argument.
   MuMemory(std::size_t sensors, const MemoryWeights& weights);
 
-  /// μ_e of a sensor that is in the voxel `voxel` (any number that differs between neighbours) of viscosity `mu`. An
-  /// entry is written when the sensor enters another voxel; if μ changes under a sensor that stays, its newest
-  /// entry changes. The first call fills the ring, so there is no delay at the start. Real-time safe: yes.
+  /// μ_e of a sensor that is in the voxel `voxel` (any number that differs between neighbours) of viscosity
+  /// `mu`. An entry is written when the sensor enters another voxel; if μ changes under a sensor that stays,
+  /// its newest entry changes. The first call fills the ring, so there is no delay at the start. Real-time
+  /// safe: yes.
   double sense(std::size_t sensor, std::uint32_t voxel, float mu) noexcept;
   /// Forgets everything. Real-time safe: yes.
   void forget() noexcept;

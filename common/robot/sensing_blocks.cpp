@@ -7,7 +7,9 @@
 namespace phantom::robot::kernel {
 namespace {
 
-Eigen::Vector3d place_of(const Points& points, std::size_t i) { return {points.x_m[i], points.y_m[i], points.z_m[i]}; }
+Eigen::Vector3d place_of(const Points& points, std::size_t i) {
+  return {points.x_m[i], points.y_m[i], points.z_m[i]};
+}
 
 Block block_of(const Points& points, std::size_t first, std::size_t end) {
   Eigen::AlignedBox3d box;
@@ -24,12 +26,14 @@ Block block_of(const Points& points, std::size_t first, std::size_t end) {
   return {{centre.x(), centre.y(), centre.z()}, radius, radius / 2.1e9, alike ? weight : -1.0};
 }
 
-std::int32_t steps_of(double distance_m, double step_m) { return static_cast<std::int32_t>(std::lround(distance_m / step_m)); }
+std::int32_t steps_of(double distance_m, double step_m) {
+  return static_cast<std::int32_t>(std::lround(distance_m / step_m));
+}
 
 }  // namespace
 
-void measure_blocks(const Points& points, std::size_t sensors, std::vector<Block>& blocks, std::int32_t* x, std::int32_t* y,
-                    std::int32_t* z) {
+void measure_blocks(const Points& points, std::size_t sensors, std::vector<Block>& blocks, std::int32_t* x,
+                    std::int32_t* y, std::int32_t* z) {
   const std::size_t first_block = blocks.size();
   for (std::size_t first = 0; first < sensors; first += kBlock)
     blocks.push_back(block_of(points, first, std::min(first + kBlock, sensors)));

@@ -1,10 +1,11 @@
 // Compiled once for each instruction set by Highway's foreach_target; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "common/robot/sensing_kernel.cpp"
+#include "common/robot/sensing_kernel.hpp"
+
 #include <hwy/foreach_target.h>  // must come before highway.h
 #include <hwy/highway.h>
 
-#include "common/robot/sensing_kernel.hpp"
 #include "common/robot/sensing_lanes-inl.hpp"
 #include "common/robot/sensing_near-inl.hpp"
 
@@ -21,12 +22,13 @@ void LookUp(const Field& field, const ToVoxels& to, const Points& points, std::u
 void AddMoments(const Points& points, const double* mu, Moments& moments) {
   scalar::add_moments(points, mu, moments);
 }
-void Sense(const Field& field, const ToVoxels& to, const Points& points, const Offsets&, const float* palette, std::size_t,
-           std::uint8_t* codes, Moments& moments) {
+void Sense(const Field& field, const ToVoxels& to, const Points& points, const Offsets&, const float* palette,
+           std::size_t, std::uint8_t* codes, Moments& moments) {
   scalar::sense(field, to, points, palette, codes, moments);
 }
-void AddGradients(const Field& field, const ToVoxels& to, const Points& points, const float* palette, std::size_t,
-                  const std::uint8_t* codes, const double* mu, int reach_vox, GradientSums& sums) {
+void AddGradients(const Field& field, const ToVoxels& to, const Points& points, const float* palette,
+                  std::size_t, const std::uint8_t* codes, const double* mu, int reach_vox,
+                  GradientSums& sums) {
   scalar::add_gradients(field, to, points, palette, codes, mu, reach_vox, sums);
 }
 
@@ -54,9 +56,10 @@ void AddMoments(const Points& points, const double* mu, Moments& moments) {
   sums.take(moments.sum);
 }
 
-void Sense(const Field& field, const ToVoxels& to, const Points& points, const Offsets& offsets, const float* palette,
-           std::size_t palette_size, std::uint8_t* codes, Moments& moments) {
-  // Block by block in two passes: each keeps what it needs in registers, and the block stays in the first cache.
+void Sense(const Field& field, const ToVoxels& to, const Points& points, const Offsets& offsets,
+           const float* palette, std::size_t palette_size, std::uint8_t* codes, Moments& moments) {
+  // Block by block in two passes: each keeps what it needs in registers, and the block stays in the first
+  // cache.
   const Ints di;
   const Doubles d;
   const hn::Rebind<std::uint8_t, Ints> bytes;
@@ -77,7 +80,8 @@ void Sense(const Field& field, const ToVoxels& to, const Points& points, const O
     for (std::size_t first = 0; first < points.count; first += kBlock, ++block) {
       const std::size_t end = first + kBlock < points.count ? first + kBlock : points.count;
       if (!near.place(field, to, *block)) {
-        for (std::size_t i = first; i < end; i += lanes()) store_codes(codes_of(field, indices(to, points, i)), codes + i);
+        for (std::size_t i = first; i < end; i += lanes())
+          store_codes(codes_of(field, indices(to, points, i)), codes + i);
         add_all(first, end, [&](std::size_t i, VD mu) HWY_ATTR { add_points(points, i, mu, sums); });
         continue;
       }
@@ -104,9 +108,11 @@ struct SlopeSums {
     for (VD& v : s) v = hn::Zero(Doubles());
   }
   /// `step`: μ one reach up minus μ one reach down, by axis; `met`: the palette's μ, 0 where nothing counts.
-  HWY_INLINE void add(const ToVoxels& to, const Points& points, std::size_t i, const VD step[3], VD met, VD mu) {
+  HWY_INLINE void add(const ToVoxels& to, const Points& points, std::size_t i, const VD step[3], VD met,
+                      VD mu) {
     const Doubles d;
-    const VD x = hn::LoadU(d, points.x_m + i), y = hn::LoadU(d, points.y_m + i), z = hn::LoadU(d, points.z_m + i);
+    const VD x = hn::LoadU(d, points.x_m + i), y = hn::LoadU(d, points.y_m + i),
+             z = hn::LoadU(d, points.z_m + i);
     const VD rx = coordinate(to.r, 0.0, x, y, z), ry = coordinate(to.r + 3, 0.0, x, y, z),
              rz = coordinate(to.r + 6, 0.0, x, y, z);
     const auto counts = hn::Gt(met, hn::Zero(d));
@@ -124,7 +130,8 @@ struct SlopeSums {
 };
 
 void AddGradients(const Field& field, const ToVoxels& to, const Points& points, const float* palette,
-                  std::size_t palette_size, const std::uint8_t* codes, const double* given_mu, int reach_vox, GradientSums& out) {
+                  std::size_t palette_size, const std::uint8_t* codes, const double* given_mu, int reach_vox,
+                  GradientSums& out) {
   const Ints di;
   const Doubles d;
   const hn::Rebind<std::uint8_t, Ints> bytes;
@@ -136,7 +143,8 @@ void AddGradients(const Field& field, const ToVoxels& to, const Points& points, 
       const VI code = hn::PromoteTo(di, hn::LoadU(bytes, codes + i));
       if (hn::AllTrue(di, hn::Eq(code, hn::Zero(di)))) continue;
       const Indices at = indices(to, points, i);
-      const AlongAxis x = along_axis<0>(field, at.x), y = along_axis<1>(field, at.y), z = along_axis<2>(field, at.z);
+      const AlongAxis x = along_axis<0>(field, at.x), y = along_axis<1>(field, at.y),
+                      z = along_axis<2>(field, at.z);
       const VW shift = byte_shift_of(at.x);
       const VI x_up = hn::Add(at.x, reach), x_down = hn::Sub(at.x, reach);
       const hn::Vec<Floats> up[3] = {
@@ -184,7 +192,10 @@ HWY_EXPORT(Target);
 Field field_of(const voxel::Workspace& workspace) noexcept {
   const auto& size = workspace.grid().size_vox;
   const auto& bricks = workspace.size_bricks();
-  return {workspace.directory(), workspace.codes(), {size[0], size[1], size[2]}, {bricks[0], bricks[1], bricks[2]}};
+  return {workspace.directory(),
+          workspace.codes(),
+          {size[0], size[1], size[2]},
+          {bricks[0], bricks[1], bricks[2]}};
 }
 
 void look_up(const Field& field, const ToVoxels& to_voxels, const Points& points, std::uint8_t* codes,
@@ -202,8 +213,10 @@ void sense(const Field& field, const ToVoxels& to_voxels, const Points& points, 
 }
 
 void add_gradients(const Field& field, const ToVoxels& to_voxels, const Points& points, const float* palette,
-                   std::size_t palette_size, const std::uint8_t* codes, const double* mu, int reach_vox, GradientSums& sums) noexcept {
-  HWY_DYNAMIC_DISPATCH(AddGradients)(field, to_voxels, points, palette, palette_size, codes, mu, reach_vox, sums);
+                   std::size_t palette_size, const std::uint8_t* codes, const double* mu, int reach_vox,
+                   GradientSums& sums) noexcept {
+  HWY_DYNAMIC_DISPATCH(AddGradients)
+  (field, to_voxels, points, palette, palette_size, codes, mu, reach_vox, sums);
 }
 
 const char* target_name() noexcept { return HWY_DYNAMIC_DISPATCH(Target)(); }

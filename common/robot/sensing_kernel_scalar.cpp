@@ -1,5 +1,5 @@
-// The kernel in plain C++: for machines without SIMD that Highway knows, and the twin that the tests hold the SIMD
-// loops against.
+// The kernel in plain C++: for machines without SIMD that Highway knows, and the twin that the tests hold the
+// SIMD loops against.
 #include <cmath>
 
 #include "common/robot/sensing_kernel.hpp"
@@ -28,7 +28,8 @@ std::uint8_t code_at(const Field& field, const Place& p) {
   if (p.x < 0 || p.y < 0 || p.z < 0 || p.x >= field.size_vox[0] || p.y >= field.size_vox[1] ||
       p.z >= field.size_vox[2])
     return 0;
-  const auto x = static_cast<std::uint32_t>(p.x), y = static_cast<std::uint32_t>(p.y), z = static_cast<std::uint32_t>(p.z);
+  const auto x = static_cast<std::uint32_t>(p.x), y = static_cast<std::uint32_t>(p.y),
+             z = static_cast<std::uint32_t>(p.z);
   const std::size_t bricks_x = static_cast<std::size_t>(field.size_bricks[0]);
   const std::size_t bricks_y = static_cast<std::size_t>(field.size_bricks[1]);
   const std::size_t slot = field.directory[((z >> 5U) * bricks_y + (y >> 5U)) * bricks_x + (x >> 5U)];
@@ -60,7 +61,8 @@ void add_moments(const Points& points, const double* mu, Moments& moments) noexc
 void sense(const Field& field, const ToVoxels& to_voxels, const Points& points, const float* palette,
            std::uint8_t* codes, Moments& moments) noexcept {
   scalar::look_up(field, to_voxels, points, codes, nullptr);
-  for (std::size_t i = 0; i < points.count; ++i) add(points, i, static_cast<double>(palette[codes[i]]), moments.sum);
+  for (std::size_t i = 0; i < points.count; ++i)
+    add(points, i, static_cast<double>(palette[codes[i]]), moments.sum);
 }
 
 void add_gradients(const Field& field, const ToVoxels& to, const Points& points, const float* palette,
@@ -73,7 +75,8 @@ void add_gradients(const Field& field, const ToVoxels& to, const Points& points,
       return static_cast<double>(palette[code_at(field, {p.x + x, p.y + y, p.z + z})]);
     };
     const double per_vox = 1.0 / (2.0 * reach_vox);
-    const double g[3] = {per_vox * (mu_at(n, 0, 0) - mu_at(-n, 0, 0)), per_vox * (mu_at(0, n, 0) - mu_at(0, -n, 0)),
+    const double g[3] = {per_vox * (mu_at(n, 0, 0) - mu_at(-n, 0, 0)),
+                         per_vox * (mu_at(0, n, 0) - mu_at(0, -n, 0)),
                          per_vox * (mu_at(0, 0, n) - mu_at(0, 0, -n))};
     const double r[3] = {along(to.r, points, i), along(to.r + 3, points, i), along(to.r + 6, points, i)};
     const double w = points.weight[i];
@@ -96,8 +99,8 @@ CodeFigures figures_of(const std::uint8_t* codes, std::size_t n) noexcept {
   return figures;
 }
 
-void count_codes(const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n, std::size_t codes,
-                 std::uint32_t* counts) noexcept {
+void count_codes(const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n,
+                 std::size_t codes, std::uint32_t* counts) noexcept {
   for (std::size_t c = 1; c < codes; ++c) counts[c] = 0;
   for (std::size_t t = 0; t < n; ++t) {
     for (std::size_t i = 0; i < 64; ++i) {

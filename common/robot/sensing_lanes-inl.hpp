@@ -1,5 +1,5 @@
-// The sensing loops' vectors: from points to voxels, from voxels to codes, from codes to viscosities, and the ten sums.
-// Per-target: Highway compiles this once for each instruction set, so the guard toggles.
+// The sensing loops' vectors: from points to voxels, from voxels to codes, from codes to viscosities, and the
+// ten sums. Per-target: Highway compiles this once for each instruction set, so the guard toggles.
 #if defined(PHANTOM_ROBOT_SENSING_LANES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef PHANTOM_ROBOT_SENSING_LANES_INL_HPP
 #undef PHANTOM_ROBOT_SENSING_LANES_INL_HPP
@@ -31,8 +31,12 @@ using VW = hn::Vec<Words>;
 
 HWY_INLINE std::size_t lanes() { return hn::Lanes(Ints()); }
 
-HWY_INLINE VD promote_low(hn::Vec<Floats> v) { return hn::PromoteTo(Doubles(), hn::LowerHalf(HalfFloats(), v)); }
-HWY_INLINE VD promote_high(hn::Vec<Floats> v) { return hn::PromoteTo(Doubles(), hn::UpperHalf(HalfFloats(), v)); }
+HWY_INLINE VD promote_low(hn::Vec<Floats> v) {
+  return hn::PromoteTo(Doubles(), hn::LowerHalf(HalfFloats(), v));
+}
+HWY_INLINE VD promote_high(hn::Vec<Floats> v) {
+  return hn::PromoteTo(Doubles(), hn::UpperHalf(HalfFloats(), v));
+}
 
 /// One row of the transform on half a vector of points.
 HWY_INLINE VD coordinate(const double* r, double t, VD x, VD y, VD z) {
@@ -49,24 +53,25 @@ struct Indices {
 HWY_INLINE VI index(const double* r, double t, const Points& points, std::size_t i) {
   const Doubles d;
   const std::size_t half = hn::Lanes(d);
-  // Adding 1.5·2^52 leaves the nearest integer in the low bits of a double; half a voxel less makes it floor(). The
-  // border's shift keeps away from ties.
+  // Adding 1.5·2^52 leaves the nearest integer in the low bits of a double; half a voxel less makes it
+  // floor(). The border's shift keeps away from ties.
   const VD magic = hn::Set(d, 6755399441055744.0);
   const double down = t + (kBorderShift_vox - 0.5);
   const VD low = coordinate(r, down, hn::LoadU(d, points.x_m + i), hn::LoadU(d, points.y_m + i),
                             hn::LoadU(d, points.z_m + i));
-  const VD high = coordinate(r, down, hn::LoadU(d, points.x_m + i + half), hn::LoadU(d, points.y_m + i + half),
-                             hn::LoadU(d, points.z_m + i + half));
+  const VD high = coordinate(r, down, hn::LoadU(d, points.x_m + i + half),
+                             hn::LoadU(d, points.y_m + i + half), hn::LoadU(d, points.z_m + i + half));
   const Ints di;
   return hn::ConcatEven(di, hn::BitCast(di, hn::Add(high, magic)), hn::BitCast(di, hn::Add(low, magic)));
 }
 
 HWY_INLINE Indices indices(const ToVoxels& to, const Points& points, std::size_t i) {
-  return {index(to.r, to.t[0], points, i), index(to.r + 3, to.t[1], points, i), index(to.r + 6, to.t[2], points, i)};
+  return {index(to.r, to.t[0], points, i), index(to.r + 3, to.t[1], points, i),
+          index(to.r + 6, to.t[2], points, i)};
 }
 
-/// What one coordinate adds to a voxel's address: to the brick's place in the directory, to the 32-bit word in the
-/// brick (brick_offset in steps of four voxels along x), and whether it is in the grid.
+/// What one coordinate adds to a voxel's address: to the brick's place in the directory, to the 32-bit word
+/// in the brick (brick_offset in steps of four voxels along x), and whether it is in the grid.
 struct AlongAxis {
   VI brick, word;
   hn::Mask<Words> inside;
@@ -86,7 +91,8 @@ HWY_INLINE AlongAxis along_axis(const Field& field, VI v) {
     word = hn::OrAnd(hn::And(v, hn::Set(di, 3)), hn::ShiftLeft<5>(v), hn::Set(di, 28 << 5));
   } else {
     brick = hn::Mul(brick, hn::Set(di, field.size_bricks[0] * field.size_bricks[1]));
-    word = hn::OrAnd(hn::And(hn::ShiftLeft<2>(v), hn::Set(di, 3 << 2)), hn::ShiftLeft<8>(v), hn::Set(di, 28 << 8));
+    word = hn::OrAnd(hn::And(hn::ShiftLeft<2>(v), hn::Set(di, 3 << 2)), hn::ShiftLeft<8>(v),
+                     hn::Set(di, 28 << 8));
   }
   return {brick, word, inside};
 }
@@ -131,7 +137,8 @@ class SmallPalette {
  public:
   HWY_INLINE explicit SmallPalette(const float* palette) {
     const Floats df;
-    for (int k = 0; k < kTables; ++k) tables_[k] = hn::LoadU(df, palette + static_cast<std::size_t>(k) * hn::Lanes(df));
+    for (int k = 0; k < kTables; ++k)
+      tables_[k] = hn::LoadU(df, palette + static_cast<std::size_t>(k) * hn::Lanes(df));
   }
   HWY_INLINE hn::Vec<Floats> operator()(VI code) const {
     const Ints di;
@@ -202,7 +209,8 @@ struct TenSums {
 /// The points from `i` on, half a vector of them, with viscosities `mu`.
 HWY_INLINE void add_points(const Points& points, std::size_t i, VD mu, TenSums& sums) {
   const Doubles d;
-  const VD x = hn::LoadU(d, points.x_m + i), y = hn::LoadU(d, points.y_m + i), z = hn::LoadU(d, points.z_m + i);
+  const VD x = hn::LoadU(d, points.x_m + i), y = hn::LoadU(d, points.y_m + i),
+           z = hn::LoadU(d, points.z_m + i);
   sums.add(hn::Mul(mu, hn::LoadU(d, points.weight + i)), x, y, z);
 }
 

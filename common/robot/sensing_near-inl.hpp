@@ -18,19 +18,21 @@ namespace phantom::robot::kernel {
 namespace HWY_NAMESPACE {
 #if HWY_TARGET != HWY_SCALAR
 
-/// From a link's steps to voxels in floats; how a block of points that lies in at most eight bricks is looked up. A float
-/// of 128 to 256 holds a coordinate from the lowest brick's corner on in its lowest bits: 7 of whole voxels (< 64) above
-/// 16 of fractions.
+/// From a link's steps to voxels in floats; how a block of points that lies in at most eight bricks is looked
+/// up. A float of 128 to 256 holds a coordinate from the lowest brick's corner on in its lowest bits: 7 of
+/// whole voxels (< 64) above 16 of fractions.
 class Near {
  public:
-  HWY_INLINE explicit Near(const ToVoxels& to) : per_m_(std::sqrt(to.r[0] * to.r[0] + to.r[1] * to.r[1] + to.r[2] * to.r[2])) {}
+  HWY_INLINE explicit Near(const ToVoxels& to)
+      : per_m_(std::sqrt(to.r[0] * to.r[0] + to.r[1] * to.r[1] + to.r[2] * to.r[2])) {}
   /// False if the block does not lie within so few bricks of the grid: then look_up() is not for it.
   HWY_INLINE bool place(const Field& field, const ToVoxels& to, const Block& block) {
     std::int32_t low[3], step[3];
     const double reach = per_m_ * block.radius_m + 0.01;
     for (int k = 0; k < 3; ++k) {
       const double* r = to.r + 3 * k;
-      const double at = r[0] * block.centre_m[0] + r[1] * block.centre_m[1] + r[2] * block.centre_m[2] + (to.t[k] + kBorderShift_vox);
+      const double at = r[0] * block.centre_m[0] + r[1] * block.centre_m[1] + r[2] * block.centre_m[2] +
+                        (to.t[k] + kBorderShift_vox);
       if (!(at - reach >= 0.0 && at + reach < field.size_vox[k])) return false;
       low[k] = static_cast<std::int32_t>(at - reach) >> 5;
       step[k] = (static_cast<std::int32_t>(at + reach) >> 5) - low[k];
@@ -48,24 +50,28 @@ class Near {
     first_word_[6] = word_of(up_y + up_z), first_word_[7] = word_of(up_x + up_y + up_z);
     return true;
   }
-  HWY_INLINE void look_up(const Field& field, const ToVoxels& to, const Points& points, const Offsets& offsets,
-                          std::size_t first, std::size_t end, std::uint8_t* out) const {
+  HWY_INLINE void look_up(const Field& field, const ToVoxels& to, const Points& points,
+                          const Offsets& offsets, std::size_t first, std::size_t end,
+                          std::uint8_t* out) const {
     const Floats df;
     const Ints di;
     const Words dw;
-    const auto r0 = hn::Set(df, r_[0]), r1 = hn::Set(df, r_[1]), r2 = hn::Set(df, r_[2]), r3 = hn::Set(df, r_[3]),
-               r4 = hn::Set(df, r_[4]), r5 = hn::Set(df, r_[5]), r6 = hn::Set(df, r_[6]), r7 = hn::Set(df, r_[7]),
-               r8 = hn::Set(df, r_[8]), start_x = hn::Set(df, start_[0]), start_y = hn::Set(df, start_[1]),
+    const auto r0 = hn::Set(df, r_[0]), r1 = hn::Set(df, r_[1]), r2 = hn::Set(df, r_[2]),
+               r3 = hn::Set(df, r_[3]), r4 = hn::Set(df, r_[4]), r5 = hn::Set(df, r_[5]),
+               r6 = hn::Set(df, r_[6]), r7 = hn::Set(df, r_[7]), r8 = hn::Set(df, r_[8]),
+               start_x = hn::Set(df, start_[0]), start_y = hn::Set(df, start_[1]),
                start_z = hn::Set(df, start_[2]);
     // Bytes may alias anything: what the loop needs must not be read again after each store.
     const std::int32_t *const steps_x = offsets.x, *const steps_y = offsets.y, *const steps_z = offsets.z;
     const auto* const codes = reinterpret_cast<const std::uint32_t*>(field.codes);
     const Corners first_word(first_word_);
-    const VI x_tile = constant(28 << 2), y_in_tile = constant(3), y_tile = constant(28 << 5), z_in_tile = constant(3 << 2),
-             z_tile = constant(28 << 8), one = constant(1), two = constant(2), four = constant(4), x_in_word = constant(3 << 3),
-             byte = constant(0xFF), decided = constant(0xFFFF & ~(kDoubt - 1));
+    const VI x_tile = constant(28 << 2), y_in_tile = constant(3), y_tile = constant(28 << 5),
+             z_in_tile = constant(3 << 2), z_tile = constant(28 << 8), one = constant(1), two = constant(2),
+             four = constant(4), x_in_word = constant(3 << 3), byte = constant(0xFF),
+             decided = constant(0xFFFF & ~(kDoubt - 1));
     for (std::size_t i = first; i < end; i += lanes()) {
-      const auto dx = hn::ConvertTo(df, hn::LoadU(di, steps_x + i)), dy = hn::ConvertTo(df, hn::LoadU(di, steps_y + i)),
+      const auto dx = hn::ConvertTo(df, hn::LoadU(di, steps_x + i)),
+                 dy = hn::ConvertTo(df, hn::LoadU(di, steps_y + i)),
                  dz = hn::ConvertTo(df, hn::LoadU(di, steps_z + i));
       const VI x = hn::BitCast(di, hn::MulAdd(r0, dx, hn::MulAdd(r1, dy, hn::MulAdd(r2, dz, start_x))));
       const VI y = hn::BitCast(di, hn::MulAdd(r3, dx, hn::MulAdd(r4, dy, hn::MulAdd(r5, dz, start_y))));
@@ -90,17 +96,19 @@ class Near {
   }
 
  private:
-  /// Steps of 2^-16 voxels that a point must be from a border for floats to decide: the start and three products of
-  /// offsets below 32 voxels are off by less than three.
+  /// Steps of 2^-16 voxels that a point must be from a border for floats to decide: the start and three
+  /// products of offsets below 32 voxels are off by less than three.
   static constexpr std::int32_t kDoubt = 8;
 
   static HWY_INLINE bool in_doubt(VI x, VI y, VI z, VI decided) {
     const hn::Repartition<std::uint16_t, Ints> fractions;
-    const auto least = hn::Min(hn::BitCast(fractions, x), hn::Min(hn::BitCast(fractions, y), hn::BitCast(fractions, z)));
+    const auto least =
+        hn::Min(hn::BitCast(fractions, x), hn::Min(hn::BitCast(fractions, y), hn::BitCast(fractions, z)));
     const Ints di;
     return !hn::AllFalse(di, hn::Eq(hn::And(hn::BitCast(di, least), decided), hn::Zero(di)));
   }
-  /// A constant that the compiler does not know to be one: else it makes it anew in the loop, which costs as much as using it.
+  /// A constant that the compiler does not know to be one: else it makes it anew in the loop, which costs as
+  /// much as using it.
   static HWY_INLINE VI constant(std::int32_t value) {
 #if HWY_COMPILER_GCC_ACTUAL
     asm("" : "+r"(value));
@@ -111,7 +119,9 @@ class Near {
   struct Corners {
 #if HWY_TARGET <= HWY_AVX2
     HWY_INLINE explicit Corners(const std::int32_t* words) : table(hn::LoadU(Ints(), words)) {}
-    HWY_INLINE VI operator[](VI corner) const { return hn::TableLookupLanes(table, hn::IndicesFromVec(Ints(), corner)); }
+    HWY_INLINE VI operator[](VI corner) const {
+      return hn::TableLookupLanes(table, hn::IndicesFromVec(Ints(), corner));
+    }
     VI table;
 #else
     HWY_INLINE explicit Corners(const std::int32_t* words) : table(words) {}
@@ -129,7 +139,8 @@ class Near {
 HWY_INLINE void add_steps(const Offsets& offsets, std::size_t i, VD m, TenSums& sums) {
   const Doubles d;
   const HalfInts half;
-  const VD x = hn::PromoteTo(d, hn::LoadU(half, offsets.x + i)), y = hn::PromoteTo(d, hn::LoadU(half, offsets.y + i)),
+  const VD x = hn::PromoteTo(d, hn::LoadU(half, offsets.x + i)),
+           y = hn::PromoteTo(d, hn::LoadU(half, offsets.y + i)),
            z = hn::PromoteTo(d, hn::LoadU(half, offsets.z + i));
   sums.add(m, x, y, z);
 }
@@ -139,7 +150,8 @@ HWY_INLINE void add_steps(const Offsets& offsets, std::size_t i, VD m, TenSums& 
 HWY_INLINE void add_block(const Block& block, const TenSums& part, TenSums& sums) {
   const Doubles d;
   const double weight = block.weight < 0.0 ? 1.0 : block.weight;
-  const VD step = hn::Set(d, weight * block.step_m), square = hn::Set(d, weight * block.step_m * block.step_m);
+  const VD step = hn::Set(d, weight * block.step_m),
+           square = hn::Set(d, weight * block.step_m * block.step_m);
   const VD m = hn::Mul(hn::Set(d, weight), part.s[0]);
   VD c[3], about_centre[3], moment[3];
   for (int k = 0; k < 3; ++k) {
@@ -151,7 +163,8 @@ HWY_INLINE void add_block(const Block& block, const TenSums& part, TenSums& sums
   sums.s[0] = hn::Add(sums.s[0], m);
   for (int a = 0, at = 4; a < 3; ++a) {
     for (int b = a; b < 3; ++b, ++at)
-      sums.s[at] = hn::MulAdd(square, part.s[at], hn::MulAdd(c[a], about_centre[b], hn::MulAdd(moment[a], c[b], sums.s[at])));
+      sums.s[at] = hn::MulAdd(square, part.s[at],
+                              hn::MulAdd(c[a], about_centre[b], hn::MulAdd(moment[a], c[b], sums.s[at])));
   }
 }
 

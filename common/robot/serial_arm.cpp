@@ -25,7 +25,8 @@ std::optional<std::pair<std::size_t, geometry::Pose>> SerialArm::find_frame(cons
 }
 
 std::pair<Eigen::Vector3d, Eigen::Vector3d> SerialArm::link_axis_m(std::size_t link) const {
-  return {Eigen::Vector3d::Zero(), link < joints_.size() ? joints_[link].X_parent_joint.translation_m : tip_m_};
+  return {Eigen::Vector3d::Zero(),
+          link < joints_.size() ? joints_[link].X_parent_joint.translation_m : tip_m_};
 }
 
 void SerialArm::link_poses(const core::JointArray& q, LinkPoses& X_WL) const noexcept {

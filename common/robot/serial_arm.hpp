@@ -46,7 +46,8 @@ struct Link {
 /// Order of the four elementary motions in a row of a DH table; z and x are the moving frame's own axes.
 enum class DhConvention {
   kClassic,  ///< Denavit and Hartenberg: Rz(θ)·Tz(d)·Tx(a)·Rx(α); joint i moves about z of frame i−1
-  kModified  ///< Craig: Rx(α)·Tx(a)·Rz(θ)·Tz(d), with a and α of the link before; joint i moves about z of frame i
+  kModified  ///< Craig: Rx(α)·Tx(a)·Rz(θ)·Tz(d), with a and α of the link before; joint i moves about z of
+             ///< frame i
 };
 
 /// A joint and the link it carries, as a row of a DH table. The joint's position adds to θ (revolute) or d
@@ -56,9 +57,9 @@ struct DhRow {
   std::string joint;  ///< empty: "joint_" and the row's number from 1
   JointType type = JointType::kRevolute;
   double theta_rad = 0.0, d_m = 0.0, a_m = 0.0, alpha_rad = 0.0;
-  double lower = 0.0, upper = 0.0;             ///< rad or m; −∞ and ∞ for a joint without limits
-  double max_speed = 0.0, max_effort = 0.0;    ///< above 0; rad/s or m/s, N·m or N
-  double mass_kg = 0.0;                        ///< of the carried link
+  double lower = 0.0, upper = 0.0;           ///< rad or m; −∞ and ∞ for a joint without limits
+  double max_speed = 0.0, max_effort = 0.0;  ///< above 0; rad/s or m/s, N·m or N
+  double mass_kg = 0.0;                      ///< of the carried link
   Eigen::Vector3d centre_of_mass_m = Eigen::Vector3d::Zero();  ///< in the row's frame
 };
 
@@ -77,9 +78,9 @@ class SerialArm {
                                              const geometry::Pose& X_WB);
 
   /// The chain of a DH table, in the order of its rows (thesis eq. 2.2: A_1(q_1)…A_n(q_n)). Frame "base" is
-  /// the first row's parent, at `X_WB`; each row's frame is found by its link's name. A moving link's own frame
-  /// lies on its joint's axis, which with kClassic is not the row's frame. Errors name the row and what is
-  /// allowed: 1 to 16 rows, finite numbers, limits in order, speeds and efforts above 0, unique names.
+  /// the first row's parent, at `X_WB`; each row's frame is found by its link's name. A moving link's own
+  /// frame lies on its joint's axis, which with kClassic is not the row's frame. Errors name the row and what
+  /// is allowed: 1 to 16 rows, finite numbers, limits in order, speeds and efforts above 0, unique names.
   static core::Expected<SerialArm> from_dh(const std::vector<DhRow>& rows, DhConvention convention,
                                            const geometry::Pose& X_WB);
 
@@ -90,8 +91,9 @@ class SerialArm {
   /// Index of the moving link that holds the URDF link `name`, with the frame's pose in it.
   std::optional<std::pair<std::size_t, geometry::Pose>> find_frame(const std::string& name) const;
 
-  /// Start and end point of a moving link's axis in the link's frame: LASP(n), its joint's origin, and LAEP(n),
-  /// the next joint's; for the last link the tip frame's origin, and for link 0 the base frame's origin first.
+  /// Start and end point of a moving link's axis in the link's frame: LASP(n), its joint's origin, and
+  /// LAEP(n), the next joint's; for the last link the tip frame's origin, and for link 0 the base frame's
+  /// origin first.
   std::pair<Eigen::Vector3d, Eigen::Vector3d> link_axis_m(std::size_t link) const;
 
   /// Forward kinematics (thesis eq. 2.2): X_WL of every link. q in rad or m. Real-time safe: yes.

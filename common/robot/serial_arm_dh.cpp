@@ -22,8 +22,8 @@ struct Parts {
   Pose before, after;
 };
 
-/// Rz and Tz commute, so either may come first. In a classic table a revolute joint's frame keeps the origin of
-/// the row before, where the link's axis starts.
+/// Rz and Tz commute, so either may come first. In a classic table a revolute joint's frame keeps the origin
+/// of the row before, where the link's axis starts.
 Parts parts_of(const DhRow& row, DhConvention convention) {
   const Pose spin = turn(Eigen::Vector3d::UnitZ(), row.theta_rad), lift = shift(0.0, row.d_m);
   const Pose across = turn(Eigen::Vector3d::UnitX(), row.alpha_rad) * shift(row.a_m, 0.0);
@@ -35,7 +35,8 @@ Parts parts_of(const DhRow& row, DhConvention convention) {
 /// What is wrong with a row; empty if nothing. Written so that a NaN fails.
 std::string fault_of(const DhRow& row) {
   const auto number = [](double value) { return std::to_string(value); };
-  if (row.link.empty() || row.link == "base") return "link: '" + row.link + "'; allowed: a name other than 'base'";
+  if (row.link.empty() || row.link == "base")
+    return "link: '" + row.link + "'; allowed: a name other than 'base'";
   if (!std::isfinite(row.theta_rad) || !std::isfinite(row.d_m) || !std::isfinite(row.a_m) ||
       !std::isfinite(row.alpha_rad)) {
     return "theta, d, a and alpha must be finite numbers";
@@ -81,7 +82,8 @@ core::Expected<SerialArm> SerialArm::from_dh(const std::vector<DhRow>& rows, DhC
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const DhRow& row = rows[i];
     const std::string place = "DH table: row " + std::to_string(i + 1) + ": ";
-    if (const std::string fault = fault_of(row); !fault.empty()) return Status::invalid_argument(place + fault);
+    if (const std::string fault = fault_of(row); !fault.empty())
+      return Status::invalid_argument(place + fault);
     Joint joint = joint_of(row, i + 1);
     if (!links.insert(row.link).second)
       return Status::invalid_argument(place + "link '" + row.link + "' stands twice");

@@ -27,7 +27,8 @@ core::Expected<std::uint8_t> kind_of(const std::optional<ClusterSpec>& cluster, 
   const auto found = std::find(layout.clusters.begin(), layout.clusters.end(), *cluster);
   const auto index = static_cast<std::size_t>(found - layout.clusters.begin());
   if (found == layout.clusters.end()) {
-    if (index == 255) return Status::invalid_argument("skin: has more than the allowed 255 kinds of cluster sensors");
+    if (index == 255)
+      return Status::invalid_argument("skin: has more than the allowed 255 kinds of cluster sensors");
     layout.clusters.push_back(*cluster);
   }
   return static_cast<std::uint8_t>(index + 1);
@@ -63,13 +64,14 @@ Status add_parts(const std::vector<Part>& parts, const char* kind, const std::st
                  const geometry::Pose& X_link_frame, const SkinOptions& options, std::size_t size_before,
                  std::vector<PlacedSensor>& sensors, std::size_t& left_out) {
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    const detail::PartRules rules{options.voxel_size_m, options.pitch_vox * options.voxel_size_m,
-                                  options.max_sensors - std::min(options.max_sensors, size_before + sensors.size()),
-                                  options.normalisation};
+    const detail::PartRules rules{
+        options.voxel_size_m, options.pitch_vox * options.voxel_size_m,
+        options.max_sensors - std::min(options.max_sensors, size_before + sensors.size()),
+        options.normalisation};
     auto more = detail::sensors_of(parts[i], rules);
     if (!more) {
-      return {more.status().code(),
-              "skin: link '" + link + "': " + kind + "[" + std::to_string(i) + "]: " + more.status().message()};
+      return {more.status().code(), "skin: link '" + link + "': " + kind + "[" + std::to_string(i) +
+                                        "]: " + more.status().message()};
     }
     if (on_base) {
       ++left_out;
@@ -106,7 +108,8 @@ bool place_along_link_axis(const SerialArm& arm, const std::string& link, double
   if (!found) return false;
   const auto [start, end] = arm.link_axis_m(found->first);
   const double reach = (end - start).norm();
-  const Eigen::Vector3d along = reach > 1e-9 ? Eigen::Vector3d((end - start) / reach) : Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d along =
+      reach > 1e-9 ? Eigen::Vector3d((end - start) / reach) : Eigen::Vector3d::UnitZ();
   const geometry::Pose X_frame_link = found->second.inverse();
   segment.from_m = X_frame_link * (start + offset_m * along);
   segment.to_m = X_frame_link * (start + (offset_m + length_m) * along);

@@ -35,11 +35,11 @@ struct PolygonPoint {
   double r_m = 0.0, psi_rad = 0.0;
 };
 
-/// A structured patch of skin (thesis 5.7): polygons around both ends of an axis, in the frame of a URDF or DH
-/// link, with sensors on the straight lines between their corners. The polygons are regular with the given
+/// A structured patch of skin (thesis 5.7): polygons around both ends of an axis, in the frame of a URDF or
+/// DH link, with sensors on the straight lines between their corners. The polygons are regular with the given
 /// circumradii, or arbitrary: `from_polygon` (PTP) and `to_polygon` (PBP; empty: as at the top, a segment of
-/// type a). Angles count from the first of x, y, z that lies farthest from the axis's direction, as seen across
-/// the axis, towards axis × that.
+/// type a). Angles count from the first of x, y, z that lies farthest from the axis's direction, as seen
+/// across the axis, towards axis × that.
 struct SkinSegment {
   Eigen::Vector3d from_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d to_m = Eigen::Vector3d::Zero();
@@ -57,12 +57,12 @@ struct SkinSegment {
 };
 
 /// Sensors on a straight line, k = 1…K at from + (k/K)·(to − from): the thesis's simple axis sensors (eqs.
-/// 5.2–5.4), slender link sensors (6.4.2) and, with m falling towards the tip, finger sensors (6.4.3). Cluster
-/// sensors are spheres, so only their centres move with the link.
+/// 5.2–5.4), slender link sensors (6.4.2) and, with m falling towards the tip, finger sensors (6.4.3).
+/// Cluster sensors are spheres, so only their centres move with the link.
 struct AxisSensors {
   Eigen::Vector3d from_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d to_m = Eigen::Vector3d::Zero();
-  std::optional<int> count;            ///< K, ≥ 1; absent: the fewest whose pitch is below one voxel, or m voxels
+  std::optional<int> count;  ///< K, ≥ 1; absent: the fewest whose pitch is below one voxel, or m voxels
   std::optional<ClusterSpec> cluster;  ///< absent: point sensors
   std::optional<int> tip_reach_vox;    ///< m at `to_m`, 1…m; m falls to it linearly along the line
   /// Radius of the link, for the area a sensor stands for: that of the cylinder around its share of the line.
@@ -71,9 +71,9 @@ struct AxisSensors {
   double gain = 1.0;  ///< ≥ 0
 };
 
-/// Sensors all over a mesh, in the frame of a link. Each stands for the part of the surface that is nearest to
-/// it, so that areas sum up to the mesh's; no two are closer than 0.7 of the pitch and no place of the surface is
-/// farther than that from one (a Poisson-disk set, the same for the same mesh).
+/// Sensors all over a mesh, in the frame of a link. Each stands for the part of the surface that is nearest
+/// to it, so that areas sum up to the mesh's; no two are closer than 0.7 of the pitch and no place of the
+/// surface is farther than that from one (a Poisson-disk set, the same for the same mesh).
 struct MeshSensors {
   geometry::TriangleMesh mesh_m;
   double gain = 1.0;                   ///< ≥ 0
@@ -87,9 +87,9 @@ struct LinkSkin {
   std::vector<MeshSensors> meshes;
 };
 
-/// A segment's ends from the thesis's figures: `offset_m` (SOJ) and `length_m` (SL) along the axis of the moving
-/// link that holds `link` (LASP to LAEP, or the link's z axis if they coincide), in the frame of `link`. The rest of
-/// the segment is left as it is. False if the arm has no such link.
+/// A segment's ends from the thesis's figures: `offset_m` (SOJ) and `length_m` (SL) along the axis of the
+/// moving link that holds `link` (LASP to LAEP, or the link's z axis if they coincide), in the frame of
+/// `link`. The rest of the segment is left as it is. False if the arm has no such link.
 bool place_along_link_axis(const SerialArm& arm, const std::string& link, double offset_m, double length_m,
                            SkinSegment& segment);
 
@@ -108,11 +108,11 @@ struct SkinLayout {
   std::array<std::size_t, core::kMaxJoints + 2> first{};  ///< sensors of link l are first[l] … first[l+1] − 1
   /// The link's point sensors come first; its cluster sensors start here.
   std::array<std::size_t, core::kMaxJoints + 1> first_cluster{};
-  std::vector<double> x_m, y_m, z_m;                      ///< in the link's frame
+  std::vector<double> x_m, y_m, z_m;  ///< in the link's frame
   std::vector<double>
       weight;  ///< gain × area in m² (kArea), gain ÷ sensors of the link (kCount), gain (the others)
-  std::vector<double> area_m2;  ///< area that the sensor stands for, without gain
-  std::vector<ClusterSpec> clusters;        ///< kinds of cluster sensors
+  std::vector<double> area_m2;             ///< area that the sensor stands for, without gain
+  std::vector<ClusterSpec> clusters;       ///< kinds of cluster sensors
   std::vector<std::uint8_t> cluster_kind;  ///< by sensor: 0 for a point, else 1 + index in `clusters`
   std::size_t left_out = 0;                ///< parts on the base, which does not move
   std::size_t size() const noexcept { return x_m.size(); }
@@ -131,12 +131,12 @@ struct SkinOptions {
   std::size_t max_sensors = 1'000'000;
 };
 
-/// Lays out the sensors. Segments: linear interpolation between the polygons' corners (eqs. 5.24, 5.25), with the
-/// thesis's rule on pitch (5.22, 5.23) checked where counts are given and kept where they are not. A sensor's area
-/// is its share of the lateral surface between the half-way lines to its neighbours (of the round surface where the
-/// polygon is regular), so the areas of a segment sum up to that surface. Errors name link, part and what is
-/// allowed: unknown link, a pitch too wide, degenerate shapes, too many sensors, no sensor at all. Not real-time
-/// safe.
+/// Lays out the sensors. Segments: linear interpolation between the polygons' corners (eqs. 5.24, 5.25), with
+/// the thesis's rule on pitch (5.22, 5.23) checked where counts are given and kept where they are not. A
+/// sensor's area is its share of the lateral surface between the half-way lines to its neighbours (of the
+/// round surface where the polygon is regular), so the areas of a segment sum up to that surface. Errors name
+/// link, part and what is allowed: unknown link, a pitch too wide, degenerate shapes, too many sensors, no
+/// sensor at all. Not real-time safe.
 core::Expected<SkinLayout> lay_out_skin(const SerialArm& arm, const std::vector<LinkSkin>& skin,
                                         const SkinOptions& options);
 

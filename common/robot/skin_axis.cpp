@@ -11,7 +11,8 @@ using core::Status;
 
 std::string check_axis(const AxisSensors& axis, const PartRules& rules) {
   if (!axis.from_m.allFinite() || !axis.to_m.allFinite()) return "positions must be finite numbers";
-  if (!((axis.to_m - axis.from_m).norm() > 1e-6)) return "both ends are the same point; a length above 0 is needed";
+  if (!((axis.to_m - axis.from_m).norm() > 1e-6))
+    return "both ends are the same point; a length above 0 is needed";
   if (axis.count && (*axis.count < 1 || *axis.count > 1'000'000))
     return "count: " + std::to_string(*axis.count) + "; allowed: 1 to 1000000";
   if (axis.tip_reach_vox && !axis.cluster) return "tip_reach_vox: stands without a cluster";
@@ -54,7 +55,8 @@ std::vector<double> places(const AxisSensors& axis, double length_m, const PartR
 }  // namespace
 
 core::Expected<std::vector<PlacedSensor>> sensors_of(const AxisSensors& axis, const PartRules& rules) {
-  if (const std::string fault = check_axis(axis, rules); !fault.empty()) return Status::invalid_argument(fault);
+  if (const std::string fault = check_axis(axis, rules); !fault.empty())
+    return Status::invalid_argument(fault);
   const Eigen::Vector3d along = axis.to_m - axis.from_m;
   const double length = along.norm();
   const double most = axis.count ? *axis.count : length / rules.pitch_m;
@@ -68,7 +70,8 @@ core::Expected<std::vector<PlacedSensor>> sensors_of(const AxisSensors& axis, co
     const auto cluster = cluster_at(axis, t[k]);
     const double radius = axis.radius_m.value_or(cluster ? (cluster->reach_vox + 0.5) * rules.voxel_m : 0.0);
     const double share_m = length * (t[k] - (k > 0 ? t[k - 1] : 0.0));
-    sensors.push_back({axis.from_m + t[k] * along, 2.0 * std::numbers::pi * radius * share_m, axis.gain, cluster});
+    sensors.push_back(
+        {axis.from_m + t[k] * along, 2.0 * std::numbers::pi * radius * share_m, axis.gain, cluster});
   }
   return sensors;
 }

@@ -65,14 +65,15 @@ class Neighbours {
     const auto at = cell_of(p);
     std::array<std::int64_t, 3> other;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double share = p[static_cast<Eigen::Index>(axis)] / (2.0 * apart_m_) - static_cast<double>(at[axis]);
+      const double share =
+          p[static_cast<Eigen::Index>(axis)] / (2.0 * apart_m_) - static_cast<double>(at[axis]);
       other[axis] = at[axis] + (share < 0.5 ? -1 : 1);
     }
     std::optional<std::size_t> best;
     double best_square = apart_m_ * apart_m_;
     for (unsigned corner = 0; corner < 8; ++corner) {
-      const auto found = cells_.find(key(corner & 1 ? other[0] : at[0], corner & 2 ? other[1] : at[1],
-                                         corner & 4 ? other[2] : at[2]));
+      const auto found = cells_.find(
+          key(corner & 1 ? other[0] : at[0], corner & 2 ? other[1] : at[1], corner & 4 ? other[2] : at[2]));
       if (found == cells_.end()) continue;
       for (const auto& [point, index] : found->second) {
         const double square = (point - p).squaredNorm();
@@ -118,7 +119,9 @@ std::vector<std::size_t> shuffled(std::size_t count) {
 
 core::Expected<std::vector<Piece>> pieces_of(const geometry::TriangleMesh& mesh, double edge_m) {
   double area = 0.0;
-  const auto corner = [&](std::uint32_t vertex) -> Eigen::Vector3d { return mesh.vertices_m[vertex].cast<double>(); };
+  const auto corner = [&](std::uint32_t vertex) -> Eigen::Vector3d {
+    return mesh.vertices_m[vertex].cast<double>();
+  };
   for (const auto& [a, b, c] : mesh.triangles) {
     if (std::max({a, b, c}) >= mesh.vertices_m.size() || !corner(a).allFinite() || !corner(b).allFinite() ||
         !corner(c).allFinite()) {

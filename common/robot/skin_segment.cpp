@@ -40,7 +40,8 @@ std::string check_polygon(const char* name, const std::vector<PolygonPoint>& pol
   for (std::size_t p = 0; p < polygon.size(); ++p) {
     const PolygonPoint& corner = polygon[p];
     if (!(corner.r_m >= 0.0) || !(corner.r_m < 100.0) || !std::isfinite(corner.psi_rad))
-      return place + "corner " + std::to_string(p) + ": r must be 0 or more and below 100 m, its angle finite";
+      return place + "corner " + std::to_string(p) +
+             ": r must be 0 or more and below 100 m, its angle finite";
     greatest = std::max(greatest, corner.r_m);
   }
   return greatest > 0.0 ? "" : place + "all corners lie on the axis";
@@ -64,8 +65,9 @@ std::string check_shape(const SkinSegment& segment) {
     if (!segment.to_polygon.empty()) {
       if (std::string fault = check_polygon("to_polygon", segment.to_polygon); !fault.empty()) return fault;
       if (segment.to_polygon.size() != segment.from_polygon.size()) {
-        return "to_polygon: " + std::to_string(segment.to_polygon.size()) + " corners; allowed: " +
-               std::to_string(segment.from_polygon.size()) + ", as many as from_polygon has";
+        return "to_polygon: " + std::to_string(segment.to_polygon.size()) +
+               " corners; allowed: " + std::to_string(segment.from_polygon.size()) +
+               ", as many as from_polygon has";
       }
     }
   }
@@ -82,8 +84,8 @@ std::pair<Eigen::Vector3d, Eigen::Vector3d> across(const Eigen::Vector3d& axis) 
 }
 
 /// The corners of one end, as many as `corners` says.
-std::vector<Eigen::Vector3d> ring(const Eigen::Vector3d& centre_m, const Eigen::Vector3d& axis, double spin_rad,
-                                  const std::vector<PolygonPoint>& corners) {
+std::vector<Eigen::Vector3d> ring(const Eigen::Vector3d& centre_m, const Eigen::Vector3d& axis,
+                                  double spin_rad, const std::vector<PolygonPoint>& corners) {
   const auto [u, v] = across(axis);
   std::vector<Eigen::Vector3d> points;
   for (const PolygonPoint& corner : corners) {
@@ -135,7 +137,8 @@ core::Expected<Shell> polygon_shell(const SkinSegment& segment, const Eigen::Vec
     double needed = 0.0;
     for (std::size_t p = 0; p < given.from.size(); ++p) {
       const std::size_t next = (p + 1) % given.from.size();
-      needed += std::max((given.from[next] - given.from[p]).norm(), (given.to[next] - given.to[p]).norm()) / pitch_m;
+      needed += std::max((given.from[next] - given.from[p]).norm(), (given.to[next] - given.to[p]).norm()) /
+                pitch_m;
     }
     if (needed > 1e6) return Status::invalid_argument("needs more than a million sensors around");
     return subdivided(given, pitch_m);
@@ -149,9 +152,10 @@ core::Expected<Shell> polygon_shell(const SkinSegment& segment, const Eigen::Vec
       const std::size_t next = (p + 1) % corners->size();
       const double apart = ((*corners)[next] - (*corners)[p]).norm();
       if (apart < pitch_m) continue;
-      return Status::invalid_argument(std::string(corners == &given.from ? "from_polygon" : "to_polygon") + ": corners " +
-                                      std::to_string(p) + " and " + std::to_string(next) + " are " + mm(apart) +
-                                      " apart; allowed: below " + mm(pitch_m) + ", or sides: auto");
+      return Status::invalid_argument(std::string(corners == &given.from ? "from_polygon" : "to_polygon") +
+                                      ": corners " + std::to_string(p) + " and " + std::to_string(next) +
+                                      " are " + mm(apart) + " apart; allowed: below " + mm(pitch_m) +
+                                      ", or sides: auto");
     }
   }
   return given;

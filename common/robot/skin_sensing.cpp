@@ -9,8 +9,8 @@ namespace {
 
 /// Farther from the grid's origin a link feels nothing; the kernel's integers hold that many voxels.
 constexpr double kFarthest_vox = 1e9;
-/// What a thread takes at a time: some microseconds' work. The sums of each part are taken in the same order and added up in
-/// the same order, whoever takes it.
+/// What a thread takes at a time: some microseconds' work. The sums of each part are taken in the same order
+/// and added up in the same order, whoever takes it.
 constexpr std::size_t kPointsOfPart = 16 * kernel::kBlock, kClustersOfPart = 32;
 
 /// ∇μ by central differences, per voxel.
@@ -36,8 +36,8 @@ struct SkinSensing::Totals {
   kernel::GradientSums slopes{};
   std::size_t active = 0, muted = 0;
 
-  /// What the kernel adds for a point, for one sensor of effective viscosity `mu` and gradient `g` per voxel, at
-  /// `p_L_m` in the link's frame and `r_vox` from the link's origin in W axes.
+  /// What the kernel adds for a point, for one sensor of effective viscosity `mu` and gradient `g` per voxel,
+  /// at `p_L_m` in the link's frame and `r_vox` from the link's origin in W axes.
   void add(double weight, double mu, const Eigen::Vector3d& p_L_m) noexcept {
     const double m = weight * mu, x = p_L_m.x(), y = p_L_m.y(), z = p_L_m.z();
     const double terms[10] = {1.0, x, y, z, x * x, x * y, x * z, y * y, y * z, z * z};
@@ -60,8 +60,8 @@ struct SkinSensing::Totals {
   }
 };
 
-/// Sensors of one link that one thread takes: points, by their packed places, or cluster sensors, by their places in the
-/// layout.
+/// Sensors of one link that one thread takes: points, by their packed places, or cluster sensors, by their
+/// places in the layout.
 struct alignas(64) SkinSensing::Part {
   std::size_t link, first, end;
   bool clusters;
@@ -76,8 +76,10 @@ bool SkinSensing::MutedObjects::has(std::uint16_t id) const noexcept {
 std::vector<SkinSensing::Part> SkinSensing::parts_of(const SkinLayout& layout) {
   std::vector<Part> parts;
   std::size_t packed = 0;
-  const auto cut = [&parts](std::size_t link, bool clusters, std::size_t first, std::size_t end, std::size_t most) {
-    for (; first < end; first += most) parts.push_back({link, first, std::min(first + most, end), clusters, {}});
+  const auto cut = [&parts](std::size_t link, bool clusters, std::size_t first, std::size_t end,
+                            std::size_t most) {
+    for (; first < end; first += most)
+      parts.push_back({link, first, std::min(first + most, end), clusters, {}});
   };
   for (std::size_t link = 0; link <= core::kMaxJoints; ++link) {
     const std::size_t points = kernel::whole_groups(layout.first_cluster[link] - layout.first[link]);
@@ -116,8 +118,9 @@ SkinSensing::SkinSensing(const SkinLayout& layout, const SensingOptions& options
     const std::size_t packed = packed_first_[link];
     first_block_[link] = blocks_.size();
     if (packed_first_[link + 1] == packed) continue;
-    kernel::measure_blocks(points_of(packed, packed_first_[link + 1]), layout.first_cluster[link] - layout.first[link],
-                           blocks_, &x_steps_[packed], &y_steps_[packed], &z_steps_[packed]);
+    kernel::measure_blocks(points_of(packed, packed_first_[link + 1]),
+                           layout.first_cluster[link] - layout.first[link], blocks_, &x_steps_[packed],
+                           &y_steps_[packed], &z_steps_[packed]);
   }
   codes_.resize(x_m_.size());
   mu_.resize(x_m_.size());
@@ -172,7 +175,8 @@ voxel::Index3 SkinSensing::voxel_of(std::size_t link, const Eigen::Vector3d& p_L
 /// With memory or muted objects: look up, mute, smooth, then sum.
 void SkinSensing::sense_slowly(Part& part, const kernel::Points& points, const kernel::Field& field,
                                const voxel::Workspace& workspace) noexcept {
-  kernel::look_up(field, to_voxels_[part.link], points, &codes_[part.first], memory_ ? &voxels_[part.first] : nullptr);
+  kernel::look_up(field, to_voxels_[part.link], points, &codes_[part.first],
+                  memory_ ? &voxels_[part.first] : nullptr);
   const MutedObjects& list = muted_objects_[part.link];
   const std::size_t sensors = sensors_of(part);
   // What fills up the last group has a code, too, and feels nothing: no gradient is to be taken there.
@@ -200,8 +204,8 @@ void SkinSensing::sense_points(Part& part, const voxel::Workspace& workspace) no
   std::size_t block = first_block_[part.link] + (first - packed_first_[part.link]) / kernel::kBlock;
   if (plain) {
     const kernel::Offsets offsets{&blocks_[block], &x_steps_[first], &y_steps_[first], &z_steps_[first]};
-    kernel::sense(field, to_voxels_[part.link], points, offsets, palette_.data(), workspace.palette().size(), &codes_[first],
-                  part.totals.moments);
+    kernel::sense(field, to_voxels_[part.link], points, offsets, palette_.data(), workspace.palette().size(),
+                  &codes_[first], part.totals.moments);
   } else {
     sense_slowly(part, points, field, workspace);
   }
@@ -214,8 +218,9 @@ void SkinSensing::sense_points(Part& part, const voxel::Workspace& workspace) no
     if (plain) part.totals.active += figures.active;
   }
   if (options_.gradient && worst != 0) {
-    kernel::add_gradients(field, to_voxels_[part.link], points, palette_.data(), workspace.palette().size(), &codes_[first],
-                          plain ? nullptr : &mu_[first], options_.gradient_reach_vox, part.totals.slopes);
+    kernel::add_gradients(field, to_voxels_[part.link], points, palette_.data(), workspace.palette().size(),
+                          &codes_[first], plain ? nullptr : &mu_[first], options_.gradient_reach_vox,
+                          part.totals.slopes);
   }
 }
 
@@ -255,18 +260,21 @@ void SkinSensing::sense_clusters(Part& part, const voxel::Workspace& workspace) 
   }
 }
 
-void SkinSensing::place_link(std::size_t link, const geometry::Pose& X_WL, const voxel::GridSpec& grid) noexcept {
+void SkinSensing::place_link(std::size_t link, const geometry::Pose& X_WL,
+                             const voxel::GridSpec& grid) noexcept {
   const double s = grid.voxel_size_m;
   const Eigen::Vector3d origin = (X_WL.translation_m - grid.origin_m) / s;
   kernel::ToVoxels& to = to_voxels_[link];
   for (Eigen::Index row = 0; row < 3; ++row) {
-    for (Eigen::Index column = 0; column < 3; ++column) to.r[3 * row + column] = X_WL.rotation(row, column) / s;
+    for (Eigen::Index column = 0; column < 3; ++column)
+      to.r[3 * row + column] = X_WL.rotation(row, column) / s;
     to.t[row] = origin[row];
   }
 }
 
 /// What a link's parts found, about its origin in W axes.
-void SkinSensing::take(std::size_t link, const Totals& totals, const geometry::Pose& X_WL, double voxel_size_m) noexcept {
+void SkinSensing::take(std::size_t link, const Totals& totals, const geometry::Pose& X_WL,
+                       double voxel_size_m) noexcept {
   const double* t = totals.moments.sum;
   const double* g = totals.slopes.sum;
   const double s = voxel_size_m;

@@ -39,28 +39,29 @@ struct SensingOptions {
   int gradient_reach_vox = 4;
   MemoryWeights memory;    ///< smooths μ of point sensors along their way (table 4.2); empty: not
   ResponseCurve response;  ///< of cluster sensors
-  /// That share the sensors; 1: the caller's alone. The results are the same, bit for bit, with any number. More than the
-  /// host has cores is of no use.
+  /// That share the sensors; 1: the caller's alone. The results are the same, bit for bit, with any number.
+  /// More than the host has cores is of no use.
   std::size_t threads = 1;
 };
 
-/// Takes the sums of a whole skin against a workspace. Holds the scratch memory of a tick and packed copies of
-/// the sensors; the layout and the workspace are constant. Sums are kept in doubles: they agree with the literal
-/// ones to 1e-9 (relative).
+/// Takes the sums of a whole skin against a workspace. Holds the scratch memory of a tick and packed copies
+/// of the sensors; the layout and the workspace are constant. Sums are kept in doubles: they agree with the
+/// literal ones to 1e-9 (relative).
 ///
-/// Cost, whatever the number of joints: for a point sensor one byte gathered and ten sums, in SIMD (groups of 16 in free
-/// space alone need no sums: a skin all in fluid takes up to half as long again as one in none; see also kernel::sense); with
-/// `gradient` six more bytes for each group of 16 sensors of which one meets fluid; for a cluster sensor a byte
-/// for each voxel of its zone. Memory (5 scalar operations and a ring entry a sensor) and muted contacts (one
-/// object looked up for each sensor of that link in fluid) leave the fast loop for the link they concern.
+/// Cost, whatever the number of joints: for a point sensor one byte gathered and ten sums, in SIMD (groups of
+/// 16 in free space alone need no sums: a skin all in fluid takes up to half as long again as one in none;
+/// see also kernel::sense); with `gradient` six more bytes for each group of 16 sensors of which one meets
+/// fluid; for a cluster sensor a byte for each voxel of its zone. Memory (5 scalar operations and a ring
+/// entry a sensor) and muted contacts (one object looked up for each sensor of that link in fluid) leave the
+/// fast loop for the link they concern.
 class SkinSensing {
  public:
   /// The layout outlives this. Not real-time safe.
   SkinSensing(const SkinLayout& layout, const SensingOptions& options);
   ~SkinSensing();
 
-  /// Real-time safe: yes. Results: sums(), active(), muted(), worst(). `joint_count` moving links are sensed; a
-  /// link whose pose is not finite feels nothing.
+  /// Real-time safe: yes. Results: sums(), active(), muted(), worst(). `joint_count` moving links are sensed;
+  /// a link whose pose is not finite feels nothing.
   void sense(const LinkPoses& X_WL, std::size_t joint_count, const voxel::Workspace& workspace) noexcept;
 
   /// Intended contact: from now on a link does not feel the fluid of an object (or feels it again). At most
@@ -86,8 +87,8 @@ class SkinSensing {
   struct Part;    // sensors for one thread to take
   struct Ties;    // candidates for the worst sensor
   struct Star;    // voxels around one
-  /// Sum of μ on the star around a voxel, which rises voxel by voxel towards the object, also within a layer; and the
-  /// way it rises.
+  /// Sum of μ on the star around a voxel, which rises voxel by voxel towards the object, also within a layer;
+  /// and the way it rises.
   struct Surroundings {
     double mu;
     Eigen::Vector3d uphill_W;
@@ -109,7 +110,8 @@ class SkinSensing {
   void find_ties(std::uint8_t code, Ties& ties) const noexcept;
   void find_worst(const LinkPoses& X_WL, const voxel::Workspace& workspace) noexcept;
   Surroundings surroundings(voxel::Index3 at, const voxel::Workspace& workspace) const noexcept;
-  std::size_t farthest(const Ties& ties, const Eigen::Vector3d& direction_W, const LinkPoses& X_WL) const noexcept;
+  std::size_t farthest(const Ties& ties, const Eigen::Vector3d& direction_W,
+                       const LinkPoses& X_WL) const noexcept;
   std::optional<voxel::Index3> place_of(std::size_t link, std::size_t sensor, std::uint8_t code,
                                         const voxel::Workspace& workspace) const noexcept;
 
@@ -125,10 +127,10 @@ class SkinSensing {
   std::array<std::size_t, core::kMaxJoints + 1> first_block_{};
   std::vector<kernel::Block> blocks_;
   AlignedVector<std::int32_t> x_steps_, y_steps_, z_steps_;
-  AlignedVector<std::uint8_t> codes_;    // this tick
-  AlignedVector<std::uint32_t> voxels_;  // with memory
-  AlignedVector<double> mu_;             // with memory or muted objects
-  std::vector<std::uint8_t> block_worst_;  // greatest code of each kernel::kBlock packed sensors
+  AlignedVector<std::uint8_t> codes_;        // this tick
+  AlignedVector<std::uint32_t> voxels_;      // with memory
+  AlignedVector<double> mu_;                 // with memory or muted objects
+  std::vector<std::uint8_t> block_worst_;    // greatest code of each kernel::kBlock packed sensors
   std::vector<std::uint8_t> cluster_codes_;  // greatest code of each cluster sensor, by sensor
   std::shared_ptr<const Star> star_;
   std::vector<Part> parts_;  // link by link

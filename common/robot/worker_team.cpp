@@ -7,8 +7,8 @@ namespace {
 
 constexpr unsigned kPartBits = 20;
 constexpr std::uint64_t kPartMask = WorkerTeam::kMostParts;
-/// Looks before a thread parks: some tens of microseconds, longer than a worker is behind the others at the end of a
-/// job, much shorter than what lies between two ticks.
+/// Looks before a thread parks: some tens of microseconds, longer than a worker is behind the others at the
+/// end of a job, much shorter than what lies between two ticks.
 constexpr int kLooks = 1000;
 
 void relax() noexcept {
@@ -48,7 +48,9 @@ WorkerTeam::~WorkerTeam() {
 void WorkerTeam::take_parts() noexcept {
   std::uint64_t ticket = ticket_.load(std::memory_order_acquire);
   while (part_of(ticket) < parts_of(ticket)) {
-    if (!ticket_.compare_exchange_weak(ticket, ticket + 1, std::memory_order_acq_rel, std::memory_order_acquire)) continue;
+    if (!ticket_.compare_exchange_weak(ticket, ticket + 1, std::memory_order_acq_rel,
+                                       std::memory_order_acquire))
+      continue;
     call_(job_, part_of(ticket));
     const auto parts = static_cast<std::int32_t>(parts_of(ticket));
     if (done_.fetch_add(1, std::memory_order_acq_rel) + 1 == parts) done_.notify_one();
@@ -73,12 +75,14 @@ void WorkerTeam::run(std::size_t parts, Call call, const void* job) noexcept {
   job_ = job;
   done_.store(0, std::memory_order_relaxed);
   const std::uint64_t number = (ticket_.load(std::memory_order_relaxed) >> 2 * kPartBits) + 1;
-  ticket_.store(number << 2 * kPartBits | static_cast<std::uint64_t>(parts) << kPartBits, std::memory_order_release);
+  ticket_.store(number << 2 * kPartBits | static_cast<std::uint64_t>(parts) << kPartBits,
+                std::memory_order_release);
   bell_.fetch_add(1, std::memory_order_release);
   bell_.notify_all();
   take_parts();
   const auto all = static_cast<std::int32_t>(parts);
-  for (std::int32_t done = done_.load(std::memory_order_acquire); done != all; done = done_.load(std::memory_order_acquire))
+  for (std::int32_t done = done_.load(std::memory_order_acquire); done != all;
+       done = done_.load(std::memory_order_acquire))
     wait_for_change(done_, done);
 }
 

@@ -33,7 +33,9 @@ struct SkinSensing::Star {
   }
 };
 
-std::shared_ptr<const SkinSensing::Star> SkinSensing::make_star(int reach_vox) { return std::make_shared<const Star>(reach_vox); }
+std::shared_ptr<const SkinSensing::Star> SkinSensing::make_star(int reach_vox) {
+  return std::make_shared<const Star>(reach_vox);
+}
 
 /// Sensors that meet a code, as they are found.
 struct SkinSensing::Ties {
@@ -45,23 +47,26 @@ struct SkinSensing::Ties {
   std::size_t count = 0;
 };
 
-/// Sensors that meet `code`: of at most kCandidates blocks of points, evenly chosen among those that hold it, and as
-/// many clusters.
+/// Sensors that meet `code`: of at most kCandidates blocks of points, evenly chosen among those that hold it,
+/// and as many clusters.
 void SkinSensing::find_ties(std::uint8_t code, Ties& ties) const noexcept {
   const auto holders = static_cast<std::size_t>(std::count(block_worst_.begin(), block_worst_.end(), code));
   const std::size_t stride = (holders + kCandidates - 1) / kCandidates;
   std::size_t block = 0, holder = 0, clusters = 0;
   for (std::uint32_t link = 0; link <= core::kMaxJoints; ++link) {
-    const std::size_t packed = packed_first_[link], points = layout_->first_cluster[link] - layout_->first[link];
+    const std::size_t packed = packed_first_[link],
+                      points = layout_->first_cluster[link] - layout_->first[link];
     for (std::size_t first = 0; packed + first < packed_first_[link + 1]; first += kernel::kBlock, ++block) {
       if (block_worst_[block] != code || holder++ % stride != 0) continue;
       const std::size_t end = std::min(first + kernel::kBlock, points);
-      for (std::size_t i = first; i < end; ++i) {  // no branch on what is there: written, and kept if it holds
+      for (std::size_t i = first; i < end;
+           ++i) {  // no branch on what is there: written, and kept if it holds
         ties.tie[ties.count] = {link, static_cast<std::uint32_t>(layout_->first[link] + i)};
         ties.count += codes_[packed + i] == code ? 1U : 0U;
       }
     }
-    for (std::size_t i = layout_->first_cluster[link]; i < layout_->first[link + 1] && clusters < kCandidates; ++i) {
+    for (std::size_t i = layout_->first_cluster[link]; i < layout_->first[link + 1] && clusters < kCandidates;
+         ++i) {
       if (cluster_codes_[i] != code) continue;
       ties.tie[ties.count++] = {link, static_cast<std::uint32_t>(i)};
       ++clusters;
@@ -69,13 +74,15 @@ void SkinSensing::find_ties(std::uint8_t code, Ties& ties) const noexcept {
   }
 }
 
-SkinSensing::Surroundings SkinSensing::surroundings(voxel::Index3 at, const voxel::Workspace& workspace) const noexcept {
+SkinSensing::Surroundings SkinSensing::surroundings(voxel::Index3 at,
+                                                    const voxel::Workspace& workspace) const noexcept {
   const Star& star = *star_;
   const kernel::ToVoxels shift{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {at.x + 0.5, at.y + 0.5, at.z + 0.5}};
   std::array<std::uint8_t, Star::kMost> codes;
-  kernel::look_up(kernel::field_of(workspace), shift,
-                  {star.x.data(), star.y.data(), star.z.data(), star.weight.data(), kernel::whole_groups(star.count)},
-                  codes.data(), nullptr);
+  kernel::look_up(
+      kernel::field_of(workspace), shift,
+      {star.x.data(), star.y.data(), star.z.data(), star.weight.data(), kernel::whole_groups(star.count)},
+      codes.data(), nullptr);
   Surroundings around{0.0, Eigen::Vector3d::Zero()};
   for (std::size_t i = 0; i < star.count; ++i) {
     const auto mu = static_cast<double>(palette_[codes[i]]);
@@ -105,7 +112,8 @@ std::optional<voxel::Index3> SkinSensing::place_of(std::size_t link, std::size_t
 }
 
 /// The sensor that lies farthest in a direction.
-std::size_t SkinSensing::farthest(const Ties& ties, const Eigen::Vector3d& direction_W, const LinkPoses& X_WL) const noexcept {
+std::size_t SkinSensing::farthest(const Ties& ties, const Eigen::Vector3d& direction_W,
+                                  const LinkPoses& X_WL) const noexcept {
   std::size_t best = 0;
   double most = -std::numeric_limits<double>::infinity(), origin = 0.0;
   std::uint32_t link = core::kMaxJoints + 1;
@@ -122,8 +130,8 @@ std::size_t SkinSensing::farthest(const Ties& ties, const Eigen::Vector3d& direc
   return best;
 }
 
-/// Of the sensors that meet the greatest code, a few are asked where the fluid thickens, and the one that lies farthest
-/// there is compared with them.
+/// Of the sensors that meet the greatest code, a few are asked where the fluid thickens, and the one that
+/// lies farthest there is compared with them.
 void SkinSensing::find_worst(const LinkPoses& X_WL, const voxel::Workspace& workspace) noexcept {
   std::uint8_t greatest = 0;
   for (const std::uint8_t worst : block_worst_) greatest = std::max(greatest, worst);

@@ -8,17 +8,20 @@
 namespace phantom::runtime {
 namespace {
 
-std::string place_of(const ArmConfig& config) { return config.file.string() + ": arm '" + config.name + "': "; }
+std::string place_of(const ArmConfig& config) {
+  return config.file.string() + ": arm '" + config.name + "': ";
+}
 
 [[noreturn]] void fail(const ArmConfig& config, const core::Status& status) {
-  if (status.code() == core::ErrorCode::kNotFound) throw core::MissingError(place_of(config) + status.message());
+  if (status.code() == core::ErrorCode::kNotFound)
+    throw core::MissingError(place_of(config) + status.message());
   throw core::ConfigError(place_of(config) + status.message());
 }
 
 void check_per_joint(const ArmConfig& config, const char* key, std::size_t count, std::size_t joints) {
   if (count == joints) return;
-  throw core::ConfigError(place_of(config) + key + ": has " + std::to_string(count) + " values; allowed: " +
-                          std::to_string(joints) + ", one for each moving joint");
+  throw core::ConfigError(place_of(config) + key + ": has " + std::to_string(count) +
+                          " values; allowed: " + std::to_string(joints) + ", one for each moving joint");
 }
 
 geometry::TriangleMesh read_mesh(const ArmConfig& config, const std::filesystem::path& file, double scale,
@@ -60,9 +63,9 @@ robot::SerialArm load_arm(const ArmConfig& config) {
   for (std::size_t j = 0; j < arm->joint_count(); ++j) {
     const robot::Joint& joint = arm->joints()[j];
     if (config.home[j] >= joint.lower && config.home[j] <= joint.upper) continue;
-    throw core::ConfigError(place_of(config) + "home: '" + std::to_string(config.home[j]) + "' for " + joint.name +
-                            " is outside of its limits; allowed: " + std::to_string(joint.lower) + " to " +
-                            std::to_string(joint.upper));
+    throw core::ConfigError(place_of(config) + "home: '" + std::to_string(config.home[j]) + "' for " +
+                            joint.name + " is outside of its limits; allowed: " +
+                            std::to_string(joint.lower) + " to " + std::to_string(joint.upper));
   }
   return *std::move(arm);
 }
@@ -92,7 +95,8 @@ std::vector<robot::LinkSkin> load_skin(const ArmConfig& config, const robot::Ser
     }
     for (const MeshSensorsConfig& wish : link.meshes) {
       if (wish.mesh.empty()) {
-        for (auto& sensors : visual_skin(config, arm, link.link, wish)) made.meshes.push_back(std::move(sensors));
+        for (auto& sensors : visual_skin(config, arm, link.link, wish))
+          made.meshes.push_back(std::move(sensors));
       } else {
         made.meshes.push_back(
             {read_mesh(config, wish.mesh, wish.mesh_scale, wish.X_LM), wish.gain, wish.cluster});

@@ -19,7 +19,7 @@ struct CellConfig {
   Eigen::Vector3d max_m;
   double voxel_size_m = 0.005;
   voxel::MergeLaw merge = voxel::MergeLaw::kHighestViscosity;  ///< whose voxel it is where objects meet
-  voxel::LayerProfile profile;        ///< of objects that have none of their own
+  voxel::LayerProfile profile;                                 ///< of objects that have none of their own
   std::vector<ObjectConfig> objects;  ///< object id on topics and in voxels = index + 1
   std::vector<ArmConfig> arms;
 

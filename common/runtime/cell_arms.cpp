@@ -42,9 +42,9 @@ robot::DhRow read_dh_row(const ConfigReader& reader) {
 
 void read_kinematics(const ConfigReader& reader, ArmConfig& arm) {
   if (reader.has("urdf") == reader.has("dh")) {
-    throw reader.error(reader.has("dh") ? "dh" : "urdf", reader.has("dh")
-                                                             ? "stands beside urdf; allowed: one of the two"
-                                                             : "is missing; allowed: urdf with tip_link, or dh");
+    throw reader.error(reader.has("dh") ? "dh" : "urdf",
+                       reader.has("dh") ? "stands beside urdf; allowed: one of the two"
+                                        : "is missing; allowed: urdf with tip_link, or dh");
   }
   if (reader.has("urdf")) {
     arm.urdf = reader.path("urdf");
@@ -71,7 +71,8 @@ void read_interest_points(const ConfigReader& reader, ArmConfig& arm) {
   }
   if (arm.interest_points.size() > kMostInterestPoints) {
     throw reader.error("interest_points", "has " + std::to_string(arm.interest_points.size()) +
-                                              " entries; allowed: up to " + std::to_string(kMostInterestPoints));
+                                              " entries; allowed: up to " +
+                                              std::to_string(kMostInterestPoints));
   }
 }
 

@@ -13,8 +13,8 @@
 
 namespace phantom::runtime {
 
-/// One skin segment of a link (spec 2.2), in the link's frame. Its ends may be given along the link's own axis
-/// instead: then `from_m` and `to_m` are not set before load_skin().
+/// One skin segment of a link (spec 2.2), in the link's frame. Its ends may be given along the link's own
+/// axis instead: then `from_m` and `to_m` are not set before load_skin().
 struct SkinSegmentConfig : robot::SkinSegment {
   std::optional<std::pair<double, double>> along_axis_m;  ///< SOJ and SL (thesis 5.7.2): offset and length
 };

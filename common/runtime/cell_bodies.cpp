@@ -35,8 +35,9 @@ void check_place(const ObjectConfig& object, const geometry::TriangleMesh& mesh_
   workspace.extend(cell.max_m.cast<float>() + Eigen::Vector3f::Constant(reach_m));
   const geometry::BoundingBox box = mesh_W.bounding_box();
   if (box.intersects(workspace)) return;
-  throw ConfigError(about(object) + "lies outside of the workspace with all its layers: it spans " + span_text(box) +
-                    "; is its pose or its " + (object.mesh.empty() ? "scale" : "mesh_scale") + " right?");
+  throw ConfigError(about(object) + "lies outside of the workspace with all its layers: it spans " +
+                    span_text(box) + "; is its pose or its " +
+                    (object.mesh.empty() ? "scale" : "mesh_scale") + " right?");
 }
 
 geometry::TriangleMesh surface_of(const ObjectConfig& object, std::vector<std::string>& notes) {
@@ -46,8 +47,9 @@ geometry::TriangleMesh surface_of(const ObjectConfig& object, std::vector<std::s
                       std::to_string(geometry::PolygoniseOptions{}.max_cells) + "th of its length");
   }
   if (!made.whole) {
-    notes.push_back("parts of the formula are thinner than a " + std::to_string(made.cells) +
-                    "th of its length: they are activated, but viewers and the simulated world do not have them");
+    notes.push_back(
+        "parts of the formula are thinner than a " + std::to_string(made.cells) +
+        "th of its length: they are activated, but viewers and the simulated world do not have them");
   }
   return std::move(made.mesh);
 }
@@ -65,8 +67,8 @@ geometry::TriangleMesh load_surface(const ObjectConfig& object, const geometry::
   return std::move(*mesh);
 }
 
-/// Calls work(index) for each object of the cell, on every core: an import is a process of its own. Of several failures
-/// that of the first object is thrown, whichever came first.
+/// Calls work(index) for each object of the cell, on every core: an import is a process of its own. Of
+/// several failures that of the first object is thrown, whichever came first.
 template <class Work>
 void for_each_object(const CellConfig& cell, const Work& work) {
   std::vector<std::exception_ptr> failures(cell.objects.size());
@@ -89,7 +91,8 @@ voxel::GridSpec grid_of(const CellConfig& cell) {
   return voxel::grid_over(cell.min_m, cell.max_m, cell.voxel_size_m);
 }
 
-CellBody load_body(const ObjectConfig& object, const CellConfig& cell, const geometry::MeshImportOptions& limits) {
+CellBody load_body(const ObjectConfig& object, const CellConfig& cell,
+                   const geometry::MeshImportOptions& limits) {
   CellBody loaded;
   loaded.mesh_O = load_surface(object, limits, loaded.notes);
   spdlog::debug("object {}: {} triangles from {}", object.name, loaded.mesh_O.triangles.size(),
@@ -98,7 +101,8 @@ CellBody load_body(const ObjectConfig& object, const CellConfig& cell, const geo
   return loaded;
 }
 
-voxel::Body place_body(const ObjectConfig& object, const geometry::TriangleMesh& mesh_O, const CellConfig& cell) {
+voxel::Body place_body(const ObjectConfig& object, const geometry::TriangleMesh& mesh_O,
+                       const CellConfig& cell) {
   voxel::Body body{object.name, object.id, mesh_O.transformed(object.X_WO), object.profile};
   if (object.solid_O) body.implicit_W = geometry::implicit_placed(object.solid_O, object.X_WO);
   check_place(object, body.mesh_W, cell);
@@ -107,9 +111,7 @@ voxel::Body place_body(const ObjectConfig& object, const geometry::TriangleMesh&
 
 std::vector<CellBody> load_bodies(const CellConfig& cell, const geometry::MeshImportOptions& limits) {
   std::vector<CellBody> bodies(cell.objects.size());
-  for_each_object(cell, [&](std::size_t i) {
-    bodies[i] = load_body(cell.objects[i], cell, limits);
-  });
+  for_each_object(cell, [&](std::size_t i) { bodies[i] = load_body(cell.objects[i], cell, limits); });
   std::vector<voxel::LayerProfile> profiles;
   for (const CellBody& body : bodies) profiles.push_back(body.body.profile);
   if (const auto palette = voxel::make_palette(profiles); !palette) {
@@ -118,7 +120,8 @@ std::vector<CellBody> load_bodies(const CellConfig& cell, const geometry::MeshIm
   return bodies;
 }
 
-std::vector<voxel::FieldBody> load_real_bodies(const CellConfig& cell, const geometry::MeshImportOptions& limits) {
+std::vector<voxel::FieldBody> load_real_bodies(const CellConfig& cell,
+                                               const geometry::MeshImportOptions& limits) {
   std::vector<voxel::FieldBody> bodies(cell.objects.size());
   for_each_object(cell, [&](std::size_t i) {
     const ObjectConfig& object = cell.objects[i];

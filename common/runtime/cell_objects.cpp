@@ -14,7 +14,8 @@ std::string kind_of(const ConfigReader& reader) {
   std::string found;
   for (const char* kind : kKinds) {
     if (!reader.has(kind)) continue;
-    if (!found.empty()) throw reader.error(kind, "stands beside " + found + "; allowed: one of " + kAllowedKinds);
+    if (!found.empty())
+      throw reader.error(kind, "stands beside " + found + "; allowed: one of " + kAllowedKinds);
     found = kind;
   }
   if (found.empty()) throw reader.error("mesh", std::string("is missing; allowed: one of ") + kAllowedKinds);
@@ -23,7 +24,8 @@ std::string kind_of(const ConfigReader& reader) {
 
 void read_mesh(const ConfigReader& reader, ObjectConfig& object) {
   object.mesh = reader.path("mesh");
-  if (reader.has("mesh_scale")) object.mesh_scale = reader.number("mesh_scale", {1e-6, 1e3, "m per mesh unit"});
+  if (reader.has("mesh_scale"))
+    object.mesh_scale = reader.number("mesh_scale", {1e-6, 1e3, "m per mesh unit"});
   if (reader.has("up_axis")) object.y_up = reader.choice("up_axis", "z", {"z", "y"}) == "y";
   if (!std::filesystem::is_regular_file(object.mesh)) {
     throw reader.error("mesh", "is not a file (" + object.mesh.string() + ")");
@@ -33,15 +35,19 @@ void read_mesh(const ConfigReader& reader, ObjectConfig& object) {
 /// Flat lists: x, y, z per corner; three corners per triangle, from 0, counter-clockwise seen from outside.
 geometry::TriangleMesh read_polyhedron(const ConfigReader& shape, double scale) {
   const auto numbers = shape.numbers("vertices_m", {-1e4, 1e4, "m"});
-  if (numbers.size() < 12 || numbers.size() % 3 != 0) throw shape.error("vertices_m", "needs x, y, z for each of at least 4 corners");
+  if (numbers.size() < 12 || numbers.size() % 3 != 0)
+    throw shape.error("vertices_m", "needs x, y, z for each of at least 4 corners");
   const int corners = static_cast<int>(numbers.size() / 3);
   const auto indices = shape.integers("triangles", {0, corners - 1.0, "corners, from 0"});
-  if (indices.size() < 12 || indices.size() % 3 != 0) throw shape.error("triangles", "needs three corners for each of at least 4 triangles");
+  if (indices.size() < 12 || indices.size() % 3 != 0)
+    throw shape.error("triangles", "needs three corners for each of at least 4 triangles");
   geometry::TriangleMesh mesh;
   for (std::size_t i = 0; i < numbers.size(); i += 3)
-    mesh.vertices_m.push_back((scale * Eigen::Vector3d(numbers[i], numbers[i + 1], numbers[i + 2])).cast<float>());
+    mesh.vertices_m.push_back(
+        (scale * Eigen::Vector3d(numbers[i], numbers[i + 1], numbers[i + 2])).cast<float>());
   const auto corner = [&](std::size_t i) { return static_cast<std::uint32_t>(indices[i]); };
-  for (std::size_t i = 0; i < indices.size(); i += 3) mesh.triangles.push_back({corner(i), corner(i + 1), corner(i + 2)});
+  for (std::size_t i = 0; i < indices.size(); i += 3)
+    mesh.triangles.push_back({corner(i), corner(i + 1), corner(i + 2)});
   return mesh;
 }
 
@@ -56,7 +62,8 @@ geometry::ImplicitPtr read_scaled_solid(const ConfigReader& reader, const std::s
 
 }  // namespace
 
-ObjectConfig read_object(const ConfigReader& reader, const voxel::LayerProfile& cell_profile, double voxel_size_m) {
+ObjectConfig read_object(const ConfigReader& reader, const voxel::LayerProfile& cell_profile,
+                         double voxel_size_m) {
   ObjectConfig object;
   object.name = reader.text("name");
   object.place = reader.place();
@@ -70,7 +77,8 @@ ObjectConfig read_object(const ConfigReader& reader, const voxel::LayerProfile& 
   }
   object.X_WO = reader.pose("pose");
   object.X_deviation = reader.pose("real_deviation");
-  object.profile = reader.has("profile") ? read_profile(reader.section("profile"), voxel_size_m) : cell_profile;
+  object.profile =
+      reader.has("profile") ? read_profile(reader.section("profile"), voxel_size_m) : cell_profile;
   object.profile.guard_vox = reader.integer("guard_vox", object.profile.guard_vox, {0, 100, "voxels"});
   if (const auto checked = voxel::check_profile(object.profile); !checked)
     throw ConfigError(reader.place() + ": " + checked.message());

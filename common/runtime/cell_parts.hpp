@@ -11,7 +11,8 @@ namespace phantom::runtime {
 /// Lengths in metres become voxels of `voxel_size_m`.
 voxel::LayerProfile read_profile(const ConfigReader& reader, double voxel_size_m);
 /// `cell_profile` serves objects that have none of their own.
-ObjectConfig read_object(const ConfigReader& reader, const voxel::LayerProfile& cell_profile, double voxel_size_m);
+ObjectConfig read_object(const ConfigReader& reader, const voxel::LayerProfile& cell_profile,
+                         double voxel_size_m);
 /// A solid by text: f, min_m, max_m.
 geometry::ImplicitPtr read_formula_solid(const ConfigReader& reader);
 /// The one shape that a mapping names (sphere, box, union, implicit …), at the pose that it gives.

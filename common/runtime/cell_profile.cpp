@@ -34,9 +34,9 @@ const std::vector<NamedSet>& named_sets() {
 Layers read_list(const ConfigReader& reader) {
   const Layers layers{reader.integers("thickness_vox", kThickness), reader.numbers("mu_Pa_s_per_m", kMu)};
   if (layers.mu.size() != layers.thickness_vox.size()) {
-    throw reader.error("mu_Pa_s_per_m", "has " + std::to_string(layers.mu.size()) + " layers, thickness_vox has " +
-                                            std::to_string(layers.thickness_vox.size()) +
-                                            "; allowed: the same number");
+    throw reader.error("mu_Pa_s_per_m",
+                       "has " + std::to_string(layers.mu.size()) + " layers, thickness_vox has " +
+                           std::to_string(layers.thickness_vox.size()) + "; allowed: the same number");
   }
   return layers;
 }
@@ -58,14 +58,17 @@ Layers read_mpc(const ConfigReader& reader, double voxel_size_m) {
   design.cylinder_diameter_m = mpc.number("cylinder_diameter_m", {1e-6, 1e3, "m"});
   design.fluid_viscosity_Pa_s = mpc.number("fluid_viscosity_Pa_s", {1e-9, 1e9, "Pa·s"});
   for (const ConfigReader& pipe : mpc.sections("pipes")) {
-    design.pipes.push_back({pipe.number("diameter_m", {1e-6, 1e3, "m"}), pipe.number("length_m", {1e-6, 1e3, "m"}),
+    design.pipes.push_back({pipe.number("diameter_m", {1e-6, 1e3, "m"}),
+                            pipe.number("length_m", {1e-6, 1e3, "m"}),
                             pipe.number("gap_m", {1e-6, 1e3, "m"})});
   }
   const bool stepped = mpc.choice("gamma", "stepped", {"stepped", "interpolated"}) == "stepped";
-  const auto layers = percept::mpc_layers(
-      design, voxel_size_m, stepped ? percept::MpcTransition::kStepped : percept::MpcTransition::kInterpolated);
+  const auto layers =
+      percept::mpc_layers(design, voxel_size_m,
+                          stepped ? percept::MpcTransition::kStepped : percept::MpcTransition::kInterpolated);
   if (!layers) throw reader.error("mpc", layers.status().message());
-  return {layers->thickness_vox, layers->gamma_N_s_per_m};  // μ_n = γ_n makes the fluid equal the cylinder (eq. 4.7)
+  return {layers->thickness_vox,
+          layers->gamma_N_s_per_m};  // μ_n = γ_n makes the fluid equal the cylinder (eq. 4.7)
 }
 
 Layers read_function(const ConfigReader& reader, double voxel_size_m) {
@@ -74,15 +77,19 @@ Layers read_function(const ConfigReader& reader, double voxel_size_m) {
   if (!formula) throw function.error("mu", "is not a formula of d: " + formula.status().message());
   const int thickness_vox = function.integer("layer_vox", 1, kThickness);
   const double layer_m = thickness_vox * voxel_size_m;
-  const double reach_m = function.number("reach_m", {layer_m, voxel::kMaxLayers * layer_m, "m (98 layers at most)"});
+  const double reach_m =
+      function.number("reach_m", {layer_m, voxel::kMaxLayers * layer_m, "m (98 layers at most)"});
   Layers layers;
   for (double d = 0.5 * layer_m; d < reach_m; d += layer_m) {
     const double mu = formula->value(std::span(&d, 1));
     const std::string value = std::isfinite(mu) ? "gives " + std::to_string(mu) : std::string("has no value");
     const std::string place = value + " at d = " + std::to_string(d) + " m";
-    if (!(std::isfinite(mu) && mu >= kMu.min && mu <= kMu.max)) throw function.error("mu", place + "; allowed: 1e-6 to 1e6 Pa·s/m");
+    if (!(std::isfinite(mu) && mu >= kMu.min && mu <= kMu.max))
+      throw function.error("mu", place + "; allowed: 1e-6 to 1e6 Pa·s/m");
     if (!layers.mu.empty() && !(mu < layers.mu.back()))
-      throw function.error("mu", place + ", which is not less than nearer to the object; allowed: a function that falls with d");
+      throw function.error(
+          "mu",
+          place + ", which is not less than nearer to the object; allowed: a function that falls with d");
     layers.mu.push_back(mu);
     layers.thickness_vox.push_back(thickness_vox);
   }
@@ -94,7 +101,8 @@ Layers read_layers(const ConfigReader& reader, double voxel_size_m) {
   for (const char* key : {"mu_Pa_s_per_m", "set", "mpc", "function"}) {
     if (!reader.has(key)) continue;
     if (!found.empty())
-      throw reader.error(key, "stands beside " + found + "; allowed: one of mu_Pa_s_per_m, set, mpc, function");
+      throw reader.error(key,
+                         "stands beside " + found + "; allowed: one of mu_Pa_s_per_m, set, mpc, function");
     found = key;
   }
   if (found == "set") return read_set(reader);

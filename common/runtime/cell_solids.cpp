@@ -10,7 +10,8 @@ using geometry::ImplicitPtr;
 constexpr Range kLength{1e-6, 1e4, "m"};
 constexpr Range kCoordinate{-1e4, 1e4, "m"};
 constexpr int kMaxNesting = 24;
-constexpr const char* kAllowed = "sphere, cylinder, cone, box, prism, torus, union, intersection, difference, implicit";
+constexpr const char* kAllowed =
+    "sphere, cylinder, cone, box, prism, torus, union, intersection, difference, implicit";
 
 ImplicitPtr read_nested(const ConfigReader& reader, int nesting);
 
@@ -37,9 +38,11 @@ ImplicitPtr read_box(const ConfigReader& shape) {
 
 ImplicitPtr read_prism(const ConfigReader& shape) {
   const auto c = shape.numbers("corners_m", kCoordinate);
-  if (c.size() != 6) throw shape.error("corners_m", "needs three corners in the plane, [x1, y1, x2, y2, x3, y3]");
+  if (c.size() != 6)
+    throw shape.error("corners_m", "needs three corners in the plane, [x1, y1, x2, y2, x3, y3]");
   const double twice_area_m2 = (c[2] - c[0]) * (c[5] - c[1]) - (c[3] - c[1]) * (c[4] - c[0]);
-  if (!(std::abs(twice_area_m2) > 1e-12)) throw shape.error("corners_m", "are in line; allowed: a triangle with an area");
+  if (!(std::abs(twice_area_m2) > 1e-12))
+    throw shape.error("corners_m", "are in line; allowed: a triangle with an area");
   const double height_m = shape.number("height_m", kLength);
   return geometry::implicit_prism({Eigen::Vector2d(c[0], c[1]), {c[2], c[3]}, {c[4], c[5]}}, height_m);
 }
@@ -73,12 +76,14 @@ ImplicitPtr read_shape(const ConfigReader& reader, const std::string& key, int n
 
 ImplicitPtr read_nested(const ConfigReader& reader, int nesting) {
   if (nesting > kMaxNesting)
-    throw ConfigError(reader.place() + ": shapes are nested too deeply; allowed: " + std::to_string(kMaxNesting) + " levels");
+    throw ConfigError(reader.place() +
+                      ": shapes are nested too deeply; allowed: " + std::to_string(kMaxNesting) + " levels");
   std::string found;
-  for (const char* key : {"sphere", "cylinder", "cone", "box", "prism", "torus", "union", "intersection", "difference",
-                          "implicit"}) {
+  for (const char* key : {"sphere", "cylinder", "cone", "box", "prism", "torus", "union", "intersection",
+                          "difference", "implicit"}) {
     if (!reader.has(key)) continue;
-    if (!found.empty()) throw reader.error(key, "stands beside " + found + "; allowed: one shape of " + kAllowed);
+    if (!found.empty())
+      throw reader.error(key, "stands beside " + found + "; allowed: one shape of " + kAllowed);
     found = key;
   }
   if (found.empty()) throw ConfigError(reader.place() + ": names no shape; allowed: one of " + kAllowed);
@@ -95,7 +100,8 @@ geometry::ImplicitPtr read_formula_solid(const ConfigReader& shape) {
   for (int axis = 0; axis < 3; ++axis) {
     if (std::abs(min_m[axis]) > kCoordinate.max || std::abs(max_m[axis]) > kCoordinate.max)
       throw shape.error("max_m", "or min_m is out of range; allowed: -10000 to 10000 m");
-    if (!(min_m[axis] < max_m[axis])) throw shape.error("max_m", "is not above min_m; allowed: min_m < max_m on every axis");
+    if (!(min_m[axis] < max_m[axis]))
+      throw shape.error("max_m", "is not above min_m; allowed: min_m < max_m on every axis");
   }
   return geometry::implicit_formula(*std::move(formula), {min_m, max_m});
 }

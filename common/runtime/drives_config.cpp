@@ -19,25 +19,29 @@ can::DriveMode mode_of(const ConfigReader& drive) {
                               : can::DriveMode::kPosition;
 }
 
-can::AxisConfig read_axis(const ConfigReader& drive, const robot::Joint& joint, double max_torque, int buses) {
+can::AxisConfig read_axis(const ConfigReader& drive, const robot::Joint& joint, double max_torque,
+                          int buses) {
   const bool slides = robot::is_prismatic(joint);
   can::AxisConfig axis;
   axis.name = joint.name;
-  axis.bus = static_cast<std::size_t>(drive.integer("bus", 0, {0, buses - 1.0, "(places in the list of buses)"}));
+  axis.bus =
+      static_cast<std::size_t>(drive.integer("bus", 0, {0, buses - 1.0, "(places in the list of buses)"}));
   axis.node = drive.integer("node", {1, 127, ""});
   axis.mode = mode_of(drive);
   can::AxisUnits& units = axis.units;
   units.counts_per_turn = drive.number("counts_per_turn", {kLeast, 1e9, "counts per turn of the motor"});
-  units.gear_ratio = drive.number("gear_ratio", 1.0, {kLeast, 1e5, "turns of the motor per turn of the output"});
-  if (slides) units.travel_per_turn = drive.number("travel_per_turn_m", {kLeast, 1e3, "m per turn of the output"});
+  units.gear_ratio =
+      drive.number("gear_ratio", 1.0, {kLeast, 1e5, "turns of the motor per turn of the output"});
+  if (slides)
+    units.travel_per_turn = drive.number("travel_per_turn_m", {kLeast, 1e3, "m per turn of the output"});
   units.torque_constant_Nm_per_A = drive.number("torque_constant_Nm_per_A", {kLeast, 1e3, "N·m/A"});
   units.rated_current_A = drive.number("rated_current_A", {kLeast, 1e4, "A"});
   units.sign = drive.integer("sign", 1, {-1, 1, ""});
   if (units.sign == 0) throw drive.error("sign", "gives no direction; allowed: 1 or -1");
   units.offset = slides ? drive.number("offset_m", 0.0, {-1e3, 1e3, "m"})
                         : drive.number("offset_rad", 0.0, {-1e3, 1e3, "rad"});
-  units.velocity_counts_per_turn =
-      drive.number("velocity_counts_per_turn", 0.0, {0, 1e9, "velocity counts per turn/s; 0: as counts_per_turn"});
+  units.velocity_counts_per_turn = drive.number(
+      "velocity_counts_per_turn", 0.0, {0, 1e9, "velocity counts per turn/s; 0: as counts_per_turn"});
   axis.lower = joint.lower;
   axis.upper = joint.upper;
   axis.max_speed = joint.max_speed;
@@ -91,8 +95,9 @@ DrivesConfig read_drives(const ConfigReader& section, const robot::SerialArm& ar
     config.group.bit_rates.push_back(bus.number("bit_rate", 1e6, {1e4, 1e6, "bit/s"}));
   }
   if (config.addresses.empty() || config.addresses.size() > 8)
-    throw section.error("buses", "names " + std::to_string(config.addresses.size()) +
-                                     " buses; allowed: 1 to 8, each with address (can0 or user:NAME) and bit_rate");
+    throw section.error("buses",
+                        "names " + std::to_string(config.addresses.size()) +
+                            " buses; allowed: 1 to 8, each with address (can0 or user:NAME) and bit_rate");
   config.bus_wait_s = section.number("bus_wait_s", config.bus_wait_s, {0, 3600, "s"});
   config.group.reaction = section.choice("on_fault", "hold", {"hold", "coast"}) == "hold"
                               ? can::FaultReaction::kHold

@@ -16,14 +16,16 @@ core::Expected<geometry::Pose> parse_pose(const std::string& text) {
   std::istringstream numbers(spaced);
   std::vector<double> values;
   for (double value; numbers >> value;) values.push_back(value);
-  const bool all_finite = std::all_of(values.begin(), values.end(), [](double v) { return std::abs(v) < 1e6; });
+  const bool all_finite =
+      std::all_of(values.begin(), values.end(), [](double v) { return std::abs(v) < 1e6; });
   if (values.size() != 6 || !numbers.eof() || !all_finite) {
     return core::Status::invalid_argument(
         "'" + text + "'; allowed: six numbers, \"x y z roll pitch yaw\", in metres and degrees");
   }
   constexpr double kDegree = std::numbers::pi / 180.0;
-  return geometry::Pose{geometry::rotation_from_rpy(values[3] * kDegree, values[4] * kDegree, values[5] * kDegree),
-                        {values[0], values[1], values[2]}};
+  return geometry::Pose{
+      geometry::rotation_from_rpy(values[3] * kDegree, values[4] * kDegree, values[5] * kDegree),
+      {values[0], values[1], values[2]}};
 }
 
 std::string pose_text(const geometry::Pose& X) {

@@ -50,8 +50,8 @@ int process_main(int argc, char** argv, const ProcessDescription& description);
 bool stop_requested() noexcept;
 /// Asks the process to end in order, as a signal would. Async-signal-safe.
 void request_stop() noexcept;
-/// How often SIGUSR1 came: each one asks a process that moves something for an emergency stop, and a recorder to write
-/// what it holds in memory. Real-time safe: yes.
+/// How often SIGUSR1 came: each one asks a process that moves something for an emergency stop, and a recorder
+/// to write what it holds in memory. Real-time safe: yes.
 std::uint32_t emergency_stop_signals() noexcept;
 /// Sleeps until `duration_s` has passed or a stop is requested; returns whether to go on.
 bool sleep_unless_stopped(double duration_s);

@@ -19,7 +19,8 @@ class WakeSignal {
 
   /// Wakes the waiter, now or at its next wait(). Real-time safe: yes.
   void raise() noexcept { sem_post(&semaphore_); }
-  /// Waits for raise(), at most `limit_s`; wake-ups that piled up count as one. Returns whether it was raised.
+  /// Waits for raise(), at most `limit_s`; wake-ups that piled up count as one. Returns whether it was
+  /// raised.
   bool wait(double limit_s) noexcept {
     const core::Nanoseconds until_ns = core::monotonic_ns() + core::from_seconds(limit_s);
     const timespec until{until_ns / core::kNsPerSecond, until_ns % core::kNsPerSecond};

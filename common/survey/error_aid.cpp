@@ -48,7 +48,8 @@ std::vector<std::vector<std::size_t>> explanations(const Measurement& measuremen
     const double probability = plane.degrees > 0 ? chi_square_tail(plane.chi2, plane.degrees) : 1.0;
     if (probability >= kSuspicion) found.emplace_back(probability, choice);
   });
-  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::stable_sort(found.begin(), found.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<std::vector<std::size_t>> sets;
   for (auto& [probability, choice] : found) sets.push_back(std::move(choice));
   return sets;
@@ -64,10 +65,12 @@ void compare_with(const Plane& plane, const Measurement& measurement, bool in_th
   const MeasuredNode& node = measurement.nodes[check.node];
   const double along = plane.normal.dot(node.beam_W);
   const double off_m = plane.normal.dot(node.p_W_m - plane.point_m);
-  const double own = plane.normal.dot(node.covariance_m2 * plane.normal), of_plane = height_variance(plane, node.p_W_m);
+  const double own = plane.normal.dot(node.covariance_m2 * plane.normal),
+               of_plane = height_variance(plane, node.p_W_m);
   // A corner pulls the plane towards itself; one that was left out does not.
   const double variance = in_the_plane ? std::max(own - of_plane, 0.0) : own + of_plane;
-  const double steep = std::max(std::abs(along), 1e-3);  // a beam that grazes the face says nothing of its range
+  const double steep =
+      std::max(std::abs(along), 1e-3);  // a beam that grazes the face says nothing of its range
   check.off_plane_m = off_m / (along < 0 ? -steep : steep);
   check.sigma_m = std::sqrt(variance) / steep;
 }
@@ -76,9 +79,11 @@ void note_normals(const Measurement& measurement, const MeasuredFace& face, Face
   const auto corners = corners_of(measurement, face);
   const std::size_t n = corners.size();
   for (std::size_t i = face.closed ? 0 : 1; i < (face.closed ? n : n - 1); ++i) {
-    const Eigen::Vector3d normal = (corners[i] - corners[(i + n - 1) % n]).cross(corners[(i + 1) % n] - corners[i]);
+    const Eigen::Vector3d normal =
+        (corners[i] - corners[(i + n - 1) % n]).cross(corners[(i + 1) % n] - corners[i]);
     if (normal.norm() == 0) continue;
-    const double cosine = std::abs(normal.normalized().dot(check.normal));  // a notch's corner turns the other way
+    const double cosine =
+        std::abs(normal.normalized().dot(check.normal));  // a notch's corner turns the other way
     check.nodes[i].normal_departs_rad = std::acos(std::min(cosine, 1.0));
   }
 }
@@ -125,7 +130,8 @@ FaceCheck check_face(const Measurement& measurement, const MeasuredFace& face) {
   std::vector<std::size_t> suspects;
   if (check.redundant) {
     check.plane_probability = chi_square_tail(plane.chi2, plane.degrees);
-    for (std::size_t count = 1; check.plane_probability < kSuspicion && count <= std::min(kMostSuspects, n - 3); ++count) {
+    for (std::size_t count = 1;
+         check.plane_probability < kSuspicion && count <= std::min(kMostSuspects, n - 3); ++count) {
       auto sets = explanations(measurement, face, count);
       if (sets.empty()) continue;
       suspects = sets.front();
@@ -146,19 +152,26 @@ FaceCheck check_face(const Measurement& measurement, const MeasuredFace& face) {
   return check;
 }
 
-std::vector<std::string> advice(const Measurement& measurement, const MeasuredFace& face, const FaceCheck& check) {
+std::vector<std::string> advice(const Measurement& measurement, const MeasuredFace& face,
+                                const FaceCheck& check) {
   std::vector<std::string> said;
   const auto name = [&](std::size_t place) { return measurement.nodes[face.nodes[place]].name; };
-  const bool any = std::any_of(check.nodes.begin(), check.nodes.end(), [](const NodeCheck& node) { return node.suspect; });
+  const bool any =
+      std::any_of(check.nodes.begin(), check.nodes.end(), [](const NodeCheck& node) { return node.suspect; });
   if (check.plane_probability < kSuspicion && !any) {
-    said.push_back("face '" + face.name + "': its corners lie on no plane, and no few of them explain it; measure the face again, or is it plane at all?");
+    said.push_back("face '" + face.name +
+                   "': its corners lie on no plane, and no few of them explain it; measure the face again, "
+                   "or is it plane at all?");
     return said;
   }
   for (const NodeCheck& node : check.nodes) {
     if (!node.suspect) continue;
     said.push_back("measure node '" + measurement.nodes[node.node].name + "' again: its range is " +
-                   words("%.1f mm too %s for the plane of face '", 1e3 * std::abs(node.off_plane_m), node.off_plane_m > 0 ? "long" : "short") + face.name +
-                   words("' (errors: %.1f mm), its normal departs by %.1f deg", 1e3 * node.sigma_m, node.normal_departs_rad / kDegree));
+                   words("%.1f mm too %s for the plane of face '", 1e3 * std::abs(node.off_plane_m),
+                         node.off_plane_m > 0 ? "long" : "short") +
+                   face.name +
+                   words("' (errors: %.1f mm), its normal departs by %.1f deg", 1e3 * node.sigma_m,
+                         node.normal_departs_rad / kDegree));
   }
   if (check.alternatives.empty()) return said;
   std::string others;

@@ -50,8 +50,8 @@ struct Equations {
   Vector6 pull = Vector6::Zero();
   double chi2 = 0.0;
 };
-Equations equations_at(const PartModel& part, const Measurement& measurement, const NodeMap& map, const PoseFit& fit,
-                       const std::vector<Eigen::Matrix3d>& weights) {
+Equations equations_at(const PartModel& part, const Measurement& measurement, const NodeMap& map,
+                       const PoseFit& fit, const std::vector<Eigen::Matrix3d>& weights) {
   Equations e;
   for (std::size_t k = 0; k < fit.nodes.size(); ++k) {
     const Eigen::Vector3d p = fit.X_WO * part.nodes_O_m[map[fit.nodes[k]]];
@@ -70,18 +70,21 @@ std::pair<double, double> spread(const std::vector<Eigen::Vector3d>& points) {
   for (const Eigen::Vector3d& p : points) middle += p / static_cast<double>(points.size());
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const Eigen::Vector3d& p : points) scatter += (p - middle) * (p - middle).transpose();
-  const Eigen::Vector3d values = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter, Eigen::EigenvaluesOnly).eigenvalues();
+  const Eigen::Vector3d values =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter, Eigen::EigenvaluesOnly).eigenvalues();
   return {std::sqrt(std::max(values[1], 0.0)), std::sqrt(std::max(values[2], 0.0))};
 }
 
 }  // namespace
 
 double PoseFit::position_sigma_m() const {
-  return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance.bottomRightCorner<3, 3>()).eigenvalues()[2]);
+  return std::sqrt(
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance.bottomRightCorner<3, 3>()).eigenvalues()[2]);
 }
 
 double PoseFit::orientation_sigma_rad() const {
-  return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance.topLeftCorner<3, 3>()).eigenvalues()[2]);
+  return std::sqrt(
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance.topLeftCorner<3, 3>()).eigenvalues()[2]);
 }
 
 geometry::Pose fit_four_steps(const PartModel& part, const Measurement& measurement, const MeasuredFace& face,
@@ -91,15 +94,19 @@ geometry::Pose fit_four_steps(const PartModel& part, const Measurement& measurem
   for (const std::size_t node : face.nodes) modelled.push_back(part.nodes_O_m[map[node]]);
   const Eigen::Vector3d wanted = triangle_normal(measured, triangle, measurement.eye_W_m);
   // The model's normal by the same corners, so that both face the same way whatever the polygon's shape.
-  Eigen::Vector3d own = (modelled[triangle[1]] - modelled[triangle[0]]).cross(modelled[triangle[2]] - modelled[triangle[0]]).normalized();
-  const Eigen::Vector3d as_measured = (measured[triangle[1]] - measured[triangle[0]]).cross(measured[triangle[2]] - measured[triangle[0]]);
+  Eigen::Vector3d own = (modelled[triangle[1]] - modelled[triangle[0]])
+                            .cross(modelled[triangle[2]] - modelled[triangle[0]])
+                            .normalized();
+  const Eigen::Vector3d as_measured =
+      (measured[triangle[1]] - measured[triangle[0]]).cross(measured[triangle[2]] - measured[triangle[0]]);
   if (as_measured.dot(wanted) < 0) own = -own;
   geometry::Pose X;
   X.rotation = Eigen::Quaterniond::FromTwoVectors(own, wanted).toRotationMatrix();
   double sine = 0.0, cosine = 0.0;
   for (std::size_t i = 0; i + (face.closed ? 0 : 1) < measured.size(); ++i) {
     const std::size_t next = (i + 1) % measured.size();
-    const Eigen::Vector3d is = measured[next] - measured[i], have = X.rotation * (modelled[next] - modelled[i]);
+    const Eigen::Vector3d is = measured[next] - measured[i],
+                          have = X.rotation * (modelled[next] - modelled[i]);
     sine += wanted.dot(have.cross(is));
     cosine += have.dot(is) - wanted.dot(have) * wanted.dot(is);
   }
@@ -123,7 +130,8 @@ geometry::Pose rigid_fit(const std::vector<Eigen::Vector3d>& from, const std::ve
     to_middle += to[i] / n;
   }
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i < from.size(); ++i) H += (from[i] - from_middle) * (to[i] - to_middle).transpose();
+  for (std::size_t i = 0; i < from.size(); ++i)
+    H += (from[i] - from_middle) * (to[i] - to_middle).transpose();
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(H, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Vector3d signs(1.0, 1.0, 1.0);
   if ((svd.matrixV() * svd.matrixU().transpose()).determinant() < 0) signs[2] = -1.0;
@@ -146,11 +154,15 @@ core::Expected<PoseFit> refine(const PartModel& part, const Measurement& measure
     places.push_back(part.nodes_O_m[map[i]]);
   }
   if (fit.nodes.size() < 3)
-    return core::Status::invalid_argument(detail::words("%zu nodes do not determine a pose; allowed: three or more, not in line", fit.nodes.size()));
+    return core::Status::invalid_argument(detail::words(
+        "%zu nodes do not determine a pose; allowed: three or more, not in line", fit.nodes.size()));
   const auto [across_m, along_m] = spread(places);
   if (across_m < 1e-6 * along_m)
-    return core::Status::invalid_argument("nodes in one line do not determine a pose: the part may turn about it; allowed: a node beside the line");
-  for (const std::size_t node : fit.nodes) fit.centre_W_m += measurement.nodes[node].p_W_m / static_cast<double>(fit.nodes.size());
+    return core::Status::invalid_argument(
+        "nodes in one line do not determine a pose: the part may turn about it; allowed: a node beside the "
+        "line");
+  for (const std::size_t node : fit.nodes)
+    fit.centre_W_m += measurement.nodes[node].p_W_m / static_cast<double>(fit.nodes.size());
   for (int round = 0; round < kMostRounds; ++round) {
     const Equations e = equations_at(part, measurement, map, fit, weights);
     const Vector6 step = e.information.ldlt().solve(e.pull);
@@ -184,7 +196,8 @@ double worst_displacement_m(const PartModel& part, const PoseFit& fit, double co
     for (int k = 0; k < 6; ++k) z[k] = normal(random);
     const Vector6 error = root * z;
     double square = 0.0;
-    for (const Eigen::Vector3d& l : levers) square = std::max(square, (error.head<3>().cross(l) + error.tail<3>()).squaredNorm());
+    for (const Eigen::Vector3d& l : levers)
+      square = std::max(square, (error.head<3>().cross(l) + error.tail<3>()).squaredNorm());
     worst_m.push_back(std::sqrt(square));
   }
   // A standard error of the sample's rank beyond the confidence: the sample must not make it look better.
@@ -194,9 +207,11 @@ double worst_displacement_m(const PartModel& part, const PoseFit& fit, double co
   return *at;
 }
 
-double displacement_between_m(const PartModel& part, const geometry::Pose& model_WO, const geometry::Pose& true_WO) {
+double displacement_between_m(const PartModel& part, const geometry::Pose& model_WO,
+                              const geometry::Pose& true_WO) {
   double worst_m = 0.0;
-  for (const Eigen::Vector3d& p : part.extremes_O_m) worst_m = std::max(worst_m, (model_WO * p - true_WO * p).norm());
+  for (const Eigen::Vector3d& p : part.extremes_O_m)
+    worst_m = std::max(worst_m, (model_WO * p - true_WO * p).norm());
   return worst_m;
 }
 
@@ -215,7 +230,8 @@ std::vector<Misfit> find_misfits(const PartModel& part, const Measurement& measu
     const Eigen::Vector3d off = measurement.nodes[node].p_W_m - without->X_WO * part.nodes_O_m[map[node]];
     misfits.push_back({node, off.norm(), off.dot(measurement.nodes[node].beam_W), without->probability()});
   }
-  std::stable_sort(misfits.begin(), misfits.end(), [](const Misfit& a, const Misfit& b) { return a.rest_probability > b.rest_probability; });
+  std::stable_sort(misfits.begin(), misfits.end(),
+                   [](const Misfit& a, const Misfit& b) { return a.rest_probability > b.rest_probability; });
   return misfits;
 }
 

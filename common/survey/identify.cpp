@@ -87,8 +87,8 @@ class Search {
     }
   }
 
-  void try_placing(const Partial& from, std::size_t face, const BorderLoop& loop, std::size_t start, bool forward,
-                   std::vector<Partial>& longer, std::set<NodeMap>& known) {
+  void try_placing(const Partial& from, std::size_t face, const BorderLoop& loop, std::size_t start,
+                   bool forward, std::vector<Partial>& longer, std::set<NodeMap>& known) {
     const MeasuredFace& measured = measurement_.faces[face];
     const std::size_t n = measured.nodes.size(), c = loop.nodes.size();
     const auto corner = [&](std::size_t i) { return forward ? (start + i) % c : (start + c - i % c) % c; };
@@ -102,8 +102,10 @@ class Search {
       if (!agrees_with_all(next.map, measured.nodes[i])) return;
     }
     for (std::size_t i = measured.closed ? 0 : 1; i < (measured.closed ? n : n - 1); ++i) {
-      const double expected = (forward ? 1.0 : -1.0) * loop.turn_rad[corner(i)], seen = metrics_[face].turn_rad[i];
-      // A closed border is turned to run counter-clockwise by its own metrics; its turns follow its own direction.
+      const double expected = (forward ? 1.0 : -1.0) * loop.turn_rad[corner(i)],
+                   seen = metrics_[face].turn_rad[i];
+      // A closed border is turned to run counter-clockwise by its own metrics; its turns follow its own
+      // direction.
       if (!same_side(expected, seen)) return;
     }
     if (n >= 3) next.faces.push_back(loop.face);
@@ -119,7 +121,9 @@ class Search {
   }
 
   static bool same_side(double a, double b) {
-    const auto clear = [](double turn) { return std::abs(turn) > kClearTurn_rad && std::abs(turn) < kClearBack_rad; };
+    const auto clear = [](double turn) {
+      return std::abs(turn) > kClearTurn_rad && std::abs(turn) < kClearBack_rad;
+    };
     return !clear(a) || !clear(b) || (a > 0) == (b > 0);
   }
 
@@ -137,7 +141,8 @@ class Search {
     if (fit->probability() < options_.least_probability) return false;
     const Eigen::Vector3d eye_O = fit->X_WO.inverse() * measurement_.eye_W_m;
     for (const std::uint32_t face : partial.faces) {
-      const auto loop = std::find_if(part_.loops.begin(), part_.loops.end(), [face](const BorderLoop& l) { return l.face == face; });
+      const auto loop = std::find_if(part_.loops.begin(), part_.loops.end(),
+                                     [face](const BorderLoop& l) { return l.face == face; });
       if (part_.faces[face].normal_O.dot(eye_O - part_.nodes_O_m[loop->nodes.front()]) <= 0) return false;
     }
     partial.fit = std::move(*fit);
@@ -170,8 +175,9 @@ class Search {
     std::vector<std::size_t> firsts;
     for (std::size_t i = 0; i < placements.size(); ++i) {
       placements[i].same_space_as = i;
-      const auto twin = std::find_if(firsts.begin(), firsts.end(),
-                                     [&](std::size_t first) { return same_space(placements[first], placements[i]); });
+      const auto twin = std::find_if(firsts.begin(), firsts.end(), [&](std::size_t first) {
+        return same_space(placements[first], placements[i]);
+      });
       if (twin == firsts.end()) {
         firsts.push_back(i);
       } else {
@@ -239,7 +245,8 @@ double longest_open_edge_m(const PartModel& part, const NodeMap& map, std::uint3
       const std::uint32_t a = loop.nodes[i], b = loop.nodes[(i + 1) % n];
       if (a != node && b != node) continue;
       const std::uint32_t other = a == node ? b : a;
-      if (std::find(map.begin(), map.end(), other) == map.end()) longest_m = std::max(longest_m, loop.edge_m[i]);
+      if (std::find(map.begin(), map.end(), other) == map.end())
+        longest_m = std::max(longest_m, loop.edge_m[i]);
     }
   }
   return longest_m;
@@ -255,9 +262,10 @@ Identification identify(const std::vector<PartModel>& library, const Measurement
     candidate.part = part;
     if (!candidate.placements.empty()) found.candidates.push_back(std::move(candidate));
   }
-  std::stable_sort(found.candidates.begin(), found.candidates.end(), [](const Candidate& a, const Candidate& b) {
-    return a.placements.front().chi2 < b.placements.front().chi2;
-  });
+  std::stable_sort(found.candidates.begin(), found.candidates.end(),
+                   [](const Candidate& a, const Candidate& b) {
+                     return a.placements.front().chi2 < b.placements.front().chi2;
+                   });
   if (found.candidates.empty()) found.near_miss = find_near_miss(library, measurement, options);
   return found;
 }
@@ -299,7 +307,8 @@ std::optional<NextEdge> next_edge(const std::vector<PartModel>& library, const M
     std::size_t told = 0;
     const double sigma_m = std::sqrt(2.0 / 3.0 * measurement.nodes[node].covariance_m2.trace());
     for (const auto& [part, map] : alternatives) {
-      edge.lengths_m.push_back((*map)[node] == kNotMapped ? 0.0 : longest_open_edge_m(*part, *map, (*map)[node]));
+      edge.lengths_m.push_back((*map)[node] == kNotMapped ? 0.0
+                                                          : longest_open_edge_m(*part, *map, (*map)[node]));
       const double sigmas = std::abs(edge.lengths_m.back() - edge.lengths_m.front()) / sigma_m;
       if (edge.lengths_m.size() == 1 || sigmas < options.gate_sigmas) continue;
       ++told;

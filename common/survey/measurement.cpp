@@ -15,7 +15,8 @@ namespace {
 using core::Status;
 using detail::words;
 
-constexpr double kContradiction = 1e-5;  // probability below which readings of one corner contradict one another
+constexpr double kContradiction =
+    1e-5;  // probability below which readings of one corner contradict one another
 constexpr double kOneSpot_sigmas = 2.0;  // corners nearer to one another cannot be told from one
 constexpr double kInLine_sigmas = 4.0;   // a triangle's height below which its corners may be in line
 
@@ -27,14 +28,18 @@ class Registration {
   }
 
   Status take(const Targeting& targeting) {
-    const std::string about = (targeting.place.empty() ? "" : targeting.place + ": ") + "node '" + targeting.node + "': ";
+    const std::string about =
+        (targeting.place.empty() ? "" : targeting.place + ": ") + "node '" + targeting.node + "': ";
     const auto [known, is_new] = node_of_.try_emplace(targeting.node, measurement_.nodes.size());
     if (!targeting.reading) {
-      if (is_new) return Status::invalid_argument(about + "has no reading; allowed: none only for a node that was measured before");
+      if (is_new)
+        return Status::invalid_argument(
+            about + "has no reading; allowed: none only for a node that was measured before");
       return put_on_face(targeting, known->second, about);
     }
     const Reading& reading = *targeting.reading;
-    if (auto checked = check_reading(head_, reading); !checked) return Status::invalid_argument(about + checked.message());
+    if (auto checked = check_reading(head_, reading); !checked)
+      return Status::invalid_argument(about + checked.message());
     MeasuredNode node{targeting.node, spot_W_m(head_, reading), spot_covariance_m2(head_, errors_, reading),
                       beam_direction_W(head_, reading), 1};
     if (is_new) {
@@ -54,8 +59,10 @@ class Registration {
     const Eigen::Vector3d apart = again.p_W_m - node.p_W_m;
     const Eigen::Matrix3d both = node.covariance_m2 + again.covariance_m2;
     if (chi_square_tail(apart.dot(both.inverse() * apart), 3) < kContradiction) {
-      return Status::invalid_argument(about + words("measured again %.1f mm away, more than its errors explain; allowed: "
-                                                    "the same corner, or another name", 1e3 * apart.norm()));
+      return Status::invalid_argument(
+          about + words("measured again %.1f mm away, more than its errors explain; allowed: "
+                        "the same corner, or another name",
+                        1e3 * apart.norm()));
     }
     const Eigen::Matrix3d gain = node.covariance_m2 * both.inverse();
     node.p_W_m += gain * apart;
@@ -70,7 +77,8 @@ class Registration {
     if (is_new) measurement_.faces.push_back({targeting.face, targeting.closed, {}});
     MeasuredFace& face = measurement_.faces[known->second];
     if (face.closed != targeting.closed)
-      return Status::invalid_argument(about + "face '" + face.name + "' is whole in one row and a part in another; allowed: one of them");
+      return Status::invalid_argument(about + "face '" + face.name +
+                                      "' is whole in one row and a part in another; allowed: one of them");
     // Again on its face: measured once more, or the border comes back to where it began.
     if (std::find(face.nodes.begin(), face.nodes.end(), node) == face.nodes.end()) face.nodes.push_back(node);
     return {};
@@ -105,7 +113,8 @@ Height least_height(const Measurement& measurement, const MeasuredFace& face, co
   if (height_m == 0) return {};
   const Eigen::Vector3d u = up / height_m;
   const auto variance = [&u](const MeasuredNode& n) { return u.dot(n.covariance_m2 * u); };
-  return {height_m, std::sqrt(variance(c) + (1 - share) * (1 - share) * variance(a) + share * share * variance(b))};
+  return {height_m,
+          std::sqrt(variance(c) + (1 - share) * (1 - share) * variance(a) + share * share * variance(b))};
 }
 
 }  // namespace
@@ -123,18 +132,21 @@ Status check_measurement(const Measurement& measurement) {
   const auto& nodes = measurement.nodes;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     for (std::size_t k = 0; k < i; ++k) {
-      const double apart_m = (nodes[i].p_W_m - nodes[k].p_W_m).norm(), sigma_m = distance_sigma_m(nodes[i], nodes[k]);
+      const double apart_m = (nodes[i].p_W_m - nodes[k].p_W_m).norm(),
+                   sigma_m = distance_sigma_m(nodes[i], nodes[k]);
       if (apart_m > kOneSpot_sigmas * sigma_m) continue;
-      return Status::invalid_argument("nodes '" + nodes[k].name + "' and '" + nodes[i].name +
-                                      words("' are on one spot: %.1f mm apart; allowed: more than their error, %.1f mm",
-                                            1e3 * apart_m, 1e3 * kOneSpot_sigmas * sigma_m));
+      return Status::invalid_argument(
+          "nodes '" + nodes[k].name + "' and '" + nodes[i].name +
+          words("' are on one spot: %.1f mm apart; allowed: more than their error, %.1f mm", 1e3 * apart_m,
+                1e3 * kOneSpot_sigmas * sigma_m));
     }
   }
   for (const MeasuredFace& face : measurement.faces) {
     const std::string about = "face '" + face.name + "' ";
     if (face.nodes.size() < (face.closed ? 3U : 2U)) {
-      return Status::invalid_argument(about + words("has %zu corners; allowed: at least %d", face.nodes.size(), face.closed ? 3 : 2) +
-                                      (face.closed ? ", or 2 of a part of a face" : ""));
+      return Status::invalid_argument(
+          about + words("has %zu corners; allowed: at least %d", face.nodes.size(), face.closed ? 3 : 2) +
+          (face.closed ? ", or 2 of a part of a face" : ""));
     }
     if (face.nodes.size() < 3) continue;
     const auto triangle = largest_triangle(corners_of(measurement, face));
@@ -142,14 +154,16 @@ Status check_measurement(const Measurement& measurement) {
     if (height.m > kInLine_sigmas * height.sigma_m) continue;
     std::string names;
     for (const std::size_t node : face.nodes) names += (names.empty() ? "" : ", ") + nodes[node].name;
-    return Status::invalid_argument(about + "has all its corners in one line (" + names +
-                                    words("): they span %.1f mm across; allowed: more than their error, %.1f mm",
-                                          1e3 * height.m, 1e3 * kInLine_sigmas * height.sigma_m));
+    return Status::invalid_argument(
+        about + "has all its corners in one line (" + names +
+        words("): they span %.1f mm across; allowed: more than their error, %.1f mm", 1e3 * height.m,
+              1e3 * kInLine_sigmas * height.sigma_m));
   }
   return {};
 }
 
-FaceMetrics face_metrics(const std::vector<Eigen::Vector3d>& corners, bool closed, const Eigen::Vector3d& eye_m) {
+FaceMetrics face_metrics(const std::vector<Eigen::Vector3d>& corners, bool closed,
+                         const Eigen::Vector3d& eye_m) {
   FaceMetrics metrics;
   const std::size_t n = corners.size();
   Eigen::Vector3d twice_area = Eigen::Vector3d::Zero(), middle = Eigen::Vector3d::Zero();

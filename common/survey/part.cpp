@@ -18,7 +18,8 @@ class PointGrid {
  public:
   explicit PointGrid(double cell_m) : cell_m_(cell_m) {}
   void add(const Eigen::Vector3d& p, std::uint32_t index) { cells_[cell(p)].push_back(index); }
-  /// Calls `take` with all that lie within a cell's size of p, and some farther ones; stops when it returns true.
+  /// Calls `take` with all that lie within a cell's size of p, and some farther ones; stops when it returns
+  /// true.
   template <class Take>
   bool any_near(const Eigen::Vector3d& p, const Take& take) const {
     const auto c = cell(p);
@@ -39,7 +40,8 @@ class PointGrid {
  private:
   using Cell = std::array<std::int64_t, 3>;
   Cell cell(const Eigen::Vector3d& p) const {
-    return {static_cast<std::int64_t>(std::floor(p.x() / cell_m_)), static_cast<std::int64_t>(std::floor(p.y() / cell_m_)),
+    return {static_cast<std::int64_t>(std::floor(p.x() / cell_m_)),
+            static_cast<std::int64_t>(std::floor(p.y() / cell_m_)),
             static_cast<std::int64_t>(std::floor(p.z() / cell_m_))};
   }
   double cell_m_;
@@ -76,8 +78,10 @@ Welded weld(const geometry::TriangleMesh& mesh, double join_m) {
   for (const auto& t : mesh.triangles) {
     const std::array<std::uint32_t, 3> w{point_of[t[0]], point_of[t[1]], point_of[t[2]]};
     if (w[0] == w[1] || w[1] == w[2] || w[2] == w[0]) continue;
-    const Eigen::Vector3d twice = (welded.points[w[1]] - welded.points[w[0]]).cross(welded.points[w[2]] - welded.points[w[0]]);
-    const double longest = std::max({(welded.points[w[1]] - welded.points[w[0]]).norm(), (welded.points[w[2]] - welded.points[w[1]]).norm(),
+    const Eigen::Vector3d twice =
+        (welded.points[w[1]] - welded.points[w[0]]).cross(welded.points[w[2]] - welded.points[w[0]]);
+    const double longest = std::max({(welded.points[w[1]] - welded.points[w[0]]).norm(),
+                                     (welded.points[w[2]] - welded.points[w[1]]).norm(),
                                      (welded.points[w[0]] - welded.points[w[2]]).norm()});
     if (twice.norm() < join_m * longest) continue;  // its corners are in line
     std::array<std::uint32_t, 3> key = w;
@@ -109,7 +113,8 @@ std::vector<std::vector<std::uint32_t>> group(const Welded& mesh, const PartOpti
   const auto at_edges = triangles_at_edges(mesh);
   std::vector<std::uint32_t> face_of(mesh.triangles.size(), kNone), order(mesh.triangles.size());
   std::iota(order.begin(), order.end(), 0U);
-  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return mesh.areas[a] > mesh.areas[b]; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return mesh.areas[a] > mesh.areas[b]; });
   const double least_cosine = std::cos(options.plane_rad);
   for (const std::uint32_t seed : order) {
     if (face_of[seed] != kNone) continue;
@@ -139,7 +144,8 @@ std::vector<std::vector<std::uint32_t>> group(const Welded& mesh, const PartOpti
 }
 
 /// Chains a face's border edges (those of one of its triangles only) to closed loops of points.
-std::vector<std::vector<std::uint32_t>> borders(const Welded& mesh, const std::vector<std::uint32_t>& triangles,
+std::vector<std::vector<std::uint32_t>> borders(const Welded& mesh,
+                                                const std::vector<std::uint32_t>& triangles,
                                                 const Eigen::Vector3d& normal) {
   std::map<Edge, int> directed;
   for (const std::uint32_t t : triangles) {
@@ -158,13 +164,15 @@ std::vector<std::vector<std::uint32_t>> borders(const Welded& mesh, const std::v
       if (from == next_of.end()) break;  // an open border: no polygon
       auto& ways = from->second;
       auto way = ways.begin();
-      if (ways.size() > 1 && loop.size() > 1) {  // borders touch in a point: turn right the most, to stay on one's own
+      if (ways.size() > 1 &&
+          loop.size() > 1) {  // borders touch in a point: turn right the most, to stay on one's own
         const Eigen::Vector3d in = mesh.points[loop.back()] - mesh.points[loop[loop.size() - 2]];
         const auto turn = [&](std::uint32_t to) {
           const Eigen::Vector3d out = mesh.points[to] - mesh.points[loop.back()];
           return std::atan2(normal.dot(in.cross(out)), in.dot(out));
         };
-        way = std::min_element(ways.begin(), ways.end(), [&](std::uint32_t a, std::uint32_t b) { return turn(a) < turn(b); });
+        way = std::min_element(ways.begin(), ways.end(),
+                               [&](std::uint32_t a, std::uint32_t b) { return turn(a) < turn(b); });
       }
       const std::uint32_t to = *way;
       ways.erase(way);
@@ -180,7 +188,8 @@ std::vector<std::vector<std::uint32_t>> borders(const Welded& mesh, const std::v
 }
 
 /// Takes out points where a border runs straight on.
-std::vector<std::uint32_t> corners_only(std::vector<std::uint32_t> loop, const Welded& mesh, double straight_rad) {
+std::vector<std::uint32_t> corners_only(std::vector<std::uint32_t> loop, const Welded& mesh,
+                                        double straight_rad) {
   for (bool again = true; again && loop.size() >= 3;) {
     again = false;
     for (std::size_t i = 0; i < loop.size() && loop.size() >= 3; ++i) {
@@ -201,7 +210,8 @@ std::vector<Eigen::Vector3d> extremes(const std::vector<Eigen::Vector3d>& points
   constexpr int kDirections = 500;
   std::vector<std::size_t> chosen;
   for (int i = 0; i < kDirections && !points.empty(); ++i) {  // a Fibonacci sphere
-    const double z = 1.0 - (2.0 * i + 1.0) / kDirections, angle = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
+    const double z = 1.0 - (2.0 * i + 1.0) / kDirections,
+                 angle = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
     const double r = std::sqrt(1.0 - z * z);
     const Eigen::Vector3d direction(r * std::cos(angle), r * std::sin(angle), z);
     std::size_t best = 0;
@@ -220,7 +230,8 @@ class Nodes {
  public:
   Nodes(const Welded& mesh, PartModel& part) : mesh_(mesh), part_(part) {}
   std::uint32_t node(std::uint32_t point) {
-    const auto [known, is_new] = node_of_.try_emplace(point, static_cast<std::uint32_t>(part_.nodes_O_m.size()));
+    const auto [known, is_new] =
+        node_of_.try_emplace(point, static_cast<std::uint32_t>(part_.nodes_O_m.size()));
     if (is_new) part_.nodes_O_m.push_back(mesh_.points[point]);
     return known->second;
   }
@@ -231,11 +242,13 @@ class Nodes {
   std::map<std::uint32_t, std::uint32_t> node_of_;
 };
 
-void add_loop(PartModel& part, Nodes& nodes, std::vector<std::uint32_t> points, const Welded& mesh, std::uint32_t face) {
+void add_loop(PartModel& part, Nodes& nodes, std::vector<std::uint32_t> points, const Welded& mesh,
+              std::uint32_t face) {
   const Eigen::Vector3d& normal = part.faces[face].normal_O;
   Eigen::Vector3d twice = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < points.size(); ++i)
-    twice += (mesh.points[points[i]] - mesh.points[points[0]]).cross(mesh.points[points[(i + 1) % points.size()]] - mesh.points[points[0]]);
+    twice += (mesh.points[points[i]] - mesh.points[points[0]])
+                 .cross(mesh.points[points[(i + 1) % points.size()]] - mesh.points[points[0]]);
   BorderLoop loop;
   loop.face = face;
   loop.hole = twice.dot(normal) < 0;
@@ -243,7 +256,8 @@ void add_loop(PartModel& part, Nodes& nodes, std::vector<std::uint32_t> points, 
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::size_t n = points.size();
     const Eigen::Vector3d& p = mesh.points[points[i]];
-    const Eigen::Vector3d in = p - mesh.points[points[(i + n - 1) % n]], out = mesh.points[points[(i + 1) % n]] - p;
+    const Eigen::Vector3d in = p - mesh.points[points[(i + n - 1) % n]],
+                          out = mesh.points[points[(i + 1) % n]] - p;
     loop.nodes.push_back(nodes.node(points[i]));
     loop.edge_m.push_back(out.norm());
     loop.turn_rad.push_back(std::atan2(normal.dot(in.cross(out)), in.dot(out)));
@@ -253,7 +267,8 @@ void add_loop(PartModel& part, Nodes& nodes, std::vector<std::uint32_t> points, 
 
 }  // namespace
 
-PartModel make_part(const std::string& name, const geometry::TriangleMesh& mesh_O, const PartOptions& options) {
+PartModel make_part(const std::string& name, const geometry::TriangleMesh& mesh_O,
+                    const PartOptions& options) {
   PartModel part;
   part.name = name;
   part.mesh_O = mesh_O;
@@ -270,7 +285,8 @@ PartModel make_part(const std::string& name, const geometry::TriangleMesh& mesh_
     part.faces.push_back(face);
     for (auto& border : borders(mesh, triangles, face.normal_O)) {
       auto corners = corners_only(std::move(border), mesh, options.straight_rad);
-      if (corners.size() >= 3) add_loop(part, nodes, std::move(corners), mesh, static_cast<std::uint32_t>(part.faces.size() - 1));
+      if (corners.size() >= 3)
+        add_loop(part, nodes, std::move(corners), mesh, static_cast<std::uint32_t>(part.faces.size() - 1));
     }
   }
   part.extremes_O_m = extremes(mesh.points);
@@ -284,7 +300,8 @@ bool is_symmetry(const PartModel& part, const geometry::Pose& D, double toleranc
   for (std::uint32_t i = 0; i < part.nodes_O_m.size(); ++i) grid.add(part.nodes_O_m[i], i);
   return std::all_of(part.nodes_O_m.begin(), part.nodes_O_m.end(), [&](const Eigen::Vector3d& node) {
     const Eigen::Vector3d moved = D * node;
-    return grid.any_near(moved, [&](std::uint32_t other) { return (part.nodes_O_m[other] - moved).norm() <= tolerance_m; });
+    return grid.any_near(
+        moved, [&](std::uint32_t other) { return (part.nodes_O_m[other] - moved).norm() <= tolerance_m; });
   });
 }
 

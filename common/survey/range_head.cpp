@@ -31,7 +31,9 @@ double draw(ErrorLaw law, double bound, std::mt19937_64& random) {
 }  // namespace
 
 double sigma_of(ErrorLaw law, double bound) {
-  return law == ErrorLaw::kUniform ? bound / std::numbers::sqrt3 : law == ErrorLaw::kNormal ? 0.5 * bound : bound;
+  return law == ErrorLaw::kUniform  ? bound / std::numbers::sqrt3
+         : law == ErrorLaw::kNormal ? 0.5 * bound
+                                    : bound;
 }
 
 double range_bound_m(const HeadErrors& errors, const Reading& reading) {
@@ -40,13 +42,16 @@ double range_bound_m(const HeadErrors& errors, const Reading& reading) {
 
 core::Status check_reading(const RangeHead& head, const Reading& reading) {
   if (!(reading.range_m >= head.min_range_m && reading.range_m <= head.max_range_m)) {
-    return core::Status::invalid_argument("range " + number(reading.range_m) + " m; allowed: " +
-                                          number(head.min_range_m) + " to " + number(head.max_range_m) + " m");
+    return core::Status::invalid_argument("range " + number(reading.range_m) +
+                                          " m; allowed: " + number(head.min_range_m) + " to " +
+                                          number(head.max_range_m) + " m");
   }
   if (!(std::abs(reading.pan_rad) <= 2 * pi))
-    return core::Status::invalid_argument("pan " + number(reading.pan_rad * 180 / pi) + " deg; allowed: -360 to 360 deg");
+    return core::Status::invalid_argument("pan " + number(reading.pan_rad * 180 / pi) +
+                                          " deg; allowed: -360 to 360 deg");
   if (!(reading.tilt_rad >= 0 && reading.tilt_rad <= pi))
-    return core::Status::invalid_argument("tilt " + number(reading.tilt_rad * 180 / pi) + " deg; allowed: 0 to 180 deg");
+    return core::Status::invalid_argument("tilt " + number(reading.tilt_rad * 180 / pi) +
+                                          " deg; allowed: 0 to 180 deg");
   return {};
 }
 
@@ -62,7 +67,7 @@ Eigen::Matrix3d spot_jacobian(const RangeHead& head, const Reading& reading) {
   const double phi = pi - reading.tilt_rad - std::acos(r / L), theta = reading.pan_rad;
   const double cp = std::cos(phi), sp = std::sin(phi), ct = std::cos(theta), st = std::sin(theta);
   const Eigen::Vector3d by_L(cp * ct, cp * st, -sp), by_phi = L * Eigen::Vector3d(-sp * ct, -sp * st, -cp),
-      by_theta = L * Eigen::Vector3d(-cp * st, cp * ct, 0.0);
+                                                     by_theta = L * Eigen::Vector3d(-cp * st, cp * ct, 0.0);
   Eigen::Matrix3d J;
   J.col(0) = by_L * (reading.range_m / L) - by_phi * (r / (L * L));
   J.col(1) = by_theta;
@@ -88,7 +93,8 @@ core::Expected<Reading> aim(const RangeHead& head, const Eigen::Vector3d& p_W_m)
   const Eigen::Vector3d p = head.X_WH.inverse() * p_W_m;
   const double L = p.norm(), r = head.beam_offset_m;
   if (!(L > std::abs(r) && std::isfinite(L))) {
-    return core::Status::invalid_argument("the point is " + number(L) + " m from the head's rotation centre; allowed: more than its " +
+    return core::Status::invalid_argument("the point is " + number(L) +
+                                          " m from the head's rotation centre; allowed: more than its " +
                                           number(r) + " m offset");
   }
   Reading reading;
@@ -99,13 +105,14 @@ core::Expected<Reading> aim(const RangeHead& head, const Eigen::Vector3d& p_W_m)
   return reading;
 }
 
-core::Expected<Reading> simulate_reading(const RangeHead& head, const HeadErrors& errors, const Eigen::Vector3d& p_W_m,
-                                         std::mt19937_64& random) {
+core::Expected<Reading> simulate_reading(const RangeHead& head, const HeadErrors& errors,
+                                         const Eigen::Vector3d& p_W_m, std::mt19937_64& random) {
   const auto meant = aim(head, p_W_m);
   if (!meant) return meant;
   const Eigen::Vector3d beam = beam_direction_W(head, *meant);
   const Eigen::Vector3d across = beam.unitOrthogonal(), along = beam.cross(across);
-  const double a_m = draw(errors.law, errors.targeting_m, random), b_m = draw(errors.law, errors.targeting_m, random);
+  const double a_m = draw(errors.law, errors.targeting_m, random),
+               b_m = draw(errors.law, errors.targeting_m, random);
   auto read = aim(head, p_W_m + a_m * across + b_m * along);
   if (!read) return read;
   read->range_m += draw(errors.law, range_bound_m(errors, *meant), random);

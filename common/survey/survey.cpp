@@ -27,15 +27,18 @@ class Survey {
     result_.choice = open_choices(result_.identification, options_.identify);
     if (result_.identification.candidates.empty()) return refused(nothing_agrees());
     advise_next_edge();
-    if (result_.choice.parts.size() > 1) return refused("several parts fit as well as each other: " + names_of_parts());
+    if (result_.choice.parts.size() > 1)
+      return refused("several parts fit as well as each other: " + names_of_parts());
     const Candidate& candidate = result_.identification.candidates.front();
     const Placement& best = candidate.placements.front();
     if (!best.fit) return refused(undetermined(best));
     if (result_.choice.placements.size() > 1) {
-      return refused(words("%zu poses of ", result_.choice.placements.size()) + library_[candidate.part].name +
-                     " fit as well as each other and occupy different space");
+      return refused(words("%zu poses of ", result_.choice.placements.size()) +
+                     library_[candidate.part].name + " fit as well as each other and occupy different space");
     }
-    if (!candidate.all_found) return refused("too many ways to place " + library_[candidate.part].name + " agree; more must be measured");
+    if (!candidate.all_found)
+      return refused("too many ways to place " + library_[candidate.part].name +
+                     " agree; more must be measured");
     if (best.fit->probability() < options_.least_fit_probability) return refused(misfit(candidate, best));
     return fitted(candidate, best);
   }
@@ -73,7 +76,8 @@ class Survey {
   }
 
   std::string undetermined(const Placement& best) const {
-    const auto status = refine(library_[result_.identification.candidates.front().part], measurement_, best.map, {}).status();
+    const auto status =
+        refine(library_[result_.identification.candidates.front().part], measurement_, best.map, {}).status();
     return "the measurement does not determine the pose: " + status.message();
   }
 
@@ -83,13 +87,15 @@ class Survey {
     std::string lengths;
     for (const double m : edge->lengths_m) lengths += (lengths.empty() ? "" : ", ") + words("%.0f", 1e3 * m);
     result_.advice.push_back("measure the edge that leaves node '" + measurement_.nodes[edge->node].name +
-                             "' off what was measured: its length tells the candidates apart (" + lengths + " mm)");
+                             "' off what was measured: its length tells the candidates apart (" + lengths +
+                             " mm)");
   }
 
   std::string misfit(const Candidate& candidate, const Placement& best) {
     const PartModel& part = library_[candidate.part];
     std::string said = words("the nodes lie off the model of ") + part.name +
-                       words(" more than their errors explain (probability %.1g; allowed: at least %.1g)", best.fit->probability(), options_.least_fit_probability);
+                       words(" more than their errors explain (probability %.1g; allowed: at least %.1g)",
+                             best.fit->probability(), options_.least_fit_probability);
     advise_misfits(part, best);
     return said;
   }
@@ -98,9 +104,10 @@ class Survey {
   void advise_misfits(const PartModel& part, const Placement& placement) {
     std::vector<std::string> said;
     for (const Misfit& m : find_misfits(part, measurement_, placement.map, *placement.fit, kGoodRest)) {
-      said.push_back("measure node '" + measurement_.nodes[m.node].name + "' again: without it the others fit " + part.name +
-                     words("; it lies %.1f mm off, its range is %.1f mm too %s",
-                           1e3 * m.off_m, 1e3 * std::abs(m.along_beam_m), m.along_beam_m > 0 ? "long" : "short"));
+      said.push_back("measure node '" + measurement_.nodes[m.node].name +
+                     "' again: without it the others fit " + part.name +
+                     words("; it lies %.1f mm off, its range is %.1f mm too %s", 1e3 * m.off_m,
+                           1e3 * std::abs(m.along_beam_m), m.along_beam_m > 0 ? "long" : "short"));
     }
     result_.advice.insert(result_.advice.begin(), said.begin(), said.end());
   }
@@ -110,18 +117,26 @@ class Survey {
     FittedObject object{candidate.part, best.map, {}, *best.fit, 0.0, result_.choice.symmetric};
     object.worst_displacement_m = worst_displacement_m(part, object.fit, options_.confidence);
     if (!(object.worst_displacement_m <= options_.largest_displacement_m)) {
-      result_.advice.push_back("measure corners that lie farther apart, or on another face; or each corner several times");
-      return refused(words("the pose is known too badly: some point of ") + part.name +
-                     words(" may be %.1f mm off (%.0f %% confidence), it may be turned by %.2f deg; allowed: %.1f mm",
-                           1e3 * object.worst_displacement_m, 100 * options_.confidence,
-                           object.fit.orientation_sigma_rad() / kDegree, 1e3 * options_.largest_displacement_m));
+      result_.advice.push_back(
+          "measure corners that lie farther apart, or on another face; or each corner several times");
+      return refused(
+          words("the pose is known too badly: some point of ") + part.name +
+          words(" may be %.1f mm off (%.0f %% confidence), it may be turned by %.2f deg; allowed: %.1f mm",
+                1e3 * object.worst_displacement_m, 100 * options_.confidence,
+                object.fit.orientation_sigma_rad() / kDegree, 1e3 * options_.largest_displacement_m));
     }
-    const auto largest = std::max_element(measurement_.faces.begin(), measurement_.faces.end(), [&](const auto& a, const auto& b) {
-      const auto size = [&](const MeasuredFace& f) { return f.nodes.size() < 3 ? -1.0 : face_metrics(corners_of(measurement_, f), f.closed, measurement_.eye_W_m).area_m2; };
-      return size(a) < size(b);
-    });
+    const auto largest = std::max_element(
+        measurement_.faces.begin(), measurement_.faces.end(), [&](const auto& a, const auto& b) {
+          const auto size = [&](const MeasuredFace& f) {
+            return f.nodes.size() < 3
+                       ? -1.0
+                       : face_metrics(corners_of(measurement_, f), f.closed, measurement_.eye_W_m).area_m2;
+          };
+          return size(a) < size(b);
+        });
     if (largest->nodes.size() >= 3) {
-      object.four_steps_WO = fit_four_steps(part, measurement_, *largest, best.map, largest_triangle(corners_of(measurement_, *largest)),
+      object.four_steps_WO = fit_four_steps(part, measurement_, *largest, best.map,
+                                            largest_triangle(corners_of(measurement_, *largest)),
                                             best_anchor(measurement_, *largest));
     }
     result_.object = std::move(object);
@@ -136,14 +151,17 @@ class Survey {
 
 }  // namespace
 
-SurveyResult survey_object(const std::vector<PartModel>& library, const Measurement& measurement, const SurveyOptions& options) {
+SurveyResult survey_object(const std::vector<PartModel>& library, const Measurement& measurement,
+                           const SurveyOptions& options) {
   return Survey(library, measurement, options).run();
 }
 
-std::string describe(const NearMiss& miss, const std::vector<PartModel>& library, const Measurement& measurement) {
+std::string describe(const NearMiss& miss, const std::vector<PartModel>& library,
+                     const Measurement& measurement) {
   return library[miss.part].name + ", but nodes '" + measurement.nodes[miss.node_a].name + "' and '" +
          measurement.nodes[miss.node_b].name +
-         words("' are %.1f mm apart, there %.1f mm (%.1f standard deviations)", 1e3 * miss.measured_m, 1e3 * miss.modelled_m, miss.sigmas);
+         words("' are %.1f mm apart, there %.1f mm (%.1f standard deviations)", 1e3 * miss.measured_m,
+               1e3 * miss.modelled_m, miss.sigmas);
 }
 
 }  // namespace phantom::survey

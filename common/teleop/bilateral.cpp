@@ -41,7 +41,8 @@ core::JointArray feedback_torque(BilateralLaw law, const JointMotion& master, co
   for (std::size_t j = 0; j < joint_count; ++j) {
     double sum_Nm = 0.0;
     if (law == BilateralLaw::kSctfb) sum_Nm -= effort.loop_torque_Nm[j];
-    if (needs_force_sensor(law)) sum_Nm += (exchange ? gains.force_share : 1.0) * effort.external_torque_Nm[j];
+    if (needs_force_sensor(law))
+      sum_Nm += (exchange ? gains.force_share : 1.0) * effort.external_torque_Nm[j];
     if (exchange) {
       sum_Nm -= gains.k_p[j] * (master.position[j] - slave.position[j]) +
                 gains.k_v[j] * (master.velocity[j] - slave.velocity[j]);

@@ -34,21 +34,23 @@ struct JointMotion {
 
 /// What the slave reports of itself, per joint.
 struct SlaveEffort {
-  core::JointArray loop_torque_Nm{};      ///< F_as
-  core::JointArray external_torque_Nm{};  ///< F_e: what its surroundings exert on the arm, as joint torques Jᵀf
+  core::JointArray loop_torque_Nm{};  ///< F_as
+  core::JointArray
+      external_torque_Nm{};  ///< F_e: what its surroundings exert on the arm, as joint torques Jᵀf
 };
 
-/// The master's own position loop (laws d and e), N·m/rad and N·m·s/rad, or N/m and N·s/m, and what joins it in e.
+/// The master's own position loop (laws d and e), N·m/rad and N·m·s/rad, or N/m and N·s/m, and what joins it
+/// in e.
 struct ExchangeGains {
-  core::JointArray k_p{};  ///< K_pm ≥ 0
-  core::JointArray k_v{};  ///< K_vm ≥ 0
+  core::JointArray k_p{};    ///< K_pm ≥ 0
+  core::JointArray k_v{};    ///< K_vm ≥ 0
   double force_share = 1.0;  ///< of F_e in e, ≥ 0; 1: as in the table, for a slave as strong as its master
 };
 
-/// Torque that the slave's feedback puts on the master's joints, by Table 5.1: −F_am, since F_am is what the hand
-/// has to overcome. `inverse_a` is 1/A ≥ 0 and scales all of it; with 1 (and a force share of 1) the laws d and e are the table's. The
-/// table's velocity term of d and e is taken between the two sides, so that common motion costs nothing.
-/// Real-time safe: yes.
+/// Torque that the slave's feedback puts on the master's joints, by Table 5.1: −F_am, since F_am is what the
+/// hand has to overcome. `inverse_a` is 1/A ≥ 0 and scales all of it; with 1 (and a force share of 1) the
+/// laws d and e are the table's. The table's velocity term of d and e is taken between the two sides, so that
+/// common motion costs nothing. Real-time safe: yes.
 core::JointArray feedback_torque(BilateralLaw law, const JointMotion& master, const JointMotion& slave,
                                  const SlaveEffort& effort, const ExchangeGains& gains, double inverse_a,
                                  std::size_t joint_count) noexcept;

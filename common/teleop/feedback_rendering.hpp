@@ -15,9 +15,9 @@ inline constexpr double kLawsOwnGain = -1.0;
 
 struct FeedbackParameters {
   std::size_t joint_count = 0;
-  BilateralLaw law = BilateralLaw::kSctfb;           ///< at the start
-  std::array<double, kBilateralLaws> inverse_a{};    ///< 1/A by law, ≥ 0
-  ExchangeGains exchange;                            ///< of laws d and e
+  BilateralLaw law = BilateralLaw::kSctfb;         ///< at the start
+  std::array<double, kBilateralLaws> inverse_a{};  ///< 1/A by law, ≥ 0
+  ExchangeGains exchange;                          ///< of laws d and e
   core::JointArray torque_cap_Nm{};
   double ramp_up_s = 0.3, ramp_down_s = 0.1;
   double contact_gain_ratio = 1.0;  ///< 1/A in contact ÷ 1/A out of it, ≥ 1 (thesis 5.4.7, item 4)
@@ -43,10 +43,11 @@ struct RenderedFeedback {
   bool force_missing = false;               ///< the law in force needs F_e, which the slave does not measure
 };
 
-/// Renders the slave's feedback on the master. Laws, gains and contact change while it runs and nothing jumps: a
-/// change of law fades the old one out before the new one fades in, gains move at a bounded rate, and whatever
-/// comes the torque stays within its cap. What fades out after uncoupling is the last torque felt while coupled: a
-/// slave that stops or holds may step its own. Sources: thesis Table 5.1, eq. 5.20, 5.4.7.
+/// Renders the slave's feedback on the master. Laws, gains and contact change while it runs and nothing
+/// jumps: a change of law fades the old one out before the new one fades in, gains move at a bounded rate,
+/// and whatever comes the torque stays within its cap. What fades out after uncoupling is the last torque
+/// felt while coupled: a slave that stops or holds may step its own. Sources: thesis Table 5.1,
+/// eq. 5.20, 5.4.7.
 class FeedbackRenderer {
  public:
   explicit FeedbackRenderer(const FeedbackParameters& parameters);

@@ -51,10 +51,10 @@ LinkState next_link_state(LinkState state, const LinkConditions& conditions) noe
 core::ComponentState component_state(LinkState link) noexcept;
 
 struct LinkTiming {
-  double staleness_s = 0.02;   ///< the partner counts as stale beyond this age
+  double staleness_s = 0.02;         ///< the partner counts as stale beyond this age
   double round_trip_limit_s = 0.15;  ///< and when what it says answers something of ours older than this
-  double align_hold_s = 0.05;  ///< the poses must agree this long
-  double recovery_s = 0.2;     ///< after a loss the partner must be fresh this long
+  double align_hold_s = 0.05;        ///< the poses must agree this long
+  double recovery_s = 0.2;           ///< after a loss the partner must be fresh this long
 };
 
 /// Emergency stops and resets as people asked for them, as one value that may be read late: no stop is ever
@@ -76,18 +76,20 @@ struct StopRequests {
 struct LinkObservation {
   double partner_age_s =
       std::numeric_limits<double>::infinity();  ///< of its newest valid sample, since it came; ∞: none yet
-  double round_trip_s = 0.0;  ///< since our own newest stamp that it echoes was made; 0: it echoes none of ours yet
+  double round_trip_s =
+      0.0;  ///< since our own newest stamp that it echoes was made; 0: it echoes none of ours yet
   bool answers_another = false;  ///< what it says answers another process in our place: it is not our partner
   LinkState partner = LinkState::kInit;
   bool poses_agree = false;
   StopRequests requests;
-  bool drives_follow = true;  ///< false: this side's drives do not do what they are told, so nothing is coupled
-  bool drive_fault = false;   ///< stops for as long as it is there
+  bool drives_follow =
+      true;  ///< false: this side's drives do not do what they are told, so nothing is coupled
+  bool drive_fault = false;  ///< stops for as long as it is there
 };
 
 /// The table with its watchdog and timers. Ages come in from a monotonic clock: it never relies on DDS
-/// events. A sample that comes regularly but late is found by the echo of our own stamps: no clock of two hosts is
-/// compared.
+/// events. A sample that comes regularly but late is found by the echo of our own stamps: no clock of two
+/// hosts is compared.
 class LinkMonitor {
  public:
   explicit LinkMonitor(const LinkTiming& timing) : timing_(timing) {}

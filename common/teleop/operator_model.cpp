@@ -25,7 +25,8 @@ OperatorModel::OperatorModel(const OperatorParameters& parameters, const core::J
     : parameters_(parameters), from_(start_q), to_(start_q), reference_(start_q) {
   std::mt19937 random(parameters.seed);
   for (auto& joint : tremor_phase_) {
-    for (double& phase : joint) phase = 2.0 * std::numbers::pi * (static_cast<double>(random()) / 4294967296.0);
+    for (double& phase : joint)
+      phase = 2.0 * std::numbers::pi * (static_cast<double>(random()) / 4294967296.0);
   }
 }
 
@@ -72,10 +73,11 @@ double OperatorModel::felt_load(double load, double dt_s) noexcept {
 }
 
 void OperatorModel::follow_load(double load, double dt_s) noexcept {
-  const double wish = std::clamp((parameters_.stop_share - felt_load(load, dt_s)) /
-                                     (parameters_.stop_share - parameters_.yield_share),
-                                 0.0, 1.0);
-  const double bandwidth_Hz = wish < pace_ ? parameters_.yield_bandwidth_Hz : parameters_.recovery_bandwidth_Hz;
+  const double wish = std::clamp(
+      (parameters_.stop_share - felt_load(load, dt_s)) / (parameters_.stop_share - parameters_.yield_share),
+      0.0, 1.0);
+  const double bandwidth_Hz =
+      wish < pace_ ? parameters_.yield_bandwidth_Hz : parameters_.recovery_bandwidth_Hz;
   pace_ += dt_s / (dt_s + 1.0 / (2.0 * std::numbers::pi * bandwidth_Hz)) * (wish - pace_);
 }
 

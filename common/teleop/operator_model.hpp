@@ -35,7 +35,8 @@ struct OperatorParameters {
   core::JointArray max_force{};  ///< N·m or N that it can or will exert
   // A person (minimum jerk):
   double yield_share = 0.25;  ///< share of max_force from which the operator slows down, 0…1
-  double stop_share = 1.0;    ///< share at which the operator waits, above yield_share: a cautious one stops early
+  double stop_share =
+      1.0;  ///< share at which the operator waits, above yield_share: a cautious one stops early
   double yield_bandwidth_Hz = 5;     ///< how fast the pace falls with the load (voluntary motion: 5–10 Hz)
   double recovery_bandwidth_Hz = 5;  ///< how fast it rises again
   double reaction_delay_s = 0.0;     ///< from a load to its first effect on the pace, 0…kLongestReaction_s
@@ -51,10 +52,11 @@ inline constexpr double kLongestReaction_s = 0.5;
 /// The hand on the master: a spring and damper that pull the device along a reference, with limited force.
 ///
 /// Minimum jerk: the reference's phase advances at a pace that falls from 1 to 0 as the hand's load u = max_j
-/// |τ|/max, felt reaction_delay_s ago, rises from yield_share to stop_share: who feels drag moves more slowly, and
-/// a hand at its limit waits, so that no lag builds up to be released later. Tremor shakes the reference: three
-/// sines around tremor_Hz per joint with seeded phases. Constant velocity: the pace is always 1 (MLT is then what
-/// keeps the speed); only the force is limited. The same inputs and seed give the same motion.
+/// |τ|/max, felt reaction_delay_s ago, rises from yield_share to stop_share: who feels drag moves more
+/// slowly, and a hand at its limit waits, so that no lag builds up to be released later. Tremor shakes the
+/// reference: three sines around tremor_Hz per joint with seeded phases. Constant velocity: the pace is
+/// always 1 (MLT is then what keeps the speed); only the force is limited. The same inputs and seed give the
+/// same motion.
 class OperatorModel {
  public:
   OperatorModel(const OperatorParameters& parameters, const core::JointArray& start_q);

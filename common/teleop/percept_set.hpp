@@ -19,8 +19,8 @@ struct PerceptSet {
   const char* reason;  ///< one sentence for the operator
 };
 
-/// The default set of percepts for a law. `balanced`: the slave's weight is not felt in its loop torque (cases b1
-/// and d1; an unbalanced arm in case b is b2). Source: Table 6.1 and section 6.11.1.
+/// The default set of percepts for a law. `balanced`: the slave's weight is not felt in its loop torque
+/// (cases b1 and d1; an unbalanced arm in case b is b2). Source: Table 6.1 and section 6.11.1.
 PerceptSet percept_set(BilateralLaw law, bool balanced) noexcept;
 
 const char* name_of(PerceptRole role) noexcept;

@@ -40,8 +40,9 @@ struct ReachScriptParameters {
 enum class ReachPhase { kWait, kTransit, kIn, kHold, kBack, kPause };
 
 /// Leads an OperatorModel through reaches: to the start, in, until the target or a contact (after the
-/// reaction time), back. A slave that was lost and cannot come to the master by itself – something is in its way – is met
-/// where it is, and the reach is given up. Deterministic for a seed. After construction it allocates nothing.
+/// reaction time), back. A slave that was lost and cannot come to the master by itself – something is in its
+/// way – is met where it is, and the reach is given up. Deterministic for a seed. After construction it
+/// allocates nothing.
 class ReachScript {
  public:
   ReachScript(const ReachScriptParameters& parameters, OperatorModel& hand);
@@ -49,7 +50,8 @@ class ReachScript {
   /// Advances; call before the hand's own step with the device's true position. `go`: master and slave are
   /// coupled (else everything waits). `contact`: the slave touches something. Real-time safe: yes.
   void step(const core::JointArray& q, bool go, bool contact, double dt_s) noexcept;
-  /// In place of step() while the slave is heard and the poses do not agree; `slave_q`: where it is. Real-time safe: yes.
+  /// In place of step() while the slave is heard and the poses do not agree; `slave_q`: where it is.
+  /// Real-time safe: yes.
   void meet(const core::JointArray& slave_q, double dt_s) noexcept;
   /// The hand is on its way to the slave: its reference is to move although nothing is coupled.
   bool meeting() const noexcept { return meeting_; }

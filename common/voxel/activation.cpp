@@ -32,8 +32,10 @@ VoxelBox bounds_of(const Body& body, const GridSpec& grid) {
   return body.implicit_W ? voxel_bounds(*body.implicit_W, grid) : voxel_bounds(body.mesh_W, grid);
 }
 
-core::Expected<SolidVoxels> solid_of(const Body& body, const GridSpec& grid, const VoxelBox& clip, const WorkOptions& options) {
-  return body.implicit_W ? voxelise(*body.implicit_W, grid, clip, options) : voxelise(body.mesh_W, grid, clip, options.threads);
+core::Expected<SolidVoxels> solid_of(const Body& body, const GridSpec& grid, const VoxelBox& clip,
+                                     const WorkOptions& options) {
+  return body.implicit_W ? voxelise(*body.implicit_W, grid, clip, options)
+                         : voxelise(body.mesh_W, grid, clip, options.threads);
 }
 
 /// Voxel addresses are 32 bit integers.
@@ -112,8 +114,10 @@ std::size_t count_in(const BitVolume& bits, const VoxelBox& box, const VoxelBox&
     for (std::int32_t y = here.min.y - box.min.y; y < here.min.y - box.min.y + here.size[1]; ++y) {
       const std::uint64_t* row = bits.row(y, z);
       for (std::int32_t i = low >> 6; i <= high >> 6; ++i) {
-        const std::uint64_t word = row[i] & (i == low >> 6 ? first : ~std::uint64_t{0}) & (i == high >> 6 ? last : ~std::uint64_t{0});
-        if (word != 0) count += word == ~std::uint64_t{0} ? 64 : static_cast<std::size_t>(std::popcount(word));
+        const std::uint64_t word = row[i] & (i == low >> 6 ? first : ~std::uint64_t{0}) &
+                                   (i == high >> 6 ? last : ~std::uint64_t{0});
+        if (word != 0)
+          count += word == ~std::uint64_t{0} ? 64 : static_cast<std::size_t>(std::popcount(word));
       }
     }
     all += count;
@@ -123,18 +127,23 @@ std::size_t count_in(const BitVolume& bits, const VoxelBox& box, const VoxelBox&
 
 /// Cuts what an object reaches of a grid into parts of whole bricks.
 std::vector<VoxelBox> parts_of(const VoxelBox& reached, const GridSpec& grid, std::size_t most_voxels) {
-  std::array<std::int32_t, 3> first{reached.min.x & -kBrickEdge, reached.min.y & -kBrickEdge, reached.min.z & -kBrickEdge}, end, edge;
+  std::array<std::int32_t, 3> first{reached.min.x & -kBrickEdge, reached.min.y & -kBrickEdge,
+                                    reached.min.z & -kBrickEdge},
+      end, edge;
   const std::array<std::int32_t, 3> min{reached.min.x, reached.min.y, reached.min.z};
   const auto cube = static_cast<std::int32_t>(std::cbrt(static_cast<double>(most_voxels))) & -kBrickEdge;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    end[axis] = std::min(grid.size_vox[axis], (min[axis] + reached.size[axis] + kBrickEdge - 1) & -kBrickEdge);
+    end[axis] =
+        std::min(grid.size_vox[axis], (min[axis] + reached.size[axis] + kBrickEdge - 1) & -kBrickEdge);
     edge[axis] = reached.voxel_count() <= most_voxels ? end[axis] - first[axis] : std::max(kBrickEdge, cube);
   }
   std::vector<VoxelBox> parts;
   for (std::int32_t z = first[2]; z < end[2]; z += edge[2]) {
     for (std::int32_t y = first[1]; y < end[1]; y += edge[1]) {
       for (std::int32_t x = first[0]; x < end[0]; x += edge[0])
-        parts.push_back({{x, y, z}, {std::min(edge[0], end[0] - x), std::min(edge[1], end[1] - y), std::min(edge[2], end[2] - z)}});
+        parts.push_back(
+            {{x, y, z},
+             {std::min(edge[0], end[0] - x), std::min(edge[1], end[1] - y), std::min(edge[2], end[2] - z)}});
     }
   }
   return parts;
@@ -144,7 +153,11 @@ std::vector<VoxelBox> parts_of(const VoxelBox& reached, const GridSpec& grid, st
 class Maker {
  public:
   Maker(const Body& body, const GridSpec& grid, const ActivationOptions& options, const Steps& steps)
-      : body_(body), grid_(grid), options_(options), steps_(steps), margin_(-voxelise_clip(grid, body.profile).min.x) {}
+      : body_(body),
+        grid_(grid),
+        options_(options),
+        steps_(steps),
+        margin_(-voxelise_clip(grid, body.profile).min.x) {}
 
   /// `reached`: what the object reaches of the grid.
   core::Expected<ActivatedObject> all(const VoxelBox& reached) {
@@ -155,7 +168,9 @@ class Maker {
       share_ = 1.0 / static_cast<double>(parts.size());
       const double start_s = steps_.now_s();
       auto solid = solid_of(body_, grid_, parts[i].grown(margin_),
-                            {options_.threads, [&](double share) { return steps_.go_on(done_ + share_ * kVoxelised * share); }});
+                            {options_.threads, [&](double share) {
+                               return steps_.go_on(done_ + share_ * kVoxelised * share);
+                             }});
       if (!solid) return about(body_, solid.status());
       object_.report.voxelise_s += steps_.now_s() - start_s;
       if (!add(*solid, parts[i])) return about(body_, kStopped);
@@ -177,7 +192,8 @@ class Maker {
       stopped = stopped || !steps_.go_on(done_ + share_ * (kVoxelised + (1.0 - kVoxelised) * share));
       return !stopped;
     };
-    ObjectBricks bricks = lay_layers(body_.mesh_W, solid, body_.profile, grid_, part, {options_.threads, go_on});
+    ObjectBricks bricks =
+        lay_layers(body_.mesh_W, solid, body_.profile, grid_, part, {options_.threads, go_on});
     if (stopped) return false;
     for (ObjectBricks::Part& brick : bricks.take_parts()) bricks_.push_back(std::move(brick));
     BodyReport& report = object_.report;
@@ -237,7 +253,8 @@ core::Expected<ActivatedObject> activate_object(const Body& body, const GridSpec
                                                 const ActivationOptions& options) {
   if (core::Status checked = check_all(body, grid.voxel_size_m); !checked) return checked;
   const VoxelBox reached = bounds_of(body, grid).grown(body.profile.reach_vox());
-  if (core::Status checked = check_size(reached.intersection(voxelise_clip(grid, body.profile))); !checked) return about(body, checked);
+  if (core::Status checked = check_size(reached.intersection(voxelise_clip(grid, body.profile))); !checked)
+    return about(body, checked);
   const Steps steps(options);
   auto object = Maker(body, grid, options, steps).all(reached.intersection(VoxelBox::of(grid)));
   if (!object) return object.status();
@@ -262,11 +279,13 @@ core::Expected<std::pair<Workspace, BodyReport>> activate_alone(const Body& body
     if (!object) return object.status();
     return std::pair{workspace_of(body, grid_of(reached), *object, options.threads), object->report};
   }
-  auto solid = solid_of(body, lattice, around, {options.threads, [&](double share) { return steps.go_on(kVoxelised * share); }});
+  auto solid = solid_of(body, lattice, around,
+                        {options.threads, [&](double share) { return steps.go_on(kVoxelised * share); }});
   if (!solid) return about(body, solid.status());
   const double voxelise_s = steps.now_s() - steps.start_s();
   const VoxelBox whole = tight_box(*solid).grown(body.profile.reach_vox());
-  solid->box.min = {solid->box.min.x - whole.min.x, solid->box.min.y - whole.min.y, solid->box.min.z - whole.min.z};
+  solid->box.min = {solid->box.min.x - whole.min.x, solid->box.min.y - whole.min.y,
+                    solid->box.min.z - whole.min.z};
   const GridSpec grid = grid_of(whole);
   auto object = Maker(body, grid, options, steps).of(*solid);
   if (!object) return object.status();

@@ -35,8 +35,8 @@ struct BodyReport {
 /// Seconds from any origin; for the reports only. Null: durations stay 0.
 using Stopwatch = std::function<double()>;
 
-/// Most voxels of the box around an object and its layers: a cell of 5 m × 4 m × 4 m at 1 mm, and something to spare.
-/// More is a mistake in scale.
+/// Most voxels of the box around an object and its layers: a cell of 5 m × 4 m × 4 m at 1 mm, and something
+/// to spare. More is a mistake in scale.
 inline constexpr std::size_t kMaxObjectVoxels = std::size_t{1} << 37;
 
 /// Grid over a box in W with corner `min_m`; a last voxel that is not whole is added.
@@ -47,7 +47,7 @@ struct ActivationOptions {
   int threads = 1;
   Stopwatch stopwatch;
   std::function<void(double share)> on_progress;  ///< 0…1, now and then, rising; from the calling thread
-  std::function<bool()> keep_going;               ///< asked now and then, likewise; "no" ends it with kUnavailable
+  std::function<bool()> keep_going;  ///< asked now and then, likewise; "no" ends it with kUnavailable
   /// Objects in larger boxes are made part by part: it bounds the work space, at three to four bits a voxel.
   std::size_t most_voxels_at_once = std::size_t{1} << 29;
 };
@@ -58,15 +58,16 @@ struct ActivatedObject {
   BodyReport report;
 };
 
-/// Voxelises a body in the workspace's grid and lays its layers; merge_bricks() then puts it into a workspace. Refuses
-/// a profile that cannot be used and a body that is too large or too far away; the message names the body. A body
-/// that does not reach the grid gives no bricks. The same bricks for any number of threads. Not real-time safe.
+/// Voxelises a body in the workspace's grid and lays its layers; merge_bricks() then puts it into a
+/// workspace. Refuses a profile that cannot be used and a body that is too large or too far away; the message
+/// names the body. A body that does not reach the grid gives no bricks. The same bricks for any number of
+/// threads. Not real-time safe.
 core::Expected<ActivatedObject> activate_object(const Body& body, const GridSpec& grid,
                                                 const ActivationOptions& options = {});
 
-/// Activates a single mesh in a grid of its own: the smallest whole-voxel box around the solid (one or two voxels more on
-/// each side if it is made part by part), grown by the profile's reach; voxel borders at whole multiples of the voxel
-/// size in W.
+/// Activates a single mesh in a grid of its own: the smallest whole-voxel box around the solid (one or two
+/// voxels more on each side if it is made part by part), grown by the profile's reach; voxel borders at whole
+/// multiples of the voxel size in W.
 core::Expected<std::pair<Workspace, BodyReport>> activate_alone(const Body& body, double voxel_size_m,
                                                                 const ActivationOptions& options = {});
 

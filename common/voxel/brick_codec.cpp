@@ -18,14 +18,16 @@ static_assert(sizeof(BrickData) == kPlainBytes, "a brick's memory is its plain f
 
 // A context is large and made of fresh memory: one for each thread, for all of its bricks.
 ZSTD_CCtx* compressor() {
-  thread_local const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(), ZSTD_freeCCtx);
+  thread_local const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(),
+                                                                                  ZSTD_freeCCtx);
   if (context == nullptr) throw std::bad_alloc();
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kLevel);
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
   return context.get();
 }
 ZSTD_DCtx* decompressor() {
-  thread_local const std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context(ZSTD_createDCtx(), ZSTD_freeDCtx);
+  thread_local const std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context(ZSTD_createDCtx(),
+                                                                                  ZSTD_freeDCtx);
   if (context == nullptr) throw std::bad_alloc();
   return context.get();
 }
@@ -49,7 +51,8 @@ core::Status decode_brick(std::span<const std::uint8_t> bytes, BrickData& brick)
     return core::Status::invalid_argument("brick: is not a zstd frame of " + std::to_string(kPlainBytes) +
                                           " bytes");
   }
-  const std::size_t size = ZSTD_decompressDCtx(decompressor(), &brick, kPlainBytes, bytes.data(), bytes.size());
+  const std::size_t size =
+      ZSTD_decompressDCtx(decompressor(), &brick, kPlainBytes, bytes.data(), bytes.size());
   if (ZSTD_isError(size) != 0) {
     return core::Status::invalid_argument(std::string("brick: does not decompress: ") +
                                           ZSTD_getErrorName(size));

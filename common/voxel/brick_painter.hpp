@@ -11,8 +11,9 @@
 
 namespace phantom::voxel::detail {
 
-/// Collects the orders of an object, given as words of bits along x, as bricks of a part of a grid. What lies outside of
-/// the part is left out. Threads may paint at the same time as long as they paint in different layers of bricks along z.
+/// Collects the orders of an object, given as words of bits along x, as bricks of a part of a grid. What lies
+/// outside of the part is left out. Threads may paint at the same time as long as they paint in different
+/// layers of bricks along z.
 class BrickPainter {
  public:
   /// `part`: its corner is a brick's.
@@ -24,8 +25,8 @@ class BrickPainter {
     paint_half(x, y, z, static_cast<std::uint32_t>(bits), order);
     paint_half(x + kBrickEdge, y, z, static_cast<std::uint32_t>(bits >> 32), order);
   }
-  /// The whole brick is interior, and nothing is painted in it. False, and nothing done, if it does not lie within the part
-  /// as a whole.
+  /// The whole brick is interior, and nothing is painted in it. False, and nothing done, if it does not lie
+  /// within the part as a whole.
   bool fill_interior(BrickKey key);
   /// What was painted; the painter is empty then.
   ObjectBricks finish();
@@ -35,9 +36,13 @@ class BrickPainter {
     std::unique_ptr<std::int8_t[]> orders;
     bool interior = false;
   };
-  bool between(std::int32_t voxel, std::size_t axis) const { return voxel >= from_[axis] && voxel < to_[axis]; }
+  bool between(std::int32_t voxel, std::size_t axis) const {
+    return voxel >= from_[axis] && voxel < to_[axis];
+  }
   Slot& slot(BrickKey key) {
-    return slots_[(static_cast<std::size_t>(key.z - first_.z) * bricks_[1] + static_cast<std::size_t>(key.y - first_.y)) * bricks_[0] +
+    return slots_[(static_cast<std::size_t>(key.z - first_.z) * bricks_[1] +
+                   static_cast<std::size_t>(key.y - first_.y)) *
+                      bricks_[0] +
                   static_cast<std::size_t>(key.x - first_.x)];
   }
   void paint_half(std::int32_t x, std::int32_t y, std::int32_t z, std::uint32_t bits, std::int8_t order) {
@@ -46,7 +51,8 @@ class BrickPainter {
     if (bits == 0) return;
     auto& orders = slot({x >> 5, y >> 5, z >> 5}).orders;
     if (!orders) orders = std::make_unique<std::int8_t[]>(kBrickVoxels);
-    std::int8_t* row = orders.get() + brick_offset(0, static_cast<std::uint32_t>(y & 31), static_cast<std::uint32_t>(z & 31));
+    std::int8_t* row = orders.get() + brick_offset(0, static_cast<std::uint32_t>(y & 31),
+                                                   static_cast<std::uint32_t>(z & 31));
     do {
       const int group = std::countr_zero(bits) / 4;  // four voxels of a tile's row lie side by side
       set_four(row + 64 * group, bits >> (4 * group) & 15, order);

@@ -19,8 +19,8 @@ std::int64_t floor_div_sub(std::int64_t a) { return a >> kSubBits; }
 
 /// Lines through a shared edge belong to exactly one of the two triangles beside it: as if every line were
 /// shifted by (−ε, ε²) in (u, v).
-Edge make_edge(const SnappedPoint& from, const SnappedPoint& to, std::size_t u, std::size_t v, std::int64_t pu,
-               std::int64_t pv) {
+Edge make_edge(const SnappedPoint& from, const SnappedPoint& to, std::size_t u, std::size_t v,
+               std::int64_t pu, std::int64_t pv) {
   Edge edge{};
   edge.du = std::int64_t{to[u]} - from[u];
   edge.dv = std::int64_t{to[v]} - from[v];
@@ -33,11 +33,12 @@ Edge make_edge(const SnappedPoint& from, const SnappedPoint& to, std::size_t u, 
 /// per_area: 1 / area.
 std::int64_t first_behind(std::int64_t a0, std::int64_t a1, std::int64_t a2, std::int64_t e1, std::int64_t e2,
                           std::int64_t area, double per_area) {
-  const double crossing = static_cast<double>(a0) + (static_cast<double>(e1) * per_area) * static_cast<double>(a1) +
+  const double crossing = static_cast<double>(a0) +
+                          (static_cast<double>(e1) * per_area) * static_cast<double>(a1) +
                           (static_cast<double>(e2) * per_area) * static_cast<double>(a2);
   const double voxels = (crossing - kHalf) / kSub;
   const auto below = static_cast<std::int64_t>(voxels) - (voxels < 0 ? 1 : 0);  // floor, or one less
-  const double above_it = voxels - static_cast<double>(below);                   // 0…2
+  const double above_it = voxels - static_cast<double>(below);                  // 0…2
   if (above_it > 1e-6 && above_it < 1.0 - 1e-6) return below + 1;
   if (above_it > 1.0 + 1e-6 && above_it < 2.0 - 1e-6) return below + 2;
   // Right at a centre: decide without rounding.
@@ -54,8 +55,8 @@ struct Axes {
   std::size_t a, u, v;
 };
 
-/// A line passes through a triangle: the first voxel whose centre is not before it, and by how much the winding
-/// number changes there.
+/// A line passes through a triangle: the first voxel whose centre is not before it, and by how much the
+/// winding number changes there.
 struct Crossing {
   std::uint32_t line;
   std::int32_t at;
@@ -102,7 +103,8 @@ void cross_triangle(const SnappedPoint& p0, const SnappedPoint* p1, const Snappe
       if ((w0 | w1 | w2) >= 0) {
         const std::int64_t first = first_behind(a0, a1, a2, w1 - e1.bias, w2 - e2.bias, area, per_area);
         crossings.push_back({static_cast<std::uint32_t>((j - lines.v.first) * lines.size_u + i),
-                             static_cast<std::int32_t>(std::clamp<std::int64_t>(first, 0, lines.size_a)), step});
+                             static_cast<std::int32_t>(std::clamp<std::int64_t>(first, 0, lines.size_a)),
+                             step});
       }
       w0 -= e0.dv * kSub;
       w1 -= e1.dv * kSub;
@@ -126,7 +128,8 @@ void for_each_line(const SnappedMesh& mesh, const Axes& axes, const Lines& lines
   std::vector<Crossing> crossings;
   for (const Corners& t : mesh.triangles)
     cross_triangle(mesh.points[t[0]], &mesh.points[t[1]], &mesh.points[t[2]], axes, lines, crossings);
-  const std::size_t count = static_cast<std::size_t>(lines.size_u) * static_cast<std::size_t>(lines.v.last - lines.v.first);
+  const std::size_t count =
+      static_cast<std::size_t>(lines.size_u) * static_cast<std::size_t>(lines.v.last - lines.v.first);
   std::vector<std::uint32_t> start(count + 1, 0);
   for (const Crossing& c : crossings) ++start[c.line + 1];
   for (std::size_t i = 0; i < count; ++i) start[i + 1] += start[i];
@@ -167,7 +170,8 @@ LineSigns for_each_run(std::span<const Event> events, std::int32_t size, const V
 
 void set_run(std::uint64_t* row, std::int32_t first, std::int32_t last) {
   const std::int32_t from = first >> 6, to = (last - 1) >> 6;
-  const std::uint64_t head = ~std::uint64_t{0} << (first & 63), tail = ~std::uint64_t{0} >> (63 - ((last - 1) & 63));
+  const std::uint64_t head = ~std::uint64_t{0} << (first & 63),
+                      tail = ~std::uint64_t{0} >> (63 - ((last - 1) & 63));
   if (from == to) {
     row[from] |= head & tail;
     return;

@@ -12,12 +12,15 @@ namespace {
 
 constexpr std::int32_t kWord = 64;
 
-/// Square of the radius that an element's cells may have: (m + ½)² = m² + m + ¼, of which integers see m² + m.
+/// Square of the radius that an element's cells may have: (m + ½)² = m² + m + ¼, of which integers see m² +
+/// m.
 long long greatest_square(ShapingElement element, int m) {
-  return element == ShapingElement::kSphere ? static_cast<long long>(m) * m : static_cast<long long>(m) * m + m;
+  return element == ShapingElement::kSphere ? static_cast<long long>(m) * m
+                                            : static_cast<long long>(m) * m + m;
 }
 
-/// An element as rows along x: cells −half…half at dy, by |dz|. All elements are the same both ways along each axis.
+/// An element as rows along x: cells −half…half at dy, by |dz|. All elements are the same both ways along
+/// each axis.
 struct ElementRow {
   int dy, half;
 };
@@ -38,8 +41,8 @@ Element element_of(ShapingElement shape, int m) {
   return element;
 }
 
-/// Every row of a slice widened along x by 0…m voxels on both sides; only the words between the first and the last that
-/// can hold anything.
+/// Every row of a slice widened along x by 0…m voxels on both sides; only the words between the first and the
+/// last that can hold anything.
 class WidenedSlice {
  public:
   /// False if the slice is empty.
@@ -47,8 +50,12 @@ class WidenedSlice {
 
   std::ptrdiff_t first_word() const { return first_; }
   std::ptrdiff_t width() const { return width_; }
-  bool any(std::int32_t y) const { return y >= 0 && y < static_cast<std::int32_t>(any_.size()) && any_[static_cast<std::size_t>(y)] != 0; }
-  const std::uint64_t* row(std::int32_t y, int half) const { return words_.data() + (std::ptrdiff_t{y} * (m_ + 1) + half) * width_; }
+  bool any(std::int32_t y) const {
+    return y >= 0 && y < static_cast<std::int32_t>(any_.size()) && any_[static_cast<std::size_t>(y)] != 0;
+  }
+  const std::uint64_t* row(std::int32_t y, int half) const {
+    return words_.data() + (std::ptrdiff_t{y} * (m_ + 1) + half) * width_;
+  }
 
  private:
   void find_words(const BitVolume& bits, std::int32_t z);
@@ -106,7 +113,8 @@ bool WidenedSlice::load(const BitVolume& bits, std::int32_t z, int m) {
 
 constexpr std::int32_t brick_of(std::int32_t voxel) { return voxel >> 5; }
 
-/// The box in which layers are laid: whole words along x, whole layers of bricks along z for the threads to share.
+/// The box in which layers are laid: whole words along x, whole layers of bricks along z for the threads to
+/// share.
 VoxelBox work_box(const VoxelBox& reached) {
   VoxelBox box = reached;
   box.min.x = reached.min.x & ~(kWord - 1);
@@ -117,8 +125,10 @@ VoxelBox work_box(const VoxelBox& reached) {
 /// The box, its lower corner moved to a brick's (which part's is).
 VoxelBox whole_bricks(const VoxelBox& box, const VoxelBox& part) {
   VoxelBox whole = box;
-  whole.min = {brick_of(box.min.x) * kBrickEdge, brick_of(box.min.y) * kBrickEdge, brick_of(box.min.z) * kBrickEdge};
-  whole.size = {box.min.x + box.size[0] - whole.min.x, box.min.y + box.size[1] - whole.min.y, box.min.z + box.size[2] - whole.min.z};
+  whole.min = {brick_of(box.min.x) * kBrickEdge, brick_of(box.min.y) * kBrickEdge,
+               brick_of(box.min.z) * kBrickEdge};
+  whole.size = {box.min.x + box.size[0] - whole.min.x, box.min.y + box.size[1] - whole.min.y,
+                box.min.z + box.size[2] - whole.min.z};
   return whole.intersection(part);
 }
 
@@ -128,7 +138,8 @@ class Growth {
   Growth(const SolidVoxels& solid, const VoxelBox& box, const VoxelBox& part, int threads)
       : box_(box), threads_(threads), painter_(part), filled_(box.size), front_(box.size), grown_(box.size) {
     for (std::int32_t z = 0; z < box.size[2];) {
-      const std::int32_t until = std::min(box.size[2], brick_of(z + box.min.z) * kBrickEdge + kBrickEdge - box.min.z);
+      const std::int32_t until =
+          std::min(box.size[2], brick_of(z + box.min.z) * kBrickEdge + kBrickEdge - box.min.z);
       slabs_.push_back({z, until});
       z = until;
     }
@@ -158,8 +169,8 @@ class Growth {
   void paint_solid();
   void paint_solid(const Slab& slab, std::int32_t from_y, std::int32_t to_y);
   void spread(const Element& element, const Slab& slab);
-  void spread_to_row(const Element& element, const Slab& slab, const WidenedSlice& slice, std::int32_t y, std::int32_t z,
-                     std::vector<std::uint64_t>& gathered);
+  void spread_to_row(const Element& element, const Slab& slab, const WidenedSlice& slice, std::int32_t y,
+                     std::int32_t z, std::vector<std::uint64_t>& gathered);
   void settle(const Slab& slab, std::int8_t order);
 
   VoxelBox box_;
@@ -195,7 +206,8 @@ void Growth::take(const BitVolume& bits, const VoxelBox& from, BitVolume& to) co
 void Growth::paint_solid() {
   for_slabs([&](const Slab& slab) {
     for (std::int32_t y = 0; y < box_.size[1];) {
-      const std::int32_t to_y = std::min(box_.size[1], brick_of(y + box_.min.y) * kBrickEdge + kBrickEdge - box_.min.y);
+      const std::int32_t to_y =
+          std::min(box_.size[1], brick_of(y + box_.min.y) * kBrickEdge + kBrickEdge - box_.min.y);
       paint_solid(slab, y, to_y);
       y = to_y;
     }
@@ -214,7 +226,8 @@ void Growth::paint_solid(const Slab& slab, std::int32_t from_y, std::int32_t to_
     std::uint64_t painted = 0;
     for (const std::int32_t half : {0, kBrickEdge}) {
       const std::uint64_t brick = std::uint64_t{0xFFFFFFFF} << half;
-      const BrickKey key{brick_of(x + half), brick_of(from_y + box_.min.y), brick_of(slab.from_z + box_.min.z)};
+      const BrickKey key{brick_of(x + half), brick_of(from_y + box_.min.y),
+                         brick_of(slab.from_z + box_.min.z)};
       if ((throughout & brick) == brick && painter_.fill_interior(key)) painted |= brick;
     }
     for (std::int32_t z = slab.from_z; z < slab.to_z; ++z) {
@@ -232,7 +245,8 @@ void Growth::paint_solid(const Slab& slab, std::int32_t from_y, std::int32_t to_
 void Growth::spread(const Element& element, const Slab& slab) {
   WidenedSlice slice;
   std::vector<std::uint64_t> gathered;
-  const std::int32_t from = std::max(0, slab.from_z - element.m), to = std::min(box_.size[2], slab.to_z + element.m);
+  const std::int32_t from = std::max(0, slab.from_z - element.m),
+                     to = std::min(box_.size[2], slab.to_z + element.m);
   for (std::int32_t z = from; z < to; ++z) {
     if (!slice.load(front_, z, element.m)) continue;
     std::int32_t near = 0;  // rows that hold something, within m of y
@@ -246,11 +260,12 @@ void Growth::spread(const Element& element, const Slab& slab) {
 }
 
 /// What the element, centred on slice z, holds of the rows y of all slices.
-void Growth::spread_to_row(const Element& element, const Slab& slab, const WidenedSlice& slice, std::int32_t y, std::int32_t z,
-                           std::vector<std::uint64_t>& gathered) {
+void Growth::spread_to_row(const Element& element, const Slab& slab, const WidenedSlice& slice,
+                           std::int32_t y, std::int32_t z, std::vector<std::uint64_t>& gathered) {
   const std::ptrdiff_t width = slice.width();
   for (int dz = 0; dz <= element.m; ++dz) {
-    const bool above = z + dz >= slab.from_z && z + dz < slab.to_z, below = dz > 0 && z - dz >= slab.from_z && z - dz < slab.to_z;
+    const bool above = z + dz >= slab.from_z && z + dz<slab.to_z, below = dz> 0 && z - dz >= slab.from_z &&
+                       z - dz < slab.to_z;
     if (!above && !below) continue;
     gathered.assign(static_cast<std::size_t>(width), 0);
     for (const ElementRow& part : element.rows[static_cast<std::size_t>(dz)]) {
@@ -277,7 +292,8 @@ void Growth::settle(const Slab& slab, std::int8_t order) {
         grown[i] = 0;
         if (fresh == 0) continue;
         filled[i] |= fresh;
-        painter_.paint(box_.min.x + static_cast<std::int32_t>(i) * kWord, y + box_.min.y, z + box_.min.z, fresh, order);
+        painter_.paint(box_.min.x + static_cast<std::int32_t>(i) * kWord, y + box_.min.y, z + box_.min.z,
+                       fresh, order);
       }
     }
   }

@@ -4,17 +4,18 @@
 
 namespace phantom::voxel {
 
-/// Whether the shaping element of size m holds the cell (i, j, k) from its centre (thesis 4.6.3b, 4.7.2; spec 1.4).
+/// Whether the shaping element of size m holds the cell (i, j, k) from its centre (thesis 4.6.3b, 4.7.2;
+/// spec 1.4).
 bool in_element(ShapingElement element, int m, int i, int j, int k);
 
-/// Layers by the thesis's method: the element of size m_1 is centred on every boundary voxel, and the empty voxels that
-/// it holds get order 1; the element of size m_2 on every voxel of order 1, and so on. Interior voxels are not empty.
-/// With a guard of j voxels, every empty voxel at a distance of at most j voxels from the solid (centres) is guard, and
-/// layer 1 grows from all guard voxels instead of the boundary.
+/// Layers by the thesis's method: the element of size m_1 is centred on every boundary voxel, and the empty
+/// voxels that it holds get order 1; the element of size m_2 on every voxel of order 1, and so on. Interior
+/// voxels are not empty. With a guard of j voxels, every empty voxel at a distance of at most j voxels from
+/// the solid (centres) is guard, and layer 1 grows from all guard voxels instead of the boundary.
 ///
-/// `part` is the part of the grid whose bricks are wanted, its lower corner a brick's; the solid must be known within the
-/// profile's reach around it. The same for any number of threads, and in whatever parts the grid is done. Work space: three
-/// bits a voxel of what the layers reach. Not real-time safe.
+/// `part` is the part of the grid whose bricks are wanted, its lower corner a brick's; the solid must be
+/// known within the profile's reach around it. The same for any number of threads, and in whatever parts the
+/// grid is done. Work space: three bits a voxel of what the layers reach. Not real-time safe.
 ObjectBricks dilation_bricks(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& part,
                              const WorkOptions& options = {});
 

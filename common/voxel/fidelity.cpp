@@ -78,7 +78,8 @@ class SliceFaces {
   void face(int a, int b, const Eigen::Vector3d& middle) {
     if (a == b) return;
     // It is the outer face of every layer that one side still belongs to and the other does not.
-    const int inner = std::max(1, std::min(a, b)), outer = std::min(std::max(a, b), static_cast<int>(offsets_.size()));
+    const int inner = std::max(1, std::min(a, b)),
+              outer = std::min(std::max(a, b), static_cast<int>(offsets_.size()));
     if (inner >= outer) return;
     const detail::NearestPoint nearest = tree_.nearest_with_guess(middle, guess_);
     guess_ = nearest.triangle;

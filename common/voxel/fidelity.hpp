@@ -17,8 +17,8 @@ struct Deviation {
   double min_vox = 0.0, max_vox = 0.0;
 };
 
-/// Where a face lies as seen from the nearest point of the surface: along an axis, between two axes (an edge of a cube
-/// around that point) or between three (a corner), whichever of the 26 directions is nearest.
+/// Where a face lies as seen from the nearest point of the surface: along an axis, between two axes (an edge
+/// of a cube around that point) or between three (a corner), whichever of the 26 directions is nearest.
 enum class Side { kMinusX, kPlusX, kMinusY, kPlusY, kMinusZ, kPlusZ, kEdge, kCorner };
 inline constexpr std::size_t kSides = 8;
 const char* name_of(Side side);
@@ -31,10 +31,11 @@ struct LayerFidelity {
   std::array<Deviation, kSides> by_side;  ///< index: Side
 };
 
-/// Fidelity of a layering (spec 1.4): the outer face of a layer is made of the voxels' faces between it, or what lies
-/// nearer to the body, and what lies farther out; the deviation of each is the distance of its middle from the surface
-/// minus the layer's nominal distance. `workspace` holds one body alone; `mesh_W` is its surface, `profile` what its
-/// layers were made by. Pure; the same for any number of threads. Not real-time safe.
+/// Fidelity of a layering (spec 1.4): the outer face of a layer is made of the voxels' faces between it, or
+/// what lies nearer to the body, and what lies farther out; the deviation of each is the distance of its
+/// middle from the surface minus the layer's nominal distance. `workspace` holds one body alone; `mesh_W` is
+/// its surface, `profile` what its layers were made by. Pure; the same for any number of threads. Not
+/// real-time safe.
 std::vector<LayerFidelity> measure_fidelity(const geometry::TriangleMesh& mesh_W, const LayerProfile& profile,
                                             const Workspace& workspace, int threads = 1);
 

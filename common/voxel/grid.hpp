@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -14,7 +13,8 @@ struct Index3 {
   friend bool operator==(const Index3&, const Index3&) = default;
 };
 
-/// A regular grid in the workspace frame W: voxel (i,j,k) spans [origin + i·s, origin + (i+1)·s)×… (spec 1.3).
+/// A regular grid in the workspace frame W: voxel (i,j,k) spans [origin + i·s, origin + (i+1)·s)×…
+/// (spec 1.3).
 struct GridSpec {
   Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();  ///< corner of voxel (0,0,0) in W
   double voxel_size_m = 0.005;                         ///< s
@@ -23,7 +23,8 @@ struct GridSpec {
   /// floor((p − origin) / s) per axis; may lie outside the grid. `p_W_m` must be finite and within ±1e6 m.
   Index3 index_of(const Eigen::Vector3d& p_W_m) const noexcept {
     const Eigen::Vector3d scaled = (p_W_m - origin_m) / voxel_size_m;
-    return {static_cast<std::int32_t>(std::floor(scaled.x())), static_cast<std::int32_t>(std::floor(scaled.y())),
+    return {static_cast<std::int32_t>(std::floor(scaled.x())),
+            static_cast<std::int32_t>(std::floor(scaled.y())),
             static_cast<std::int32_t>(std::floor(scaled.z()))};
   }
   Eigen::Vector3d centre_of(Index3 index) const noexcept {

@@ -25,8 +25,8 @@ SolidVoxels hollow(const SolidVoxels& solid) {
 
 }  // namespace
 
-void lay_inside(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& part, ObjectBricks& bricks,
-                const WorkOptions& options) {
+void lay_inside(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& part,
+                ObjectBricks& bricks, const WorkOptions& options) {
   if (profile.inside_thickness_vox.empty() || solid.box.empty()) return;
   LayerProfile inwards;
   inwards.thickness_vox = profile.inside_thickness_vox;

@@ -7,13 +7,14 @@
 
 namespace phantom::voxel {
 
-/// Asks the system for large pages under memory that nobody has written to yet: the first touch of small ones took a
-/// sixth of an activation's time. Only advice; nothing happens where it is not understood or the memory is small.
+/// Asks the system for large pages under memory that nobody has written to yet: the first touch of small ones
+/// took a sixth of an activation's time. Only advice; nothing happens where it is not understood or the
+/// memory is small.
 void prefer_large_pages(void* memory, std::size_t bytes) noexcept;
 
-/// Lets the process keep up to `bytes` of memory that it has freed, for its next activation, rather than give it back to the
-/// system and get it anew, cleared page by page: a seventh of an activation's time. For main(), early. Only glibc's heap
-/// knows how.
+/// Lets the process keep up to `bytes` of memory that it has freed, for its next activation, rather than give
+/// it back to the system and get it anew, cleared page by page: a seventh of an activation's time. For
+/// main(), early. Only glibc's heap knows how.
 void keep_freed_memory(int bytes) noexcept;
 
 /// For arrays of megabytes: large pages, and elements without a value of their own are not written to.

@@ -7,8 +7,9 @@
 namespace phantom::voxel {
 namespace {
 
-ObjectBricks outer_layers(const geometry::TriangleMesh& mesh_W, const SolidVoxels& solid, const LayerProfile& profile,
-                          const GridSpec& grid, const VoxelBox& part, const WorkOptions& options) {
+ObjectBricks outer_layers(const geometry::TriangleMesh& mesh_W, const SolidVoxels& solid,
+                          const LayerProfile& profile, const GridSpec& grid, const VoxelBox& part,
+                          const WorkOptions& options) {
   switch (profile.method) {
     case LayerMethod::kSurface:
       return surface_bricks(mesh_W, solid, profile, grid, part, options);
@@ -22,8 +23,9 @@ ObjectBricks outer_layers(const geometry::TriangleMesh& mesh_W, const SolidVoxel
 
 }  // namespace
 
-ObjectBricks lay_layers(const geometry::TriangleMesh& mesh_W, const SolidVoxels& solid, const LayerProfile& profile,
-                        const GridSpec& grid, const VoxelBox& part, const WorkOptions& options) {
+ObjectBricks lay_layers(const geometry::TriangleMesh& mesh_W, const SolidVoxels& solid,
+                        const LayerProfile& profile, const GridSpec& grid, const VoxelBox& part,
+                        const WorkOptions& options) {
   ObjectBricks bricks = outer_layers(mesh_W, solid, profile, grid, part, options);
   lay_inside(solid, profile, part, bricks, {options.threads, nullptr});
   return bricks;

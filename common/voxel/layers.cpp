@@ -49,19 +49,22 @@ struct Plan {
   std::vector<Need> need;
 
   bool contains(BrickKey key) const {
-    return key.x >= min.x && key.y >= min.y && key.z >= min.z && key.x < min.x + size[0] && key.y < min.y + size[1] &&
-           key.z < min.z + size[2];
+    return key.x >= min.x && key.y >= min.y && key.z >= min.z && key.x < min.x + size[0] &&
+           key.y < min.y + size[1] && key.z < min.z + size[2];
   }
   Need& at(BrickKey key) {
-    return need[(static_cast<std::size_t>(key.z - min.z) * static_cast<std::size_t>(size[1]) + static_cast<std::size_t>(key.y - min.y)) *
-                    static_cast<std::size_t>(size[0]) + static_cast<std::size_t>(key.x - min.x)];
+    return need[(static_cast<std::size_t>(key.z - min.z) * static_cast<std::size_t>(size[1]) +
+                 static_cast<std::size_t>(key.y - min.y)) *
+                    static_cast<std::size_t>(size[0]) +
+                static_cast<std::size_t>(key.x - min.x)];
   }
 };
 
 /// The smallest box of voxels, in addresses of the grid, that holds a cell's solid.
 struct Bounds {
   Bounds(const Cells& cells, Index3 cell, std::size_t i) {
-    const std::array<std::int32_t, 3> first{(cells.min.x + cell.x) * kBrickEdge, (cells.min.y + cell.y) * kBrickEdge,
+    const std::array<std::int32_t, 3> first{(cells.min.x + cell.x) * kBrickEdge,
+                                            (cells.min.y + cell.y) * kBrickEdge,
                                             (cells.min.z + cell.z) * kBrickEdge};
     const std::array<std::uint32_t, 3> bits{cells.bits[i].x, cells.bits[i].y, cells.bits[i].z};
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -74,7 +77,8 @@ struct Bounds {
     const std::array<std::int32_t, 3> brick{key.x * kBrickEdge, key.y * kBrickEdge, key.z * kBrickEdge};
     std::int64_t square = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const std::int64_t away = std::max({0, brick[axis] - high[axis], low[axis] - (brick[axis] + kBrickEdge - 1)});
+      const std::int64_t away =
+          std::max({0, brick[axis] - high[axis], low[axis] - (brick[axis] + kBrickEdge - 1)});
       square += away * away;
     }
     return square;
@@ -83,7 +87,9 @@ struct Bounds {
 };
 
 void need_around(const Bounds& bounds, int reach, Plan& plan) {
-  const auto first = [&](std::size_t axis, std::int32_t least) { return std::max(brick_of(bounds.low[axis] - reach), least); };
+  const auto first = [&](std::size_t axis, std::int32_t least) {
+    return std::max(brick_of(bounds.low[axis] - reach), least);
+  };
   const auto last = [&](std::size_t axis, std::int32_t least) {
     return std::min(brick_of(bounds.high[axis] + reach), least + plan.size[axis] - 1);
   };
@@ -92,7 +98,8 @@ void need_around(const Bounds& bounds, int reach, Plan& plan) {
     for (key.y = first(1, plan.min.y); key.y <= last(1, plan.min.y); ++key.y) {
       for (key.x = first(0, plan.min.x); key.x <= last(0, plan.min.x); ++key.x) {
         Need& need = plan.at(key);
-        if (need == Need::kNothing && bounds.square_to(key) <= std::int64_t{reach} * reach) need = Need::kOrders;
+        if (need == Need::kNothing && bounds.square_to(key) <= std::int64_t{reach} * reach)
+          need = Need::kOrders;
       }
     }
   }
@@ -103,9 +110,11 @@ Plan plan_for(const Cells& cells, int reach, const VoxelBox& part, const VoxelBo
   const VoxelBox reached = solid_box.grown(reach).intersection(part);
   if (reached.empty()) return plan;
   plan.min = {brick_of(reached.min.x), brick_of(reached.min.y), brick_of(reached.min.z)};
-  plan.size = {brick_of(reached.min.x + reached.size[0] - 1) - plan.min.x + 1, brick_of(reached.min.y + reached.size[1] - 1) - plan.min.y + 1,
+  plan.size = {brick_of(reached.min.x + reached.size[0] - 1) - plan.min.x + 1,
+               brick_of(reached.min.y + reached.size[1] - 1) - plan.min.y + 1,
                brick_of(reached.min.z + reached.size[2] - 1) - plan.min.z + 1};
-  plan.need.resize(static_cast<std::size_t>(plan.size[0]) * static_cast<std::size_t>(plan.size[1]) * static_cast<std::size_t>(plan.size[2]));
+  plan.need.resize(static_cast<std::size_t>(plan.size[0]) * static_cast<std::size_t>(plan.size[1]) *
+                   static_cast<std::size_t>(plan.size[2]));
   Index3 cell;
   for (cell.z = 0; cell.z < cells.size[2]; ++cell.z) {
     for (cell.y = 0; cell.y < cells.size[1]; ++cell.y) {
@@ -162,7 +171,8 @@ std::vector<Task> tasks_of(Plan& plan, BlockShape shape) {
   BrickKey at = plan.min;
   for (at.z = plan.min.z; at.z < plan.min.z + plan.size[2]; at.z += shape.across) {
     for (at.x = plan.min.x; at.x < plan.min.x + plan.size[0]; at.x += shape.along_x) {
-      Task task = task_of(plan, at, std::min(at.x + shape.along_x, plan.min.x + plan.size[0]), std::min(shape.across, plan.min.z + plan.size[2] - at.z), shape.across);
+      Task task = task_of(plan, at, std::min(at.x + shape.along_x, plan.min.x + plan.size[0]),
+                          std::min(shape.across, plan.min.z + plan.size[2] - at.z), shape.across);
       if (!task.blocks.empty()) tasks.push_back(std::move(task));
     }
   }
@@ -177,7 +187,8 @@ void cut_off(const VoxelBox& part, BrickKey key, std::int8_t* orders) {
     for (std::int32_t y = 0; y < kBrickEdge; ++y) {
       for (std::int32_t x = 0; x < kBrickEdge; ++x) {
         if (x < inside.size[0] && y < inside.size[1] && z < inside.size[2]) continue;
-        orders[brick_offset(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), static_cast<std::uint32_t>(z))] = kOrderFree;
+        orders[brick_offset(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y),
+                            static_cast<std::uint32_t>(z))] = kOrderFree;
       }
     }
   }
@@ -262,12 +273,15 @@ ObjectBricks distance_bricks(const SolidVoxels& solid, const LayerProfile& profi
   std::atomic<bool> stopped = false;
   core::parallel_for(options.threads, tasks.size(), [&](std::size_t i, std::size_t worker) {
     if (stopped) return;
-    if (worker == 0 && options.go_on && !options.go_on(static_cast<double>(i) / static_cast<double>(tasks.size()))) stopped = true;
+    if (worker == 0 && options.go_on &&
+        !options.go_on(static_cast<double>(i) / static_cast<double>(tasks.size())))
+      stopped = true;
     workers[worker].run(tasks[i], plan);
   });
   if (stopped) return {};
   std::vector<ObjectBricks::Part> parts;
-  for (Worker& worker : workers) std::move(worker.parts.begin(), worker.parts.end(), std::back_inserter(parts));
+  for (Worker& worker : workers)
+    std::move(worker.parts.begin(), worker.parts.end(), std::back_inserter(parts));
   add_interior(plan, parts);
   return ObjectBricks(std::move(parts));
 }

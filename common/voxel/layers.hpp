@@ -17,9 +17,9 @@ inline VoxelBox voxelise_clip(const GridSpec& grid, const LayerProfile& profile)
 /// Layers by the `distance` method (spec 1.4): with d the Euclidean distance in voxels from a voxel's centre
 /// to the nearest solid voxel's centre, j the guard and W_i = m_1 + … + m_i, a voxel is guard for 0 < d ≤ j
 /// and has order i for j + W_{i−1} < d ≤ j + W_i. Exact: integers only. `part` is the part of the grid whose
-/// bricks are wanted, its corners at whole bricks; the solid must be known within the profile's reach around it.
-/// The profile must be checked. Time: linear in the bricks around the solid; memory: those, and a few MiB a
-/// thread. The same for any number of threads. Not real-time safe.
+/// bricks are wanted, its corners at whole bricks; the solid must be known within the profile's reach around
+/// it. The profile must be checked. Time: linear in the bricks around the solid; memory: those, and a few MiB
+/// a thread. The same for any number of threads. Not real-time safe.
 ObjectBricks distance_bricks(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& part,
                              const WorkOptions& options = {});
 

@@ -44,7 +44,8 @@ ActivationOptions part_of(const ActivationOptions& whole, std::size_t index, std
 
 }  // namespace
 
-core::Expected<LiveWorkspace::Object> LiveWorkspace::activated(const Body& body, const ActivationOptions& options,
+core::Expected<LiveWorkspace::Object> LiveWorkspace::activated(const Body& body,
+                                                               const ActivationOptions& options,
                                                                WorkspaceChange& change) const {
   auto made = activate_object(body, workspace_.grid(), options);
   if (!made) return made.status();
@@ -106,8 +107,9 @@ core::Expected<WorkspaceChange> LiveWorkspace::remove(std::uint16_t id, std::uin
   return apply(std::move(next), std::move(touched), {}, version, options);
 }
 
-core::Expected<WorkspaceChange> LiveWorkspace::apply(Objects next, std::vector<BrickKey> touched, WorkspaceChange change,
-                                                     std::uint64_t version, const ActivationOptions& options) {
+core::Expected<WorkspaceChange> LiveWorkspace::apply(Objects next, std::vector<BrickKey> touched,
+                                                     WorkspaceChange change, std::uint64_t version,
+                                                     const ActivationOptions& options) {
   const auto now_s = [&options] { return options.stopwatch ? options.stopwatch() : 0.0; };
   const double from_s = now_s();
   std::vector<LayerProfile> profiles;

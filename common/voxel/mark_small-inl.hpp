@@ -1,5 +1,5 @@
-// Private to mark_triangles.cpp: the small triangles of a fine mesh, a vector of them at once. Compiled once per
-// instruction set.
+// Private to mark_triangles.cpp: the small triangles of a fine mesh, a vector of them at once. Compiled once
+// per instruction set.
 
 #if defined(PHANTOM_VOXEL_MARK_SMALL_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef PHANTOM_VOXEL_MARK_SMALL_INL
@@ -18,9 +18,10 @@ HWY_BEFORE_NAMESPACE();
 namespace phantom::voxel::detail::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Triangles that span at most two voxels along each axis. In coordinates from the corner of their first voxel on,
-/// products of two differences fit 32 bits: 2 · 32767² + 32767 · 32768 wraps where it is formed, but no value that is
-/// compared does. The thirteen directions are those of larger triangles (mark_triangles.cpp), for all eight voxels.
+/// Triangles that span at most two voxels along each axis. In coordinates from the corner of their first
+/// voxel on, products of two differences fit 32 bits: 2 · 32767² + 32767 · 32768 wraps where it is formed,
+/// but no value that is compared does. The thirteen directions are those of larger triangles
+/// (mark_triangles.cpp), for all eight voxels.
 class SmallTriangles {
  public:
   SmallTriangles(const SnappedMesh& mesh, Slab slab, BitVolume& boundary)
@@ -29,8 +30,8 @@ class SmallTriangles {
   static constexpr std::size_t kMost = hn::MaxLanes(hn::ScalableTag<std::int32_t>());
   static std::size_t at_once() { return hn::Lanes(kInts); }  ///< at most kMost
 
-  /// Marks the voxels of those of at_once() triangles that are small. Calls other(triangle) for those that are not, or
-  /// reach beyond the slab or the volume.
+  /// Marks the voxels of those of at_once() triangles that are small. Calls other(triangle) for those that
+  /// are not, or reach beyond the slab or the volume.
   template <class Other>
   void mark(const Corners* triangles, const Other& other) {
     for (std::size_t lane = 0; lane < at_once(); ++lane) {
@@ -56,8 +57,8 @@ class SmallTriangles {
   using Ints = hn::Vec<hn::ScalableTag<std::int32_t>>;
   static constexpr std::int32_t kOther = 0, kSmall = 1, kOutside = 2;
 
-  /// Eight bits each, 4 z + 2 y + x: voxels of the box around the triangle; 0 if it is not small. Moves the corners to
-  /// where the box begins.
+  /// Eight bits each, 4 z + 2 y + x: voxels of the box around the triangle; 0 if it is not small. Moves the
+  /// corners to where the box begins.
   HWY_INLINE Ints spanned_voxels() {
     // Without the second voxel along x, y, z these remain.
     constexpr std::int32_t kWithout[3] = {0x55, 0x33, 0x0f};
@@ -65,13 +66,16 @@ class SmallTriangles {
     const std::int32_t most[3] = {boundary_.size()[0] - 1, boundary_.size()[1] - 1, slab_.last - 1};
     auto voxels = hn::Set(kInts, 0xff), kind = hn::Set(kInts, kSmall);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto a = hn::Load(kInts, at_[0][axis]), b = hn::Load(kInts, at_[1][axis]), c = hn::Load(kInts, at_[2][axis]);
+      const auto a = hn::Load(kInts, at_[0][axis]), b = hn::Load(kInts, at_[1][axis]),
+                 c = hn::Load(kInts, at_[2][axis]);
       const auto first = hn::ShiftRight<kSubBits>(hn::Min(a, hn::Min(b, c)));
       const auto last = hn::ShiftRight<kSubBits>(hn::Max(a, hn::Max(b, c)));
       const auto low = hn::Set(kInts, least[axis]), high = hn::Set(kInts, most[axis]);
-      const auto other = hn::Or(hn::Gt(last, hn::Add(first, hn::Set(kInts, 1))), hn::Or(hn::Lt(first, low), hn::Gt(last, high)));
+      const auto other = hn::Or(hn::Gt(last, hn::Add(first, hn::Set(kInts, 1))),
+                                hn::Or(hn::Lt(first, low), hn::Gt(last, high)));
       const auto outside = hn::Or(hn::Lt(last, low), hn::Gt(first, high));
-      kind = hn::IfThenElse(hn::And(other, hn::Eq(kind, hn::Set(kInts, kSmall))), hn::Set(kInts, kOther), kind);
+      kind =
+          hn::IfThenElse(hn::And(other, hn::Eq(kind, hn::Set(kInts, kSmall))), hn::Set(kInts, kOther), kind);
       kind = hn::IfThenElse(outside, hn::Set(kInts, kOutside), kind);
       voxels = hn::IfThenElse(hn::Eq(first, last), hn::And(voxels, hn::Set(kInts, kWithout[axis])), voxels);
       hn::Store(first, kInts, first_[axis]);
@@ -90,7 +94,8 @@ class SmallTriangles {
       return hn::Sub(hn::Load(kInts, at_[to][axis]), hn::Load(kInts, at_[from][axis]));
     };
     const auto zero = hn::Zero(kInts);
-    const auto area = hn::Sub(hn::Mul(minus(1, 0, u), minus(2, 0, v)), hn::Mul(minus(2, 0, u), minus(1, 0, v)));
+    const auto area =
+        hn::Sub(hn::Mul(minus(1, 0, u), minus(2, 0, v)), hn::Mul(minus(2, 0, u), minus(1, 0, v)));
     const auto turned = hn::Lt(area, zero);
     for (std::size_t i = 0; i < 3; ++i) {
       const std::size_t next = (i + 1) % 3;
@@ -98,7 +103,8 @@ class SmallTriangles {
       du = hn::IfThenElse(turned, hn::Neg(du), du);
       dv = hn::IfThenElse(turned, hn::Neg(dv), dv);
       const auto step_u = hn::Neg(hn::ShiftLeft<kSubBits>(dv)), step_v = hn::ShiftLeft<kSubBits>(du);
-      const auto from = hn::Sub(hn::Mul(dv, hn::Load(kInts, at_[i][u])), hn::Mul(du, hn::Load(kInts, at_[i][v])));
+      const auto from =
+          hn::Sub(hn::Mul(dv, hn::Load(kInts, at_[i][u])), hn::Mul(du, hn::Load(kInts, at_[i][v])));
       const auto first = hn::Add(from, hn::Add(hn::Max(zero, step_u), hn::Max(zero, step_v)));
       const auto above = hn::Add(first, step_v);
       const Ints values[4] = {first, hn::Add(first, step_u), above, hn::Add(above, step_u)};
@@ -122,13 +128,14 @@ class SmallTriangles {
     return met;
   }
 
-  /// Of the voxels met those through which the triangle's plane passes. Its values are whole numbers below 2⁴⁸, which a
-  /// double holds.
+  /// Of the voxels met those through which the triangle's plane passes. Its values are whole numbers below
+  /// 2⁴⁸, which a double holds.
   HWY_INLINE void keep_what_planes_pass() {
     const hn::Rebind<std::int32_t, decltype(kDoubles)> ints;
     const auto zero = hn::Zero(kDoubles), edge = hn::Set(kDoubles, static_cast<double>(kSub));
     for (std::size_t lane = 0; lane < at_once(); lane += hn::Lanes(kDoubles)) {
-      const auto load = [&](const std::int32_t* from) HWY_ATTR { return hn::PromoteTo(kDoubles, hn::Load(ints, from + lane)); };
+      const auto load = [&](const std::int32_t* from)
+                            HWY_ATTR { return hn::PromoteTo(kDoubles, hn::Load(ints, from + lane)); };
       hn::Vec<decltype(kDoubles)> b[3], c[3], step[3];
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto from = load(at_[0][axis]);
@@ -151,7 +158,8 @@ class SmallTriangles {
           if ((voxel >> axis & 1) != 0) value = hn::Add(value, step[axis]);
         }
         const auto meets = hn::And(hn::Le(value, zero), hn::Ge(hn::Add(value, span), zero));
-        passes = hn::Add(passes, hn::IfThenElseZero(meets, hn::Set(kDoubles, static_cast<double>(1 << voxel))));
+        passes =
+            hn::Add(passes, hn::IfThenElseZero(meets, hn::Set(kDoubles, static_cast<double>(1 << voxel))));
       }
       hn::Store(hn::And(hn::DemoteTo(ints, passes), hn::Load(ints, met_ + lane)), ints, met_ + lane);
     }
@@ -161,7 +169,8 @@ class SmallTriangles {
     const std::int32_t x = first_[0][lane];
     const int shift = x & 63;
     std::uint64_t* const word = boundary_.row(first_[1][lane], first_[2][lane]) + (x >> 6);
-    const std::size_t row = boundary_.words_per_row(), layer = row * static_cast<std::size_t>(boundary_.size()[1]);
+    const std::size_t row = boundary_.words_per_row(),
+                      layer = row * static_cast<std::size_t>(boundary_.size()[1]);
     const auto met = static_cast<std::uint64_t>(met_[lane]);
     const std::size_t offsets[4] = {0, row, layer, layer + row};
     for (std::size_t i = 0; i < 4; ++i) {

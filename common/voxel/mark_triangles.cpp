@@ -19,9 +19,10 @@ namespace phantom::voxel::detail::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Voxels are tested in tiles of 4 × 4 × 4, one bit each: bit 16 z + 4 y + x. A closed triangle and a closed cube
-// meet unless one of thirteen directions separates them: the cube's axes (the ranges below), the cross products
-// of the axes with the triangle's edges (three shadows with three edges each) and the triangle's normal.
+// Voxels are tested in tiles of 4 × 4 × 4, one bit each: bit 16 z + 4 y + x. A closed triangle and a closed
+// cube meet unless one of thirteen directions separates them: the cube's axes (the ranges below), the cross
+// products of the axes with the triangle's edges (three shadows with three edges each) and the triangle's
+// normal.
 constexpr int kTile = 4;
 
 alignas(64) constexpr std::int64_t kOddLanes[kTile] = {0, -1, 0, -1}, kUpperLanes[kTile] = {0, 0, -1, -1};
@@ -39,12 +40,13 @@ struct Shadow {
   Shadow(const std::array<SnappedPoint, 3>& t, int u_axis, int v_axis) : u(u_axis), v(v_axis) {
     const std::int64_t area = (std::int64_t{t[1][u]} - t[0][u]) * (std::int64_t{t[2][v]} - t[0][v]) -
                               (std::int64_t{t[2][u]} - t[0][u]) * (std::int64_t{t[1][v]} - t[0][v]);
-    // Edges run so that the shadow is on their left. One without area is a segment: its edges run both ways, so both
-    // its sides are tested.
+    // Edges run so that the shadow is on their left. One without area is a segment: its edges run both ways,
+    // so both its sides are tested.
     const std::int64_t way = area < 0 ? -1 : 1;
     for (int i = 0; i < 3; ++i) {
       const SnappedPoint &from = t[i], &to = t[(i + 1) % 3];
-      const std::int64_t du = way * (std::int64_t{to[u]} - from[u]), dv = way * (std::int64_t{to[v]} - from[v]);
+      const std::int64_t du = way * (std::int64_t{to[u]} - from[u]),
+                         dv = way * (std::int64_t{to[v]} - from[v]);
       step_u[i] = -dv * kSub;
       step_v[i] = du * kSub;
       // Value at the square's corner that lies farthest to the left of the edge.
@@ -101,7 +103,8 @@ class Plane {
       bound += std::abs(static_cast<double>(normal_[i])) *
                static_cast<double>(std::max(std::abs(b[i]), std::abs(c[i])) + 8 * kSub);
     }
-    // Below 2⁵² all values are whole numbers that a double holds; above, doubtful ones are decided in integers.
+    // Below 2⁵² all values are whole numbers that a double holds; above, doubtful ones are decided in
+    // integers.
     doubt_ = bound < 0x1p52 ? -1.0 : bound * 0x1p-48;
   }
   /// Value n · (corner of the voxel − a point of the plane).
@@ -124,7 +127,8 @@ class Plane {
       for (std::uint64_t left = asked; left != 0;) {
         const int row = std::countr_zero(left) / kTile;
         left &= ~(std::uint64_t{0xf} << (kTile * row));
-        const auto low = hn::Add(along_x, hn::Set(d, corner + (row % kTile) * step_[1] + (row / kTile) * step_[2]));
+        const auto low =
+            hn::Add(along_x, hn::Set(d, corner + (row % kTile) * step_[1] + (row / kTile) * step_[2]));
         const auto high = hn::Add(low, span);
         std::uint8_t bits[8];
         const std::size_t shift = static_cast<std::size_t>(kTile * row) + part;
@@ -220,7 +224,8 @@ void put(std::uint64_t tile, std::int32_t x, std::int32_t y, std::int32_t z, Bit
 
 /// Cells along y, never too few, that the triangle can meet in the layers [z, z + 4).
 Range rows_in_layers(const std::array<SnappedPoint, 3>& t, std::int32_t z, const Range& y) {
-  const double bottom = static_cast<double>(z) * kSub - 2, top = bottom + static_cast<double>(kTile * kSub) + 4;
+  const double bottom = static_cast<double>(z) * kSub - 2,
+               top = bottom + static_cast<double>(kTile * kSub) + 4;
   double low = INFINITY, high = -INFINITY;
   for (int i = 0; i < 3; ++i) {
     const SnappedPoint &a = t[i], &b = t[(i + 1) % 3];
@@ -271,8 +276,8 @@ void mark_steep(const std::array<SnappedPoint, 3>& t, const Range* range, BitVol
       for (std::int32_t x = cells.first; x <= cells.last; x += kTile) {
         const std::uint64_t m_xy = xy.tile(x, y, rows_from(y, range[1]));
         const std::uint64_t m_xz = xz.tile(x, z, rows_from(z, range[2]));
-        const std::uint64_t met = m_xy * 0x0001000100010001ULL & nibble_runs(m_xz) & nibbles(m_yz) &
-                                  within(x, y, z, range);
+        const std::uint64_t met =
+            m_xy * 0x0001000100010001ULL & nibble_runs(m_xz) & nibbles(m_yz) & within(x, y, z, range);
         if (met != 0) put(met & plane.tile(x, y, z, met), x, y, z, boundary);
       }
     }
@@ -283,7 +288,8 @@ void mark(const std::array<SnappedPoint, 3>& t, Slab slab, BitVolume& boundary) 
   Range range[3];
   int wide_axes = 0, flat = 0;
   for (int i = 0; i < 3; ++i) {
-    const std::int32_t low = std::min({t[0][i], t[1][i], t[2][i]}), high = std::max({t[0][i], t[1][i], t[2][i]});
+    const std::int32_t low = std::min({t[0][i], t[1][i], t[2][i]}),
+                       high = std::max({t[0][i], t[1][i], t[2][i]});
     range[i] = {low >> kSubBits, high >> kSubBits};
     if (range[i].first != range[i].last) {
       ++wide_axes;
@@ -315,7 +321,8 @@ void MarkAll(const SnappedMesh& mesh, Slab z, BitVolume& boundary) {
   for (; i + step <= mesh.triangles.size(); i += step) small.mark(&mesh.triangles[i], mark_one);
   if (i == mesh.triangles.size()) return;
   Corners rest[SmallTriangles::kMost];
-  for (std::size_t lane = 0; lane < step; ++lane) rest[lane] = mesh.triangles[std::min(i + lane, mesh.triangles.size() - 1)];
+  for (std::size_t lane = 0; lane < step; ++lane)
+    rest[lane] = mesh.triangles[std::min(i + lane, mesh.triangles.size() - 1)];
   small.mark(rest, mark_one);
 }
 

@@ -25,7 +25,8 @@ std::vector<std::uint32_t> first_in_place(const std::vector<SnappedPoint>& point
   return first;
 }
 
-geometry::TriangleMesh all_but(std::uint32_t shell, const geometry::TriangleMesh& mesh_W, const MendedMesh& mended) {
+geometry::TriangleMesh all_but(std::uint32_t shell, const geometry::TriangleMesh& mesh_W,
+                               const MendedMesh& mended) {
   geometry::TriangleMesh mesh{mesh_W.vertices_m, {}};
   for (std::size_t i = 0; i < mended.triangles.size(); ++i) {
     if (mended.topology.shell_of[i] != shell) mesh.triangles.push_back(mended.triangles[i]);
@@ -69,9 +70,11 @@ bool turn_stray_shells(const geometry::TriangleMesh& mesh_W, MendedMesh& mended)
     six_volumes[mended.topology.shell_of[i]] += corners.determinant();
     sample[mended.topology.shell_of[i]] = i;
   }
-  constexpr double kAffordable = 2e8;  // triangles summed; beyond, every inward shell is turned: solid is safe
+  constexpr double kAffordable =
+      2e8;  // triangles summed; beyond, every inward shell is turned: solid is safe
   const auto inward = std::count_if(six_volumes.begin(), six_volumes.end(), [](double v) { return v < 0; });
-  const bool affordable = static_cast<double>(inward) * static_cast<double>(mended.triangles.size()) < kAffordable;
+  const bool affordable =
+      static_cast<double>(inward) * static_cast<double>(mended.triangles.size()) < kAffordable;
   std::vector<std::uint8_t> turn(shells.size(), 0);
   for (std::uint32_t s = 0; s < shells.size(); ++s) {
     if (!shells[s].closed || !(six_volumes[s] < 0)) continue;

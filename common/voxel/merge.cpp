@@ -34,7 +34,9 @@ struct Claims {
   std::vector<Claim> claims;
   std::vector<std::size_t> first;
 
-  std::span<const Claim> on(std::size_t key) const { return {claims.data() + first[key], first[key + 1] - first[key]}; }
+  std::span<const Claim> on(std::size_t key) const {
+    return {claims.data() + first[key], first[key + 1] - first[key]};
+  }
 };
 
 Claims claims_on(std::span<const BrickKey> keys, const std::vector<MergeEntry>& strongest_first) {
@@ -76,7 +78,8 @@ void make_room(std::span<const BrickKey> keys, const Claims& claims, Workspace& 
     if (on_it.empty()) continue;
     const MergeEntry& first = *on_it[0].entry;
     if (interior_alone(keys[i], on_it)) {
-      workspace.fill_brick(keys[i], (*first.codes)[static_cast<std::uint8_t>(kOrderInterior)], kOrderInterior, first.id);
+      workspace.fill_brick(keys[i], (*first.codes)[static_cast<std::uint8_t>(kOrderInterior)], kOrderInterior,
+                           first.id);
     } else if (on_it.size() == 1) {
       workspace.make_brick_of(keys[i], first.id, first.bricks->share(keys[i]));
     } else {
@@ -100,7 +103,8 @@ void merge_brick(std::span<const Claim> claims, const Workspace::MutableBrick& b
       std::memcpy(kept.data(), brick.mu_code, kBrickVoxels);
       settled = kept.data();
     }
-    detail::claim(*entry.codes, claims[c].orders, entry.id, settled, brick.mu_code, brick.order, brick.object);
+    detail::claim(*entry.codes, claims[c].orders, entry.id, settled, brick.mu_code, brick.order,
+                  brick.object);
   }
 }
 
@@ -108,14 +112,15 @@ void merge_brick(std::span<const Claim> claims, const Workspace::MutableBrick& b
 
 std::vector<BrickKey> keys_of(std::span<const MergeEntry> entries) {
   std::vector<BrickKey> keys;
-  for (const MergeEntry& entry : entries) keys.insert(keys.end(), entry.bricks->keys().begin(), entry.bricks->keys().end());
+  for (const MergeEntry& entry : entries)
+    keys.insert(keys.end(), entry.bricks->keys().begin(), entry.bricks->keys().end());
   std::sort(keys.begin(), keys.end());
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
   return keys;
 }
 
-void merge_bricks(MergeLaw law, std::span<const MergeEntry> entries, std::span<const BrickKey> keys, Workspace& workspace,
-                  int threads) {
+void merge_bricks(MergeLaw law, std::span<const MergeEntry> entries, std::span<const BrickKey> keys,
+                  Workspace& workspace, int threads) {
   const std::vector<MergeEntry> strongest_first = by_strength(law, entries);
   const Claims claims = claims_on(keys, strongest_first);
   make_room(keys, claims, workspace);

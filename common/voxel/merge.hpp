@@ -10,8 +10,8 @@
 
 namespace phantom::voxel {
 
-/// Whose voxel it is where several objects claim one (spec 1.6). An object claims the voxels in which it has an order
-/// other than free; object and order follow the winner's μ.
+/// Whose voxel it is where several objects claim one (spec 1.6). An object claims the voxels in which it has
+/// an order other than free; object and order follow the winner's μ.
 enum class MergeLaw : std::uint8_t {
   kHighestViscosity,  ///< the higher μ prevails; where they are equal, the lower object id
   kLatestObject,      ///< the greater rank prevails, rank being when the object came or was last moved
@@ -29,10 +29,10 @@ struct MergeEntry {
 /// Every brick in which an entry has something, each once, in BrickKey's order.
 std::vector<BrickKey> keys_of(std::span<const MergeEntry> entries);
 
-/// Makes exactly those bricks of the workspace anew from all entries, and removes those in which nobody has anything.
-/// The result depends neither on the order of the entries nor on the number of threads, nor on what stood in the
-/// bricks. `keys`: each once, inside the workspace. Not real-time safe.
-void merge_bricks(MergeLaw law, std::span<const MergeEntry> entries, std::span<const BrickKey> keys, Workspace& workspace,
-                  int threads = 1);
+/// Makes exactly those bricks of the workspace anew from all entries, and removes those in which nobody has
+/// anything. The result depends neither on the order of the entries nor on the number of threads, nor on what
+/// stood in the bricks. `keys`: each once, inside the workspace. Not real-time safe.
+void merge_bricks(MergeLaw law, std::span<const MergeEntry> entries, std::span<const BrickKey> keys,
+                  Workspace& workspace, int threads = 1);
 
 }  // namespace phantom::voxel

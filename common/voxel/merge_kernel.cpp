@@ -21,7 +21,8 @@ class Lookup {
  public:
   explicit Lookup(const CodeTable& table) : table_(table) {
     for (std::size_t row = 0; row < 256; row += 16) {
-      if (std::any_of(table.begin() + static_cast<std::ptrdiff_t>(row), table.begin() + static_cast<std::ptrdiff_t>(row) + 16,
+      if (std::any_of(table.begin() + static_cast<std::ptrdiff_t>(row),
+                      table.begin() + static_cast<std::ptrdiff_t>(row) + 16,
                       [](std::uint8_t code) { return code != 0; }))
         rows_[count_++] = static_cast<std::uint8_t>(row);
     }
@@ -59,36 +60,41 @@ HWY_INLINE void for_ids(Bytes chosen, const Put& put) {
     put(i, hn::Ne(hn::PromoteTo(kShorts, hn::Load(kHalfBytes, bytes + i)), hn::Zero(kShorts)));
 }
 
-void look_up(const CodeTable& table, const std::int8_t* orders, std::uint16_t id, std::uint8_t* codes, std::uint16_t* objects) {
+void look_up(const CodeTable& table, const std::int8_t* orders, std::uint16_t id, std::uint8_t* codes,
+             std::uint16_t* objects) {
   const Lookup lookup(table);
   const auto ids = hn::Set(kShorts, id);
   for (std::size_t i = 0; i < kBrickVoxels; i += hn::Lanes(kBytes)) {
     const auto code = lookup(orders + i);
     hn::StoreU(code, kBytes, codes + i);
     if (objects != nullptr)
-      for_ids(code, [&](std::size_t lane, auto there) HWY_ATTR { hn::StoreU(hn::IfThenElseZero(there, ids), kShorts, objects + i + lane); });
+      for_ids(code, [&](std::size_t lane, auto there) HWY_ATTR {
+        hn::StoreU(hn::IfThenElseZero(there, ids), kShorts, objects + i + lane);
+      });
   }
 }
 
-void take(const CodeTable& table, const std::int8_t* orders, std::uint16_t id, const std::uint8_t* settled, std::uint8_t* codes,
-          std::int8_t* winners, std::uint16_t* objects) {
+void take(const CodeTable& table, const std::int8_t* orders, std::uint16_t id, const std::uint8_t* settled,
+          std::uint8_t* codes, std::int8_t* winners, std::uint16_t* objects) {
   const Lookup lookup(table);
   const auto ids = hn::Set(kShorts, id);
   for (std::size_t i = 0; i < kBrickVoxels; i += hn::Lanes(kBytes)) {
     const auto order = hn::LoadU(kBytes, reinterpret_cast<const std::uint8_t*>(orders + i));
     const auto there = hn::LoadU(kBytes, codes + i);
     auto code = lookup(orders + i);
-    if (settled != nullptr) code = hn::IfThenElseZero(hn::Eq(hn::LoadU(kBytes, settled + i), hn::Zero(kBytes)), code);
+    if (settled != nullptr)
+      code = hn::IfThenElseZero(hn::Eq(hn::LoadU(kBytes, settled + i), hn::Zero(kBytes)), code);
     const auto higher = hn::Max(code, there);
     const auto stays = hn::Eq(higher, there);
     if (hn::AllTrue(kBytes, stays)) continue;
     auto* winner = reinterpret_cast<std::uint8_t*>(winners + i);
     hn::StoreU(higher, kBytes, codes + i);
     hn::StoreU(hn::IfThenElse(stays, hn::LoadU(kBytes, winner), order), kBytes, winner);
-    for_ids(hn::IfThenZeroElse(stays, hn::Set(kBytes, std::uint8_t{255})), [&](std::size_t lane, auto taken) HWY_ATTR {
-      std::uint16_t* to = objects + i + lane;
-      hn::StoreU(hn::IfThenElse(taken, ids, hn::LoadU(kShorts, to)), kShorts, to);
-    });
+    for_ids(hn::IfThenZeroElse(stays, hn::Set(kBytes, std::uint8_t{255})),
+            [&](std::size_t lane, auto taken) HWY_ATTR {
+              std::uint16_t* to = objects + i + lane;
+              hn::StoreU(hn::IfThenElse(taken, ids, hn::LoadU(kShorts, to)), kShorts, to);
+            });
   }
 }
 
@@ -101,12 +107,13 @@ namespace phantom::voxel::detail {
 HWY_EXPORT(look_up);
 HWY_EXPORT(take);
 
-void codes_of(const CodeTable& table, const std::int8_t* orders, std::uint16_t id, std::uint8_t* codes, std::uint16_t* objects) {
+void codes_of(const CodeTable& table, const std::int8_t* orders, std::uint16_t id, std::uint8_t* codes,
+              std::uint16_t* objects) {
   HWY_DYNAMIC_DISPATCH(look_up)(table, orders, id, codes, objects);
 }
 
-void claim(const CodeTable& table, const std::int8_t* orders, std::uint16_t id, const std::uint8_t* settled, std::uint8_t* codes,
-           std::int8_t* winners, std::uint16_t* objects) {
+void claim(const CodeTable& table, const std::int8_t* orders, std::uint16_t id, const std::uint8_t* settled,
+           std::uint8_t* codes, std::int8_t* winners, std::uint16_t* objects) {
   HWY_DYNAMIC_DISPATCH(take)(table, orders, id, settled, codes, winners, objects);
 }
 

@@ -106,7 +106,8 @@ core::Status write_nrrd(const std::filesystem::path& path, const Workspace& work
                         NrrdEncoding encoding) {
   // A pipe or a device is written to; put in place of a file is only what is whole.
   std::error_code ignored;
-  const bool is_file = !std::filesystem::exists(path, ignored) || std::filesystem::is_regular_file(path, ignored);
+  const bool is_file =
+      !std::filesystem::exists(path, ignored) || std::filesystem::is_regular_file(path, ignored);
   const std::filesystem::path draft = is_file ? path.string() + ".part" : path.string();
   const core::Status failed(core::ErrorCode::kUnavailable, path.string() + ": cannot be written");
   {

@@ -17,7 +17,8 @@ enum class NrrdEncoding { kRaw, kGzip };
 
 /// Writes one field of the whole grid as NRRD (x fastest; `space origin` is the centre of voxel (0,0,0),
 /// `space directions` the voxel's edges, both in W and metres), as ParaView and 3D Slicer read it. The file
-/// appears whole or not at all; what is there and no file (a pipe, a device) is written to. Not real-time safe.
+/// appears whole or not at all; what is there and no file (a pipe, a device) is written to. Not real-time
+/// safe.
 core::Status write_nrrd(const std::filesystem::path& path, const Workspace& workspace, NrrdField field,
                         NrrdEncoding encoding = NrrdEncoding::kGzip);
 

@@ -63,7 +63,8 @@ const std::int8_t* ObjectBricks::orders(BrickKey key) const noexcept {
 
 std::shared_ptr<const std::int8_t[]> ObjectBricks::share(BrickKey key) const noexcept {
   const auto found = std::lower_bound(keys_.begin(), keys_.end(), key);
-  return found == keys_.end() || *found != key ? nullptr : orders_[static_cast<std::size_t>(found - keys_.begin())];
+  return found == keys_.end() || *found != key ? nullptr
+                                               : orders_[static_cast<std::size_t>(found - keys_.begin())];
 }
 
 bool ObjectBricks::is_interior(BrickKey key) const noexcept {
@@ -84,9 +85,10 @@ std::int8_t* ObjectBricks::edit(BrickKey key) {
 
 std::int8_t ObjectBricks::at(Index3 v) const noexcept {
   const std::int8_t* brick = orders({v.x / kBrickEdge, v.y / kBrickEdge, v.z / kBrickEdge});
-  return brick == nullptr ? kOrderFree
-                          : brick[brick_offset(static_cast<std::uint32_t>(v.x & 31), static_cast<std::uint32_t>(v.y & 31),
-                                               static_cast<std::uint32_t>(v.z & 31))];
+  return brick == nullptr
+             ? kOrderFree
+             : brick[brick_offset(static_cast<std::uint32_t>(v.x & 31), static_cast<std::uint32_t>(v.y & 31),
+                                  static_cast<std::uint32_t>(v.z & 31))];
 }
 
 std::vector<ObjectBricks::Part> ObjectBricks::take_parts() {
@@ -99,7 +101,8 @@ std::vector<ObjectBricks::Part> ObjectBricks::take_parts() {
 }
 
 std::size_t ObjectBricks::bytes() const noexcept {
-  const auto own = std::count_if(orders_.begin(), orders_.end(), [](const auto& orders) { return orders != nullptr; });
+  const auto own =
+      std::count_if(orders_.begin(), orders_.end(), [](const auto& orders) { return orders != nullptr; });
   return static_cast<std::size_t>(own) * kBrickVoxels + keys_.capacity() * sizeof(BrickKey) +
          orders_.capacity() * sizeof(orders_[0]);
 }

@@ -10,8 +10,8 @@
 
 namespace phantom::voxel {
 
-/// Memory for a known number of bricks, taken from the heap in large pieces, each of which lives as long as one of its
-/// bricks. All calls from any thread.
+/// Memory for a known number of bricks, taken from the heap in large pieces, each of which lives as long as
+/// one of its bricks. All calls from any thread.
 class BrickMemory {
  public:
   /// `most`: bricks that will be held at once.
@@ -29,9 +29,9 @@ class BrickMemory {
   std::vector<std::shared_ptr<std::int8_t[]>> spare_;
 };
 
-/// One object's neighbour orders as sparse bricks of the workspace's grid, one byte a voxel in brick_offset layout:
-/// what an object adds to the workspace, kept so that others can be merged anew beside it. Bricks that are interior
-/// throughout share one block of memory. Movable; treated as immutable once merged.
+/// One object's neighbour orders as sparse bricks of the workspace's grid, one byte a voxel in brick_offset
+/// layout: what an object adds to the workspace, kept so that others can be merged anew beside it. Bricks
+/// that are interior throughout share one block of memory. Movable; treated as immutable once merged.
 class ObjectBricks {
  public:
   /// A brick to be made; `orders`: kBrickVoxels long, null for "interior throughout".

@@ -20,7 +20,9 @@ int LayerProfile::inside_depth_vox() const {
 
 namespace {
 
-core::Status refuse(const std::string& what) { return core::Status::invalid_argument("layer profile: " + what); }
+core::Status refuse(const std::string& what) {
+  return core::Status::invalid_argument("layer profile: " + what);
+}
 
 std::string inner(std::size_t i) { return "layer -" + std::to_string(i + 1); }
 
@@ -31,17 +33,19 @@ core::Status check_inside(const LayerProfile& profile) {
                   std::to_string(mu.size()) + " viscosities inside the body; allowed: one per layer");
   }
   if (mu.size() > kMaxLayers) {
-    return refuse(std::to_string(mu.size()) + " layers inside the body; allowed: at most " + std::to_string(kMaxLayers));
+    return refuse(std::to_string(mu.size()) + " layers inside the body; allowed: at most " +
+                  std::to_string(kMaxLayers));
   }
   long long depth = 0;
   for (const int thickness : profile.inside_thickness_vox) {
     if (thickness < 1)
-      return refuse("a layer inside the body of " + std::to_string(thickness) + " voxels; allowed: at least 1");
+      return refuse("a layer inside the body of " + std::to_string(thickness) +
+                    " voxels; allowed: at least 1");
     depth += thickness;
   }
   if (depth > kMaxReach_vox) {
-    return refuse("layers inside the body reach " + std::to_string(depth) + " voxels deep; allowed: at most " +
-                  std::to_string(kMaxReach_vox));
+    return refuse("layers inside the body reach " + std::to_string(depth) +
+                  " voxels deep; allowed: at most " + std::to_string(kMaxReach_vox));
   }
   for (std::size_t i = 0; i < mu.size(); ++i) {
     const float outer = i == 0 ? profile.mu_Pa_s_per_m.front() : mu[i - 1];
@@ -117,7 +121,8 @@ CodeTable code_table(const LayerProfile& profile, const std::vector<float>& pale
   codes[kOrderGuard] = code_of(profile.mu_Pa_s_per_m.front());
   codes[kOrderBoundary] = codes[kOrderInterior] = code_of(profile.mu_skin_Pa_s_per_m);
   const auto& inside = profile.mu_inside_Pa_s_per_m;
-  for (std::size_t i = 0; i < inside.size(); ++i) codes[256 - (i + 1)] = code_of(inside[i]);  // the byte of −(i + 1)
+  for (std::size_t i = 0; i < inside.size(); ++i)
+    codes[256 - (i + 1)] = code_of(inside[i]);  // the byte of −(i + 1)
   if (!inside.empty()) codes[kOrderBoundary] = code_of(inside.front());
   return codes;
 }

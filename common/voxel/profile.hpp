@@ -37,8 +37,9 @@ struct LayerProfile {
   LayerMethod method = LayerMethod::kDistance;
   ShapingElement element = ShapingElement::kSphere;  ///< of kDilation
 
-  /// Layers inside the body, order −1 (touching the boundary) to −n: what lies deeper has mu_skin. With them the
-  /// boundary has the μ of order −1, so that a model larger than the real object still gives a continuous percept.
+  /// Layers inside the body, order −1 (touching the boundary) to −n: what lies deeper has mu_skin. With them
+  /// the boundary has the μ of order −1, so that a model larger than the real object still gives a continuous
+  /// percept.
   std::vector<int> inside_thickness_vox;
   std::vector<float> mu_inside_Pa_s_per_m;  ///< rising inwards, from above layer 1's to at most mu_skin
 

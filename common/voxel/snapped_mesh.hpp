@@ -39,12 +39,12 @@ struct LineSigns {
   bool positive = false, negative = false;  ///< winding numbers of either sign occur
 };
 
-/// Winding number along x at every voxel centre of the slab (along z); sets `inside` where it is not 0. The mesh
-/// must be a closed, oriented surface: what enters leaves.
+/// Winding number along x at every voxel centre of the slab (along z); sets `inside` where it is not 0. The
+/// mesh must be a closed, oriented surface: what enters leaves.
 LineSigns fill_inside(const SnappedMesh& mesh, Slab z, BitVolume& inside);
 
-/// The same along x, y or z for any mesh. A line whose crossings do not add up to 0 says nothing: it is set in
-/// `silent`, which has one bit per line: (y, z) for x, (x, z) for y, (x, y) for z, and its voxels stay 0.
+/// The same along x, y or z for any mesh. A line whose crossings do not add up to 0 says nothing: it is set
+/// in `silent`, which has one bit per line: (y, z) for x, (x, z) for y, (x, y) for z, and its voxels stay 0.
 void fill_inside_along(int axis, const SnappedMesh& mesh, BitVolume& inside, BitVolume& silent);
 
 }  // namespace phantom::voxel::detail

@@ -18,7 +18,8 @@ constexpr std::size_t kTile = 16;  // columns and slices: a cache line of either
 /// Words of a row of 64 bits each that begins `shift` (< 64) bits later.
 class ShiftedRow {
  public:
-  ShiftedRow(const std::uint64_t* row, std::size_t words, int shift) : row_(row), words_(words), shift_(shift) {}
+  ShiftedRow(const std::uint64_t* row, std::size_t words, int shift)
+      : row_(row), words_(words), shift_(shift) {}
   std::uint64_t operator[](std::size_t i) const {
     const std::uint64_t here = i < words_ ? row_[i] : 0, before = i > 0 && i <= words_ ? row_[i - 1] : 0;
     return here << shift_ | before >> 1 >> (63 - shift_);
@@ -60,17 +61,22 @@ struct SolidRows::RowPart {
   std::array<std::uint32_t, kTile> solid, inner;
 };
 
-void SolidRows::take_row(std::int32_t in_y, std::int32_t in_z, std::size_t first_column, RowPart& part) const {
-  constexpr std::int32_t kAhead = 6;  // rows; the next slice is too far away for the processor to see what comes
+void SolidRows::take_row(std::int32_t in_y, std::int32_t in_z, std::size_t first_column,
+                         RowPart& part) const {
+  constexpr std::int32_t kAhead =
+      6;  // rows; the next slice is too far away for the processor to see what comes
   const std::size_t words = solid_.boundary.words_per_row();
-  const std::uint64_t *boundary_row = solid_.boundary.row(in_y, in_z), *interior_row = solid_.interior.row(in_y, in_z);
-  const std::size_t ahead = static_cast<std::size_t>(std::min(kAhead, box_.size[1] - 1 - in_y)) * words + first_column / 2;
+  const std::uint64_t *boundary_row = solid_.boundary.row(in_y, in_z),
+                      *interior_row = solid_.interior.row(in_y, in_z);
+  const std::size_t ahead =
+      static_cast<std::size_t>(std::min(kAhead, box_.size[1] - 1 - in_y)) * words + first_column / 2;
   hwy::Prefetch(boundary_row + ahead);
   hwy::Prefetch(interior_row + ahead);
   const int shift = box_.min.x & 31;
   const ShiftedRow boundary(boundary_row, words, shift), interior(interior_row, words, shift);
   for (std::size_t i = 0; i < kTile; i += 2) {
-    const std::uint64_t inner = interior[(first_column + i) / 2], solid = inner | boundary[(first_column + i) / 2];
+    const std::uint64_t inner = interior[(first_column + i) / 2],
+                        solid = inner | boundary[(first_column + i) / 2];
     part.solid[i] = static_cast<std::uint32_t>(solid);
     part.solid[i + 1] = static_cast<std::uint32_t>(solid >> 32);
     part.inner[i] = static_cast<std::uint32_t>(inner);
@@ -82,13 +88,15 @@ void SolidRows::take_row(std::int32_t in_y, std::int32_t in_z, std::size_t first
 void SolidRows::take_layer(std::int32_t layer) {
   const std::int32_t from_z = std::max(box_.min.z, (cells_.min.z + layer) * kBrickEdge);
   const std::int32_t to_z = std::min(box_.min.z + box_.size[2], (cells_.min.z + layer + 1) * kBrickEdge);
-  const auto columns = static_cast<std::size_t>(cells_.size[0]), rows = static_cast<std::size_t>(box_.size[1]);
+  const auto columns = static_cast<std::size_t>(cells_.size[0]),
+             rows = static_cast<std::size_t>(box_.size[1]);
   std::vector<std::uint32_t> inner(rows * columns, ~std::uint32_t{0});
   for (std::size_t first = 0; first < columns; first += kTile) {
     const std::size_t wide = std::min(kTile, columns - first);
     for (std::size_t y = 0; y < rows; ++y) {
       const auto in_y = static_cast<std::int32_t>(y);
-      Cells::Bits* const here = &cells_.bits[cells_.index(static_cast<std::int32_t>(first), brick_of(in_y + box_.min.y) - cells_.min.y, layer)];
+      Cells::Bits* const here = &cells_.bits[cells_.index(static_cast<std::int32_t>(first),
+                                                          brick_of(in_y + box_.min.y) - cells_.min.y, layer)];
       std::array<std::uint32_t, kTile> any{};
       for (std::int32_t z = from_z; z < to_z; z += static_cast<std::int32_t>(kTile)) {
         const std::size_t deep = std::min(kTile, static_cast<std::size_t>(to_z - z));
@@ -99,7 +107,9 @@ void SolidRows::take_layer(std::int32_t layer) {
           for (std::size_t i = 0; i < wide; ++i) inner[y * columns + first + i] &= tile[k].inner[i];
         }
         for (std::size_t i = 0; i < wide; ++i) {
-          std::uint32_t* const to = words_.data() + (first + i) * column_words_ + y * static_cast<std::size_t>(box_.size[2]) + static_cast<std::size_t>(z - box_.min.z);
+          std::uint32_t* const to = words_.data() + (first + i) * column_words_ +
+                                    y * static_cast<std::size_t>(box_.size[2]) +
+                                    static_cast<std::size_t>(z - box_.min.z);
           std::uint32_t slices = 0;
           for (std::size_t k = 0; k < deep; ++k) {
             to[k] = tile[k].solid[i];
@@ -109,7 +119,8 @@ void SolidRows::take_layer(std::int32_t layer) {
         }
       }
       for (std::size_t i = 0; i < wide; ++i)
-        united_[(first + i) * column_united_ + y * static_cast<std::size_t>(cells_.size[2]) + static_cast<std::size_t>(layer)] = any[i];
+        united_[(first + i) * column_united_ + y * static_cast<std::size_t>(cells_.size[2]) +
+                static_cast<std::size_t>(layer)] = any[i];
     }
   }
   settle_cells(layer, to_z - from_z == kBrickEdge, inner);

@@ -48,8 +48,9 @@ struct Cube {
   double radius_vox() const { return std::sqrt(3.0) * 0.5 * (edge - 1); }
 };
 
-/// Fills one brick. The distance changes by no more than the way between two points, so that a cube whose centre is far
-/// enough from every border between two layers lies in one of them altogether; others are halved.
+/// Fills one brick. The distance changes by no more than the way between two points, so that a cube whose
+/// centre is far enough from every border between two layers lies in one of them altogether; others are
+/// halved.
 class BrickOfSurface {
  public:
   BrickOfSurface(const detail::TriangleTree& tree, const Bands& bands, const SolidVoxels& solid)
@@ -75,7 +76,8 @@ class BrickOfSurface {
     if (order == bands_.order(distance + radius)) return put(cube, order);
     const std::int32_t half = cube.edge / 2;
     for (int part = 0; part < 8; ++part) {
-      const Cube eighth{{cube.min.x + (part & 1) * half, cube.min.y + (part >> 1 & 1) * half, cube.min.z + (part >> 2) * half},
+      const Cube eighth{{cube.min.x + (part & 1) * half, cube.min.y + (part >> 1 & 1) * half,
+                         cube.min.z + (part >> 2) * half},
                         half};
       if (is_solid(eighth)) continue;  // settled later
       fill(eighth, tree_.nearest_with_guess(eighth.centre_vox(), nearest.triangle));
@@ -86,8 +88,8 @@ class BrickOfSurface {
     if (cube.edge > 4) return false;
     const VoxelBox& box = solid_.box;
     const Index3 low{cube.min.x - box.min.x, cube.min.y - box.min.y, cube.min.z - box.min.z};
-    if (low.x < 0 || low.y < 0 || low.z < 0 || low.x + cube.edge > box.size[0] || low.y + cube.edge > box.size[1] ||
-        low.z + cube.edge > box.size[2]) {
+    if (low.x < 0 || low.y < 0 || low.z < 0 || low.x + cube.edge > box.size[0] ||
+        low.y + cube.edge > box.size[1] || low.z + cube.edge > box.size[2]) {
       return false;
     }
     for (std::int32_t z = low.z; z < low.z + cube.edge; ++z) {
@@ -124,14 +126,17 @@ bool contains(const VoxelBox& box, Index3 v) {
 }
 
 /// The solid's voxels, and what lies beyond the part, over what the distance said.
-void settle(const SolidVoxels& solid, const VoxelBox& part, BrickKey key, std::unique_ptr<std::int8_t[]>& orders) {
+void settle(const SolidVoxels& solid, const VoxelBox& part, BrickKey key,
+            std::unique_ptr<std::int8_t[]>& orders) {
   bool any = false;
   for (std::uint32_t z = 0; z < 32; ++z) {
     for (std::uint32_t y = 0; y < 32; ++y) {
       for (std::uint32_t x = 0; x < 32; ++x) {
-        const Index3 v{key.x * kBrickEdge + static_cast<std::int32_t>(x), key.y * kBrickEdge + static_cast<std::int32_t>(y),
+        const Index3 v{key.x * kBrickEdge + static_cast<std::int32_t>(x),
+                       key.y * kBrickEdge + static_cast<std::int32_t>(y),
                        key.z * kBrickEdge + static_cast<std::int32_t>(z)};
-        const std::int32_t in_x = v.x - solid.box.min.x, in_y = v.y - solid.box.min.y, in_z = v.z - solid.box.min.z;
+        const std::int32_t in_x = v.x - solid.box.min.x, in_y = v.y - solid.box.min.y,
+                           in_z = v.z - solid.box.min.z;
         const bool in_box = contains(solid.box, v);
         const bool boundary = in_box && solid.boundary.get(in_x, in_y, in_z);
         const bool interior = in_box && solid.interior.get(in_x, in_y, in_z);
@@ -149,17 +154,22 @@ void settle(const SolidVoxels& solid, const VoxelBox& part, BrickKey key, std::u
 }
 
 bool all_interior(const std::int8_t* orders) {
-  return std::all_of(orders, orders + kBrickVoxels, [](std::int8_t order) { return order == kOrderInterior; });
+  return std::all_of(orders, orders + kBrickVoxels,
+                     [](std::int8_t order) { return order == kOrderInterior; });
 }
 
 }  // namespace
 
-ObjectBricks surface_bricks(const geometry::TriangleMesh& mesh_W, const SolidVoxels& solid, const LayerProfile& profile,
-                            const GridSpec& grid, const VoxelBox& part, const WorkOptions& options) {
-  const VoxelBox reached = solid.box.empty() ? VoxelBox{} : solid.box.grown(profile.reach_vox()).intersection(part);
+ObjectBricks surface_bricks(const geometry::TriangleMesh& mesh_W, const SolidVoxels& solid,
+                            const LayerProfile& profile, const GridSpec& grid, const VoxelBox& part,
+                            const WorkOptions& options) {
+  const VoxelBox reached =
+      solid.box.empty() ? VoxelBox{} : solid.box.grown(profile.reach_vox()).intersection(part);
   if (reached.empty()) return {};
   const BrickKey first{reached.min.x >> 5, reached.min.y >> 5, reached.min.z >> 5};
-  const auto count = [](std::int32_t min, std::int32_t size) { return static_cast<std::size_t>(((min + size - 1) >> 5) - (min >> 5) + 1); };
+  const auto count = [](std::int32_t min, std::int32_t size) {
+    return static_cast<std::size_t>(((min + size - 1) >> 5) - (min >> 5) + 1);
+  };
   const std::size_t nx = count(reached.min.x, reached.size[0]), ny = count(reached.min.y, reached.size[1]),
                     nz = count(reached.min.z, reached.size[2]);
   const detail::TriangleTree tree(mesh_W, grid);
@@ -171,7 +181,8 @@ ObjectBricks surface_bricks(const geometry::TriangleMesh& mesh_W, const SolidVox
     if (stopped) return;
     BrickOfSurface brick(tree, bands, solid);
     for (std::size_t x = 0; x < nx; ++x) {
-      const BrickKey key{first.x + static_cast<std::int32_t>(x), first.y + static_cast<std::int32_t>(row % ny),
+      const BrickKey key{first.x + static_cast<std::int32_t>(x),
+                         first.y + static_cast<std::int32_t>(row % ny),
                          first.z + static_cast<std::int32_t>(row / ny)};
       auto orders = brick(key);
       settle(solid, part, key, orders);

@@ -58,8 +58,8 @@ std::uint32_t TriangleTree::build(std::vector<std::uint32_t>& order, std::size_t
   (last_middle - first_middle).maxCoeff(&axis);
   const std::size_t half = from + (to - from) / 2;
   using Difference = std::vector<std::uint32_t>::difference_type;
-  std::nth_element(order.begin() + static_cast<Difference>(from), order.begin() + static_cast<Difference>(half),
-                   order.begin() + static_cast<Difference>(to),
+  std::nth_element(order.begin() + static_cast<Difference>(from),
+                   order.begin() + static_cast<Difference>(half), order.begin() + static_cast<Difference>(to),
                    [&](std::uint32_t a, std::uint32_t b) { return middle(a)[axis] < middle(b)[axis]; });
   build(order, from, half);
   const std::uint32_t right = build(order, half, to);

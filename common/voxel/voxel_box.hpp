@@ -57,7 +57,8 @@ class BitVolume {
     BitVolume volume;
     volume.size_ = size;
     volume.words_per_row_ = (static_cast<std::size_t>(size[0]) + 63) / 64;
-    volume.words_.resize(volume.words_per_row_ * static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2]));
+    volume.words_.resize(volume.words_per_row_ * static_cast<std::size_t>(size[1]) *
+                         static_cast<std::size_t>(size[2]));
     return volume;
   }
 

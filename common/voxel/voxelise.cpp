@@ -52,9 +52,10 @@ bool snap(const geometry::TriangleMesh& mesh_W, const GridSpec& grid, const Voxe
     for (std::size_t i = batch * kBatch; i < std::min(points.size(), (batch + 1) * kBatch); ++i) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto a = static_cast<Eigen::Index>(axis);
-        const double p = ((static_cast<double>(mesh_W.vertices_m[i][a]) - grid.origin_m[a]) / grid.voxel_size_m -
-                          corner[axis]) *
-                         static_cast<double>(kSub);
+        const double p =
+            ((static_cast<double>(mesh_W.vertices_m[i][a]) - grid.origin_m[a]) / grid.voxel_size_m -
+             corner[axis]) *
+            static_cast<double>(kSub);
         const double held = std::clamp(p, -2.0 * kReach, 2.0 * kReach);
         farthest = std::max(farthest, std::abs(held));
         points[i][axis] = static_cast<std::int32_t>((held + kRounder) - kRounder);
@@ -67,7 +68,8 @@ bool snap(const geometry::TriangleMesh& mesh_W, const GridSpec& grid, const Voxe
 
 void clear(Slab z, BitVolume& volume) {
   const std::size_t layer = volume.words_per_row() * static_cast<std::size_t>(volume.size()[1]);
-  std::fill_n(volume.words().data() + layer * static_cast<std::size_t>(z.first), layer * static_cast<std::size_t>(z.last - z.first), 0);
+  std::fill_n(volume.words().data() + layer * static_cast<std::size_t>(z.first),
+              layer * static_cast<std::size_t>(z.last - z.first), 0);
 }
 
 /// Writes all of `inside`.
@@ -104,8 +106,8 @@ class Judge {
   Judge(const geometry::WindingTree& tree, const GridSpec& grid, const VoxelBox& box)
       : tree_(tree), grid_(grid), box_(box) {}
 
-  /// Sets the voxels of [first, last] that are inside; no surface may lie between them. Off the surface the number
-  /// changes smoothly: between two places that clearly agree it is not asked again.
+  /// Sets the voxels of [first, last] that are inside; no surface may lie between them. Off the surface the
+  /// number changes smoothly: between two places that clearly agree it is not asked again.
   void run(std::uint64_t* row, std::int32_t first, std::int32_t last, std::int32_t y, std::int32_t z) const {
     double w = at(first, y, z);
     for (std::int32_t from = first; from < last;) {
@@ -120,7 +122,8 @@ class Judge {
 
  private:
   static constexpr std::int32_t kStride = 16;
-  static constexpr double kClearPerVoxel = 0.0125;  // off the threshold, times the places' distance: 0.2 a stride
+  static constexpr double kClearPerVoxel =
+      0.0125;  // off the threshold, times the places' distance: 0.2 a stride
 
   double at(std::int32_t x, std::int32_t y, std::int32_t z) const {
     return std::abs(tree_.at(grid_.centre_of({box_.min.x + x, box_.min.y + y, box_.min.z + z})));
@@ -129,8 +132,8 @@ class Judge {
     if (w > 0.5) row[x >> 6] |= std::uint64_t{1} << (x & 63);
   }
   /// Voxels [from, to).
-  void between(std::uint64_t* row, std::int32_t from, double w_from, std::int32_t to, double w_to, std::int32_t y,
-               std::int32_t z) const {
+  void between(std::uint64_t* row, std::int32_t from, double w_from, std::int32_t to, double w_to,
+               std::int32_t y, std::int32_t z) const {
     const double low = std::min(w_from, w_to), high = std::max(w_from, w_to);
     const double clear = kClearPerVoxel * (to - from);
     if (to - from == 1 || low > 0.5 + clear || high < 0.5 - clear) {
@@ -149,8 +152,8 @@ class Judge {
 };
 
 /// Writes what is agreed about a row, and into `disputed` what is not.
-void count_votes(const Votes& votes, std::int32_t y, std::int32_t z, std::int32_t size_x, std::uint64_t* inside,
-                 std::vector<std::uint64_t>& disputed) {
+void count_votes(const Votes& votes, std::int32_t y, std::int32_t z, std::int32_t size_x,
+                 std::uint64_t* inside, std::vector<std::uint64_t>& disputed) {
   const auto any = [](const std::uint64_t* bits) { return bits[0] | bits[1] | bits[2]; };
   const auto two = [](const std::uint64_t* b) { return (b[0] & b[1]) | (b[1] & b[2]) | (b[2] & b[0]); };
   const std::uint64_t silent_x = votes.silent[0].get(y, z, 0) ? ~std::uint64_t{0} : 0;
@@ -168,11 +171,14 @@ void count_votes(const Votes& votes, std::int32_t y, std::int32_t z, std::int32_
   }
 }
 
-/// Settles rows of the slab: agreed voxels as agreed, the others by the winding number; returns how many those are.
+/// Settles rows of the slab: agreed voxels as agreed, the others by the winding number; returns how many
+/// those are.
 std::size_t settle(const Votes& votes, Slab slab, const Judge& judge, SolidVoxels& solid) {
   std::size_t disputed_voxels = 0;
   std::vector<std::uint64_t> disputed(solid.inside.words_per_row());
-  const auto is_disputed = [&](std::int32_t x) { return (disputed[static_cast<std::size_t>(x >> 6)] >> (x & 63) & 1) != 0; };
+  const auto is_disputed = [&](std::int32_t x) {
+    return (disputed[static_cast<std::size_t>(x >> 6)] >> (x & 63) & 1) != 0;
+  };
   for (std::int32_t z = slab.first; z < slab.last; ++z) {
     for (std::int32_t y = 0; y < solid.box.size[1]; ++y) {
       std::uint64_t* row = solid.inside.row(y, z);
@@ -184,7 +190,9 @@ std::size_t settle(const Votes& votes, Slab slab, const Judge& judge, SolidVoxel
         while (!is_disputed(first)) ++first;
         last = first;
         const auto on_surface = [&](std::int32_t x) { return solid.boundary.get(x, y, z); };
-        while (last + 1 < solid.box.size[0] && is_disputed(last + 1) && !on_surface(last) && !on_surface(last + 1)) ++last;
+        while (last + 1 < solid.box.size[0] && is_disputed(last + 1) && !on_surface(last) &&
+               !on_surface(last + 1))
+          ++last;
         judge.run(row, first, last, y, z);
         left -= static_cast<std::size_t>(last - first + 1);
       }
@@ -203,8 +211,8 @@ VoxelBox voxels_of(const geometry::BoundingBox& box, const GridSpec& grid) {
 }
 
 /// The inside of a mesh that is no closed surface facing one way as it stands.
-void fill_mended(const geometry::TriangleMesh& mesh_W, const SnappedMesh& snapped, const GridSpec& grid, int threads,
-                 SolidVoxels& solid) {
+void fill_mended(const geometry::TriangleMesh& mesh_W, const SnappedMesh& snapped, const GridSpec& grid,
+                 int threads, SolidVoxels& solid) {
   detail::MendedMesh mended = detail::mend(snapped);
   const SnappedMesh mesh{snapped.points, mended.triangles};
   solid.report.closed = mended.closed;
@@ -227,7 +235,9 @@ void fill_mended(const geometry::TriangleMesh& mesh_W, const SnappedMesh& snappe
 
 }  // namespace
 
-VoxelBox voxel_bounds(const geometry::TriangleMesh& mesh_W, const GridSpec& grid) { return voxels_of(mesh_W.bounding_box(), grid); }
+VoxelBox voxel_bounds(const geometry::TriangleMesh& mesh_W, const GridSpec& grid) {
+  return voxels_of(mesh_W.bounding_box(), grid);
+}
 
 core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const GridSpec& grid,
                                      const VoxelBox& clip, int threads) {
@@ -237,11 +247,13 @@ core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const
                              "mesh reaches farther than " + std::to_string(kReach / kSub) +
                                  " voxels from the workspace; is its scale right?");
   if (!mesh_W.all_finite())
-    return core::Status(core::ErrorCode::kInvalidArgument, "mesh has a coordinate that is not a finite number");
+    return core::Status(core::ErrorCode::kInvalidArgument,
+                        "mesh has a coordinate that is not a finite number");
   const geometry::BoundingBox bounds = mesh_W.bounding_box();
   if (bounds.empty()) return solid;
   const double farthest_m = std::max(-bounds.min_m.minCoeff(), bounds.max_m.maxCoeff());
-  if (!(farthest_m < std::min(1e6, 1e9 * grid.voxel_size_m))) return too_far;  // voxel addresses are 32 bit integers
+  if (!(farthest_m < std::min(1e6, 1e9 * grid.voxel_size_m)))
+    return too_far;  // voxel addresses are 32 bit integers
   solid.box = voxels_of(bounds, grid).intersection(clip);
   if (solid.box.empty()) return solid;
   SnappedMesh mesh{{}, mesh_W.triangles};
@@ -262,7 +274,8 @@ core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const
   solid.interior = BitVolume::unwritten(solid.box.size);
   in_slabs(solid.box.size[2], threads, [&](Slab z) {
     const std::size_t layer = solid.inside.words_per_row() * static_cast<std::size_t>(solid.box.size[1]);
-    for (std::size_t i = layer * static_cast<std::size_t>(z.first); i < layer * static_cast<std::size_t>(z.last); ++i)
+    for (std::size_t i = layer * static_cast<std::size_t>(z.first);
+         i < layer * static_cast<std::size_t>(z.last); ++i)
       solid.interior.words()[i] = solid.inside.words()[i] & ~solid.boundary.words()[i];
   });
   return solid;

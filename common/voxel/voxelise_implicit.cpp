@@ -16,9 +16,11 @@ using geometry::Region;
 
 constexpr int kPartDepth = 4;
 static_assert(kImplicitPart_vox * (1 << kPartDepth) == 1.0);
-/// Voxels are looked at this much lower, so that a surface on a border belongs to the upper voxel whatever the rounding.
+/// Voxels are looked at this much lower, so that a surface on a border belongs to the upper voxel whatever
+/// the rounding.
 constexpr double kShift_vox = 1.0 / 32768.0;
-/// Cubes of this edge, in voxels, are shared out to the threads; two of them side by side along x fill the words of 64.
+/// Cubes of this edge, in voxels, are shared out to the threads; two of them side by side along x fill the
+/// words of 64.
 constexpr std::int32_t kPiece = 32;
 
 class Voxeliser {
@@ -40,14 +42,17 @@ class Voxeliser {
     std::sort(pieces_.begin(), pieces_.end(), [&](Index3 a, Index3 b) { return place(a) < place(b); });
     std::vector<std::size_t> first;
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
-      const bool shares = i > 0 && pieces_[i - 1].z == pieces_[i].z && pieces_[i - 1].y == pieces_[i].y && pieces_[i - 1].x >> 6 == pieces_[i].x >> 6;
+      const bool shares = i > 0 && pieces_[i - 1].z == pieces_[i].z && pieces_[i - 1].y == pieces_[i].y &&
+                          pieces_[i - 1].x >> 6 == pieces_[i].x >> 6;
       if (!shares) first.push_back(i);
     }
     first.push_back(pieces_.size());
     std::atomic<bool> stopped = false;
     core::parallel_for(options.threads, first.size() - 1, [&](std::size_t i, std::size_t worker) {
       if (stopped) return;
-      if (worker == 0 && options.go_on && !options.go_on(static_cast<double>(i) / static_cast<double>(first.size()))) stopped = true;
+      if (worker == 0 && options.go_on &&
+          !options.go_on(static_cast<double>(i) / static_cast<double>(first.size())))
+        stopped = true;
       for (std::size_t piece = first[i]; piece < first[i + 1]; ++piece) visit(solid_, pieces_[piece], kPiece);
     });
     return !stopped;
@@ -56,8 +61,8 @@ class Voxeliser {
  private:
   Region region(Index3 v, std::int32_t size) const {
     const double half_m = 0.5 * size * grid_.voxel_size_m;
-    const Eigen::Vector3d centre =
-        corner_m_ + grid_.voxel_size_m * Eigen::Vector3d(v.x, v.y, v.z) + Eigen::Vector3d::Constant(half_m) - shift_m_;
+    const Eigen::Vector3d centre = corner_m_ + grid_.voxel_size_m * Eigen::Vector3d(v.x, v.y, v.z) +
+                                   Eigen::Vector3d::Constant(half_m) - shift_m_;
     return Region::box(centre, Eigen::Vector3d::Constant(half_m));
   }
 
@@ -65,7 +70,9 @@ class Voxeliser {
     const auto& limit = voxels_.box.size;
     return v.x >= limit[0] || v.y >= limit[1] || v.z >= limit[2];
   }
-  static Index3 part(Index3 v, std::int32_t half, int i) { return {v.x + (i & 1) * half, v.y + (i >> 1 & 1) * half, v.z + (i >> 2) * half}; }
+  static Index3 part(Index3 v, std::int32_t half, int i) {
+    return {v.x + (i & 1) * half, v.y + (i >> 1 & 1) * half, v.z + (i >> 2) * half};
+  }
 
   /// Settles large cubes; those of kPiece that are neither in nor out become pieces.
   void split(Index3 v, std::int32_t size) {
@@ -92,7 +99,8 @@ class Voxeliser {
 
   void mark(const ImplicitSolid& solid, const Region& cube, Index3 v) {
     if (solid.value(cube.centre_m + shift_m_) < 0.0) voxels_.inside.set(v.x, v.y, v.z);
-    if (corners_differ(solid, cube) || may_hold_surface(solid, cube, kPartDepth)) voxels_.boundary.set(v.x, v.y, v.z);
+    if (corners_differ(solid, cube) || may_hold_surface(solid, cube, kPartDepth))
+      voxels_.boundary.set(v.x, v.y, v.z);
   }
 
   /// The cheap proof that the surface passes: points of the voxel on either side.
@@ -112,7 +120,8 @@ class Voxeliser {
     const Eigen::Vector3d half = 0.5 * part.half_m;
     for (int i = 0; i < 8; ++i) {
       const Eigen::Vector3d sign((i & 1) * 2 - 1, (i >> 1 & 1) * 2 - 1, (i >> 2) * 2 - 1);
-      if (may_hold_surface(solid, Region::box(part.centre_m + half.cwiseProduct(sign), half), depth - 1)) return true;
+      if (may_hold_surface(solid, Region::box(part.centre_m + half.cwiseProduct(sign), half), depth - 1))
+        return true;
     }
     return false;
   }
@@ -167,9 +176,11 @@ core::Expected<SolidVoxels> voxelise(const ImplicitSolid& solid_W, const GridSpe
   if (solid.box.empty()) return solid;
   solid.boundary = BitVolume(solid.box.size);
   solid.inside = BitVolume(solid.box.size);
-  if (!Voxeliser(solid_W, grid, solid).run(options)) return core::Status(core::ErrorCode::kUnavailable, "voxelising was stopped");
+  if (!Voxeliser(solid_W, grid, solid).run(options))
+    return core::Status(core::ErrorCode::kUnavailable, "voxelising was stopped");
   solid.interior = solid.inside;
-  for (std::size_t i = 0; i < solid.interior.words().size(); ++i) solid.interior.words()[i] &= ~solid.boundary.words()[i];
+  for (std::size_t i = 0; i < solid.interior.words().size(); ++i)
+    solid.interior.words()[i] &= ~solid.boundary.words()[i];
   return solid;
 }
 

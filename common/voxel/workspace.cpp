@@ -44,8 +44,8 @@ std::vector<BrickKey> Workspace::bricks() const {
 std::size_t Workspace::bytes() const noexcept {
   std::size_t orders = 0;
   for (const Slot& slot : slots_) orders += slot.own_orders.size() + (slot.shared_orders ? kBrickVoxels : 0);
-  return directory_.size() * sizeof(directory_[0]) + slots_.size() * sizeof(slots_[0]) + mu_codes_.size() + orders +
-         objects_.size() * sizeof(objects_[0]);
+  return directory_.size() * sizeof(directory_[0]) + slots_.size() * sizeof(slots_[0]) + mu_codes_.size() +
+         orders + objects_.size() * sizeof(objects_[0]);
 }
 
 Workspace::BrickView Workspace::brick(BrickKey key) const noexcept {
@@ -53,7 +53,8 @@ Workspace::BrickView Workspace::brick(BrickKey key) const noexcept {
   const std::size_t first = slot * kBrickVoxels;
   const Slot& about = slots_[slot];
   return {mu_codes_.data() + first, about.orders(),
-          about.object_list == 0 ? nullptr : objects_.data() + about.object_list * kBrickVoxels, about.object};
+          about.object_list == 0 ? nullptr : objects_.data() + about.object_list * kBrickVoxels,
+          about.object};
 }
 
 void Workspace::BrickView::copy_objects(std::uint16_t* to) const {
@@ -72,7 +73,8 @@ void Workspace::reserve_bricks(std::size_t count) {
 void Workspace::reserve_for(std::size_t more_bricks, std::size_t of_several) {
   if (more_bricks > free_slots_.size()) reserve_bricks(slots_.size() - 1 + more_bricks - free_slots_.size());
   if (of_several <= free_object_lists_.size()) return;
-  const std::size_t lists = std::max(kBrickVoxels, objects_.size()) / kBrickVoxels + of_several - free_object_lists_.size();
+  const std::size_t lists =
+      std::max(kBrickVoxels, objects_.size()) / kBrickVoxels + of_several - free_object_lists_.size();
   if (lists * kBrickVoxels > objects_.capacity()) objects_.reserve(lists * kBrickVoxels);
 }
 
@@ -112,7 +114,9 @@ Workspace::MutableBrick Workspace::arrays(std::uint32_t slot) noexcept {
           list == 0 ? nullptr : objects_.data() + list * kBrickVoxels};
 }
 
-Workspace::MutableBrick Workspace::edit_brick(BrickKey key) noexcept { return arrays(directory_[directory_index(key)]); }
+Workspace::MutableBrick Workspace::edit_brick(BrickKey key) noexcept {
+  return arrays(directory_[directory_index(key)]);
+}
 
 Workspace::MutableBrick Workspace::make_brick(BrickKey key) {
   const std::size_t place = directory_index(key);
@@ -121,7 +125,8 @@ Workspace::MutableBrick Workspace::make_brick(BrickKey key) {
   std::uint32_t slot = before;
   if (before == 0 || slots_[before].uniform) {
     slot = take_slot();
-    std::copy_n(mu_codes_.data() + before * kBrickVoxels, kBrickVoxels, mu_codes_.data() + slot * kBrickVoxels);
+    std::copy_n(mu_codes_.data() + before * kBrickVoxels, kBrickVoxels,
+                mu_codes_.data() + slot * kBrickVoxels);
     slots_[slot].own_orders.assign(slots_[before].orders(), slots_[before].orders() + kBrickVoxels);
   } else if (auto& shared = slots_[slot].shared_orders) {
     slots_[slot].own_orders.assign(shared.get(), shared.get() + kBrickVoxels);

@@ -17,12 +17,13 @@ inline constexpr std::int8_t kOrderGuard = 99;
 inline constexpr std::int8_t kOrderBoundary = 100;
 inline constexpr std::int8_t kOrderInterior = 101;  // 1…q: neighbour layers; −1…−n: layers inside the body
 
-/// The unit of storage and of the topic: a cube of 32³ voxels, stored as 8³ tiles of 4³ voxels (one byte each: a cache
-/// line), so that a coherent skin touches few lines.
+/// The unit of storage and of the topic: a cube of 32³ voxels, stored as 8³ tiles of 4³ voxels (one byte
+/// each: a cache line), so that a coherent skin touches few lines.
 inline constexpr std::int32_t kBrickEdge = 32;
 inline constexpr std::size_t kBrickVoxels = 32768;
 
-/// Offset of voxel (x,y,z), each 0…31, inside a brick: tiles in x-fastest order, voxels within a tile likewise.
+/// Offset of voxel (x,y,z), each 0…31, inside a brick: tiles in x-fastest order, voxels within a tile
+/// likewise.
 constexpr std::size_t brick_offset(std::uint32_t x, std::uint32_t y, std::uint32_t z) noexcept {
   return (((z >> 2) << 6 | (y >> 2) << 3 | x >> 2) << 6) | (z & 3) << 4 | (y & 3) << 2 | (x & 3);
 }
@@ -39,17 +40,18 @@ constexpr VoxelBox box_of(BrickKey key) noexcept {
   return {{key.x * kBrickEdge, key.y * kBrickEdge, key.z * kBrickEdge}, {kBrickEdge, kBrickEdge, kBrickEdge}};
 }
 
-/// The workspace voxel array (WVA): all objects of a cell merged, in bricks of which only those that hold something
-/// exist. One whole version; treated as immutable once it is shared (std::shared_ptr<const Workspace>).
+/// The workspace voxel array (WVA): all objects of a cell merged, in bricks of which only those that hold
+/// something exist. One whole version; treated as immutable once it is shared (std::shared_ptr<const
+/// Workspace>).
 ///
-/// A voxel's μ is a code into a palette that rises with the code (code 0 is free space, μ = 0), so "higher μ prevails"
-/// is a byte-wise maximum and sensing reads one byte. Slot 0 of every array is the empty brick: a lookup never
-/// branches on whether a brick exists.
+/// A voxel's μ is a code into a palette that rises with the code (code 0 is free space, μ = 0), so "higher μ
+/// prevails" is a byte-wise maximum and sensing reads one byte. Slot 0 of every array is the empty brick: a
+/// lookup never branches on whether a brick exists.
 class Workspace {
  public:
   Workspace() = default;
-  /// `palette_Pa_s_per_m`: μ by code; first entry 0, strictly rising, at most 256 entries (check_palette in palette.hpp
-  /// says what is wrong with one that is not). Throws std::invalid_argument.
+  /// `palette_Pa_s_per_m`: μ by code; first entry 0, strictly rising, at most 256 entries (check_palette in
+  /// palette.hpp says what is wrong with one that is not). Throws std::invalid_argument.
   Workspace(const GridSpec& grid, std::vector<float> palette_Pa_s_per_m);
 
   const GridSpec& grid() const noexcept { return grid_; }
@@ -57,7 +59,9 @@ class Workspace {
   std::uint64_t version = 0;  ///< set by whoever builds it; rises with every change
 
   /// Voxel lookups; everything outside the grid is free space. Real-time safe: yes.
-  std::uint8_t mu_code(Index3 v) const noexcept { return grid_.contains(v) ? mu_codes_[address(v)] : std::uint8_t{0}; }
+  std::uint8_t mu_code(Index3 v) const noexcept {
+    return grid_.contains(v) ? mu_codes_[address(v)] : std::uint8_t{0};
+  }
   float mu(Index3 v) const noexcept { return palette_[mu_code(v)]; }
   std::int8_t order(Index3 v) const noexcept {
     if (!grid_.contains(v)) return kOrderFree;
@@ -68,7 +72,9 @@ class Workspace {
     if (!grid_.contains(v)) return 0;
     const std::size_t at = address(v), slot = at / kBrickVoxels;
     const std::uint32_t list = slots_[slot].object_list;
-    return list != 0 ? objects_[list * kBrickVoxels + at % kBrickVoxels] : mu_codes_[at] != 0 ? slots_[slot].object : std::uint16_t{0};
+    return list != 0            ? objects_[list * kBrickVoxels + at % kBrickVoxels]
+           : mu_codes_[at] != 0 ? slots_[slot].object
+                                : std::uint16_t{0};
   }
 
   /// Bricks along x, y, z.
@@ -82,7 +88,7 @@ class Workspace {
   struct BrickView {
     const std::uint8_t* mu_code;
     const std::int8_t* order;
-    const std::uint16_t* object;     ///< null: every voxel with a μ belongs to `sole_object`
+    const std::uint16_t* object;  ///< null: every voxel with a μ belongs to `sole_object`
     std::uint16_t sole_object = 0;
 
     /// Object ids of all voxels, to kBrickVoxels elements; 0 where there is none.
@@ -94,13 +100,17 @@ class Workspace {
     std::uint16_t* object;
   };
   BrickView brick(BrickKey key) const noexcept;
-  /// Makes the brick if need be (zeroed). Pointers last until the next call that makes one. Not real-time safe.
+  /// Makes the brick if need be (zeroed). Pointers last until the next call that makes one. Not real-time
+  /// safe.
   MutableBrick make_brick(BrickKey key);
-  /// Makes the brick anew for one object, to which every voxel with a μ belongs; half the memory of make_brick()'s.
-  /// Its codes and orders are for the caller to fill, all of them; `object` is null. With `orders` it shares the object's
-  /// (kBrickVoxels of them, not changed from now on), and `order` is null too.
-  MutableBrick make_brick_of(BrickKey key, std::uint16_t object, std::shared_ptr<const std::int8_t[]> orders = nullptr);
-  /// Makes the brick anew for several objects; codes, orders and objects are for the caller to fill, all of them.
+  /// Makes the brick anew for one object, to which every voxel with a μ belongs; half the memory of
+  /// make_brick()'s. Its codes and orders are for the caller to fill, all of them; `object` is null. With
+  /// `orders` it shares the object's (kBrickVoxels of them, not changed from now on), and `order` is null
+  /// too.
+  MutableBrick make_brick_of(BrickKey key, std::uint16_t object,
+                             std::shared_ptr<const std::int8_t[]> orders = nullptr);
+  /// Makes the brick anew for several objects; codes, orders and objects are for the caller to fill, all of
+  /// them.
   MutableBrick make_brick_of_several(BrickKey key);
   /// Makes the brick anew with all voxels alike; such bricks share their memory.
   void fill_brick(BrickKey key, std::uint8_t mu_code, std::int8_t order, std::uint16_t object);
@@ -109,8 +119,8 @@ class Workspace {
   void remove_brick(BrickKey key);
   /// Makes room for `count` bricks' codes in all, so that making them neither moves nor over-allocates.
   void reserve_bricks(std::size_t count);
-  /// The same for so many bricks more than there are, `of_several` of them with object ids of their own; room that removed
-  /// bricks left counts.
+  /// The same for so many bricks more than there are, `of_several` of them with object ids of their own; room
+  /// that removed bricks left counts.
   void reserve_for(std::size_t more_bricks, std::size_t of_several);
 
   std::size_t object_lists() const noexcept { return objects_.size() / kBrickVoxels; }  ///< for reserve_for()
@@ -118,18 +128,22 @@ class Workspace {
   /// Hash of grid, palette and all bricks, independent of the order in which they were made.
   std::uint64_t content_hash() const;
 
-  /// Raw arrays for the sensing kernel: μ code of voxel v is codes[directory[brick index]·kBrickVoxels + brick_offset].
+  /// Raw arrays for the sensing kernel: μ code of voxel v is codes[directory[brick index]·kBrickVoxels +
+  /// brick_offset].
   const std::uint32_t* directory() const noexcept { return directory_.data(); }
   const std::uint8_t* codes() const noexcept { return mu_codes_.data(); }
 
   std::size_t directory_index(BrickKey key) const noexcept {
-    return (static_cast<std::size_t>(key.z) * static_cast<std::size_t>(size_bricks_[1]) + static_cast<std::size_t>(key.y)) *
-               static_cast<std::size_t>(size_bricks_[0]) + static_cast<std::size_t>(key.x);
+    return (static_cast<std::size_t>(key.z) * static_cast<std::size_t>(size_bricks_[1]) +
+            static_cast<std::size_t>(key.y)) *
+               static_cast<std::size_t>(size_bricks_[0]) +
+           static_cast<std::size_t>(key.x);
   }
 
  private:
   std::size_t address(Index3 v) const noexcept {
-    const auto x = static_cast<std::uint32_t>(v.x), y = static_cast<std::uint32_t>(v.y), z = static_cast<std::uint32_t>(v.z);
+    const auto x = static_cast<std::uint32_t>(v.x), y = static_cast<std::uint32_t>(v.y),
+               z = static_cast<std::uint32_t>(v.z);
     const std::size_t slot = directory_[directory_index({v.x >> 5, v.y >> 5, v.z >> 5})];
     return slot * kBrickVoxels + brick_offset(x & 31, y & 31, z & 31);
   }
@@ -139,11 +153,13 @@ class Workspace {
     std::uint32_t users = 0;        ///< bricks whose memory it is; 0: free
     std::uint32_t object_list = 0;  ///< where the object ids stand, in bricks; 0: nowhere, all are `object`
     std::uint16_t object = 0;
-    bool uniform = false;           ///< made by fill_brick(): never changed
+    bool uniform = false;  ///< made by fill_brick(): never changed
     std::shared_ptr<const std::int8_t[]> shared_orders;
     LargeVector<std::int8_t> own_orders;  ///< if nothing is shared; stays when the slot is free
 
-    const std::int8_t* orders() const noexcept { return shared_orders ? shared_orders.get() : own_orders.data(); }
+    const std::int8_t* orders() const noexcept {
+      return shared_orders ? shared_orders.get() : own_orders.data();
+    }
   };
   std::uint32_t take_slot();
   std::uint32_t take_object_list();
@@ -154,7 +170,7 @@ class Workspace {
   std::array<std::int32_t, 3> size_bricks_{0, 0, 0};
   std::vector<std::uint32_t> directory_;  // slot of each brick; 0: the empty brick
   LargeVector<std::uint8_t> mu_codes_;
-  LargeVector<std::uint16_t> objects_;    // lists of bricks that hold several objects; the first is never used
+  LargeVector<std::uint16_t> objects_;  // lists of bricks that hold several objects; the first is never used
   std::vector<Slot> slots_;
   std::size_t brick_count_ = 0;
   std::vector<std::uint32_t> free_slots_, free_object_lists_, uniform_slots_;

@@ -21,7 +21,8 @@ bool possible(BrickKey key) {
 }
 
 bool within(const GridSpec& grid, BrickKey key) {
-  return key.x * kBrickEdge < grid.size_vox[0] && key.y * kBrickEdge < grid.size_vox[1] && key.z * kBrickEdge < grid.size_vox[2];
+  return key.x * kBrickEdge < grid.size_vox[0] && key.y * kBrickEdge < grid.size_vox[1] &&
+         key.z * kBrickEdge < grid.size_vox[2];
 }
 
 bool same_grid(const GridSpec& a, const GridSpec& b) {
@@ -51,9 +52,11 @@ std::uint8_t greatest_fluid_code(const BrickData& brick) {
 
 /// The object that every voxel with a μ belongs to, and no other voxel; kSeveral: there is no such object.
 std::uint16_t sole_object(const BrickData& brick) {
-  const auto first = std::find_if(brick.mu_code.begin(), brick.mu_code.end(), [](std::uint8_t code) { return code != 0; });
-  const std::uint16_t object =
-      first == brick.mu_code.end() ? std::uint16_t{0} : brick.object[static_cast<std::size_t>(first - brick.mu_code.begin())];
+  const auto first =
+      std::find_if(brick.mu_code.begin(), brick.mu_code.end(), [](std::uint8_t code) { return code != 0; });
+  const std::uint16_t object = first == brick.mu_code.end()
+                                   ? std::uint16_t{0}
+                                   : brick.object[static_cast<std::size_t>(first - brick.mu_code.begin())];
   unsigned others = 0;
   for (std::size_t i = 0; i < kBrickVoxels; ++i)
     others |= brick.object[i] ^ (brick.mu_code[i] != 0 ? object : 0U);
@@ -67,7 +70,8 @@ bool uniform(const BrickData& brick) {
 
 /// Puts a brick into the workspace with as little memory as its content needs.
 void store_brick(BrickKey key, const BrickData& brick, std::uint16_t object, Workspace& workspace) {
-  if (object != kSeveral && uniform(brick)) return workspace.fill_brick(key, brick.mu_code[0], brick.order[0], object);
+  if (object != kSeveral && uniform(brick))
+    return workspace.fill_brick(key, brick.mu_code[0], brick.order[0], object);
   const Workspace::MutableBrick to =
       object != kSeveral ? workspace.make_brick_of(key, object) : workspace.make_brick_of_several(key);
   std::memcpy(to.mu_code, brick.mu_code.data(), kBrickVoxels);
@@ -75,7 +79,8 @@ void store_brick(BrickKey key, const BrickData& brick, std::uint16_t object, Wor
   if (to.object != nullptr) std::copy(brick.object.begin(), brick.object.end(), to.object);
 }
 
-constexpr std::size_t kMostReserved = 32768;  // bricks: 1 GiB of addresses, of which only what is used becomes memory
+constexpr std::size_t kMostReserved =
+    32768;  // bricks: 1 GiB of addresses, of which only what is used becomes memory
 
 /// Some bricks to spare: an array that must grow for a change moves all that is in it.
 std::size_t with_room(std::size_t bricks) { return bricks + bricks / 8 + 64; }
@@ -112,8 +117,13 @@ core::Status WorkspaceAssembler::put_brick(BrickKey key, std::uint64_t version,
   BrickData& brick = *scratch_;
   if (core::Status decoded = decode_brick(bytes, brick); !decoded) return decoded;
   forget(key);
-  Held held{version, brick_hash(key, brick.view()), {}, forming_ && within(forming_->grid(), key), sole_object(brick),
-            greatest_code(brick), greatest_fluid_code(brick)};
+  Held held{version,
+            brick_hash(key, brick.view()),
+            {},
+            forming_ && within(forming_->grid(), key),
+            sole_object(brick),
+            greatest_code(brick),
+            greatest_fluid_code(brick)};
   if (held.formed) {
     store_brick(key, brick, held.object, *forming_);
   } else {
@@ -193,8 +203,8 @@ void WorkspaceAssembler::try_commit() {
 
 void WorkspaceAssembler::drop_left_overs() {
   // A server's first version is newer than any of its predecessor's and names all of its bricks: left-overs
-  // are the bricks of the lowest versions. Only if the rest then has the committed hash are they dropped; else
-  // they may be bricks that a coming disposal or version will explain.
+  // are the bricks of the lowest versions. Only if the rest then has the committed hash are they dropped;
+  // else they may be bricks that a coming disposal or version will explain.
   const std::size_t surplus = held_.size() - pending_->brick_count;
   Tally oldest;
   auto rest = tallies_.begin();
@@ -261,7 +271,8 @@ void WorkspaceAssembler::build(const VersionDescription& description) {
     for (const BrickKey key : spare_behind_) write_brick(*built, key);
   } else {
     built = std::make_shared<Workspace>(description.grid, description.palette_Pa_s_per_m);
-    const auto several = std::count_if(held_.begin(), held_.end(), [](const auto& entry) { return entry.second.object == kSeveral; });
+    const auto several = std::count_if(held_.begin(), held_.end(),
+                                       [](const auto& entry) { return entry.second.object == kSeveral; });
     built->reserve_for(with_room(held_.size()), static_cast<std::size_t>(several));
     for (const auto& [key, held] : held_) write_brick(*built, key);
   }
@@ -285,7 +296,8 @@ void WorkspaceAssembler::prepare() {
   if (!spare_usable(current_->grid(), current_->palette())) {
     if (spare_ && spare_.use_count() > 1) return;
     spare_ = std::make_shared<Workspace>(current_->grid(), current_->palette());
-    spare_->reserve_for(with_room(current_->brick_count()), current_->object_lists());  // first, or all would be moved
+    spare_->reserve_for(with_room(current_->brick_count()),
+                        current_->object_lists());  // first, or all would be moved
     *spare_ = *current_;
   } else {
     // Not from held_: what came since is not known to be whole.

@@ -32,17 +32,17 @@ struct VersionDescription {
 ///     after each call:             if (assembler.current() != mine) { mine = assembler.current(); … }
 ///
 /// A version that changes some bricks of the one before costs those bricks only: it is made in the buffer of
-/// the last version but one, as soon as nobody holds that any more (otherwise in a new one). Bricks that wait for their
-/// version are kept as they came, compressed.
+/// the last version but one, as soon as nobody holds that any more (otherwise in a new one). Bricks that wait
+/// for their version are kept as they came, compressed.
 ///
 /// Bricks that a server left behind when it died (its successor never names them) are found by their lower
-/// version and dropped. A volume that cannot be made of the current one is formed while its bricks come, once its
-/// version has told grid and palette; nobody sees it before it is whole. Not thread-safe: samples come on middleware
-/// threads, so lock around every call. Not real-time safe.
+/// version and dropped. A volume that cannot be made of the current one is formed while its bricks come, once
+/// its version has told grid and palette; nobody sees it before it is whole. Not thread-safe: samples come on
+/// middleware threads, so lock around every call. Not real-time safe.
 class WorkspaceAssembler {
  public:
-  /// Takes the newest state of one brick; no bytes: it exists no more. Refuses bytes that are no brick and keys that no
-  /// grid can have.
+  /// Takes the newest state of one brick; no bytes: it exists no more. Refuses bytes that are no brick and
+  /// keys that no grid can have.
   core::Status put_brick(BrickKey key, std::uint64_t version, std::span<const std::uint8_t> bytes);
   void remove_brick(BrickKey key);
   /// Takes the newest committed version. Refuses a description that contradicts itself (grid, palette).
@@ -69,7 +69,7 @@ class WorkspaceAssembler {
     std::uint64_t hash;
     std::vector<std::uint8_t> packed;  // encoded; empty: as in forming_ or else in current_
     bool formed;
-    std::uint16_t object;              // that all of it belongs to; 65535: to several
+    std::uint16_t object;  // that all of it belongs to; 65535: to several
     std::uint8_t greatest_code;
     std::uint8_t greatest_fluid_code;  // of layers and guard
   };

@@ -130,13 +130,14 @@ class DdsOutput : public ReplaySink {
     bool readers_answer = true;
   };
 
-  /// A reader that is slower than the events of a recording come loses none: the replay waits for it before the
-  /// writer forgets the first that it may not have. One that does not answer is waited for once.
+  /// A reader that is slower than the events of a recording come loses none: the replay waits for it before
+  /// the writer forgets the first that it may not have. One that does not answer is waited for once.
   static void hold_for_readers(Output& output) {
     output.since_hold = 1;
     if (output.writer->wait_until_received(kLongestHold_ns)) return;
     output.readers_answer = false;
-    spdlog::warn("a reader of {} does not take its samples; from now on it is not waited for", output.info.name);
+    spdlog::warn("a reader of {} does not take its samples; from now on it is not waited for",
+                 output.info.name);
   }
 
   void make_writer(Output& output) {

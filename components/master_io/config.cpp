@@ -26,8 +26,9 @@ teleop::BilateralLaw read_law(const ConfigReader& file, const std::string& chose
   const std::string in_file = file.choice("law", "sctfb", {"pf", "sctfb", "pfff", "pe", "peff"});
   const auto law = teleop::law_from_name(chosen.empty() ? in_file : chosen);
   if (law) return *law;
-  throw file.error("law", "is '" + chosen +
-                              "' on the command line; allowed: pf (case a), sctfb (b), pfff (c), pe (d), peff (e)");
+  throw file.error(
+      "law",
+      "is '" + chosen + "' on the command line; allowed: pf (case a), sctfb (b), pfff (c), pe (d), peff (e)");
 }
 
 /// Device data of the two types of joint; returns the cap on damping.
@@ -142,14 +143,15 @@ void read_caution(const ConfigReader& section, teleop::OperatorParameters& perso
   person.stop_share = section.number("stop_share", person.stop_share, {0.01, 1, ""});
   if (person.stop_share <= person.yield_share)
     throw section.error("stop_share", "is not above yield_share; allowed: above it, up to 1");
-  person.yield_bandwidth_Hz = section.number("yield_bandwidth_Hz", person.yield_bandwidth_Hz, {0.1, 50, "Hz"});
+  person.yield_bandwidth_Hz =
+      section.number("yield_bandwidth_Hz", person.yield_bandwidth_Hz, {0.1, 50, "Hz"});
   person.recovery_bandwidth_Hz =
       section.number("recovery_bandwidth_Hz", person.yield_bandwidth_Hz, {0.01, 50, "Hz"});
-  person.reaction_delay_s =
-      section.number("reaction_delay_s", 0.0, {0, teleop::kLongestReaction_s, "s"});
+  person.reaction_delay_s = section.number("reaction_delay_s", 0.0, {0, teleop::kLongestReaction_s, "s"});
 }
 
-void read_tremor(const ConfigReader& section, const robot::SerialArm& arm, teleop::OperatorParameters& person) {
+void read_tremor(const ConfigReader& section, const robot::SerialArm& arm,
+                 teleop::OperatorParameters& person) {
   person.tremor_rms = robot::by_joint_type(arm, section.number("rms_rad", 0.0, {0, 0.1, "rad"}),
                                            section.number("rms_m", 0.0, {0, 0.1, "m"}));
   person.tremor_Hz = section.number("centre_Hz", person.tremor_Hz, {1, 30, "Hz"});
@@ -165,7 +167,8 @@ teleop::OperatorParameters read_operator(const ConfigReader& section, const robo
   const std::string model = chosen.empty() ? in_file : chosen;
   if (model != "minimum_jerk" && model != "cautious" && model != "constant_velocity") {
     throw section.error(
-        "model", "is '" + model + "' on the command line; allowed: minimum_jerk, cautious, constant_velocity");
+        "model",
+        "is '" + model + "' on the command line; allowed: minimum_jerk, cautious, constant_velocity");
   }
   const ConfigReader p = section.section("minimum_jerk"), c = section.optional_section("cautious"),
                      s = section.section("constant_velocity");
@@ -181,7 +184,8 @@ teleop::OperatorParameters read_operator(const ConfigReader& section, const robo
   return model == "minimum_jerk" ? person : servo;
 }
 
-DeskConfig read_desk(const ConfigReader& section, const robot::SerialArm& arm, const std::string& chosen_device) {
+DeskConfig read_desk(const ConfigReader& section, const robot::SerialArm& arm,
+                     const std::string& chosen_device) {
   DeskConfig desk;
   desk.device = section.text("device", desk.device);
   if (!chosen_device.empty()) desk.device = chosen_device;
@@ -259,7 +263,8 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
   if (config.driver == Driver::kSim || file.has("operator")) {
     const ConfigReader hand = file.section("operator");
     config.hand = read_operator(hand, arm, choices.operator_model);
-    config.operator_model = choices.operator_model.empty() ? hand.text("model", "minimum_jerk") : choices.operator_model;
+    config.operator_model =
+        choices.operator_model.empty() ? hand.text("model", "minimum_jerk") : choices.operator_model;
   } else {
     config.hand.joint_count = arm.joint_count();  // a person's own
   }

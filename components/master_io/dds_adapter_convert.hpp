@@ -12,8 +12,10 @@ const char* refusal(const msg::SlaveState& slave, const Expectations& expected) 
 const char* refusal(const msg::DragField& field, const Expectations& expected) noexcept;
 
 /// `own_session`: whose master_states an echo must name to count as an answer.
-SlaveSample to_sample(const msg::SlaveState& slave, core::Nanoseconds received_ns, std::uint64_t own_session) noexcept;
-DragSample to_sample(const msg::DragField& field, core::Nanoseconds received_ns, std::uint64_t own_session) noexcept;
+SlaveSample to_sample(const msg::SlaveState& slave, core::Nanoseconds received_ns,
+                      std::uint64_t own_session) noexcept;
+DragSample to_sample(const msg::DragField& field, core::Nanoseconds received_ns,
+                     std::uint64_t own_session) noexcept;
 /// Contact as the phantom sees it: its worst sensor is at an object's surface.
 PhantomContact to_sample(const msg::Percept& percept, core::Nanoseconds received_ns) noexcept;
 

@@ -10,17 +10,20 @@
 
 namespace phantom::master_io {
 
-/// A person at a desk, without a master arm: stick or keys push a virtual master, whose drag and feedback are felt
-/// as its slowness and as rumble.
+/// A person at a desk, without a master arm: stick or keys push a virtual master, whose drag and feedback are
+/// felt as its slowness and as rumble.
 inline constexpr std::size_t kDeskAxes = 4;
 
 struct DeskConfig {
-  std::string device = "auto";  ///< a file of /dev/input, "auto": the first gamepad or joystick, "terminal": keys
-  double dead_zone = 0.12;      ///< of an axis, 0…0.9
-  double exponent = 1.5;        ///< above 1: fine near the middle
-  std::vector<std::array<int, kDeskAxes>> banks;  ///< joint from 0 that each axis pushes, −1: none; one bank at a time
-  core::JointArray push{};   ///< greatest push, N·m or N
-  core::JointArray brake{};  ///< damping of the hand, N·m·s/rad or N·s/m: full push over it is the fastest motion
+  std::string device =
+      "auto";               ///< a file of /dev/input, "auto": the first gamepad or joystick, "terminal": keys
+  double dead_zone = 0.12;  ///< of an axis, 0…0.9
+  double exponent = 1.5;    ///< above 1: fine near the middle
+  std::vector<std::array<int, kDeskAxes>>
+      banks;                ///< joint from 0 that each axis pushes, −1: none; one bank at a time
+  core::JointArray push{};  ///< greatest push, N·m or N
+  core::JointArray
+      brake{};  ///< damping of the hand, N·m·s/rad or N·s/m: full push over it is the fastest motion
 };
 
 /// What the stick or the keys say now.

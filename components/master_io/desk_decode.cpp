@@ -31,15 +31,24 @@ void InputDecoder::hold(std::size_t axis, int direction, bool down) noexcept {
 
 void InputDecoder::take_key(unsigned code, bool down) noexcept {
   switch (code) {
-    case KEY_RIGHT: return hold(0, 1, down);
-    case KEY_LEFT: return hold(0, -1, down);
-    case KEY_UP: return hold(1, 1, down);
-    case KEY_DOWN: return hold(1, -1, down);
-    case KEY_D: return hold(2, 1, down);
-    case KEY_A: return hold(2, -1, down);
-    case KEY_W: return hold(3, 1, down);
-    case KEY_S: return hold(3, -1, down);
-    default: break;
+    case KEY_RIGHT:
+      return hold(0, 1, down);
+    case KEY_LEFT:
+      return hold(0, -1, down);
+    case KEY_UP:
+      return hold(1, 1, down);
+    case KEY_DOWN:
+      return hold(1, -1, down);
+    case KEY_D:
+      return hold(2, 1, down);
+    case KEY_A:
+      return hold(2, -1, down);
+    case KEY_W:
+      return hold(3, 1, down);
+    case KEY_S:
+      return hold(3, -1, down);
+    default:
+      break;
   }
   if (!down) return;
   switch (code) {
@@ -82,16 +91,31 @@ void TerminalDecoder::take(std::string_view bytes, double now_s) noexcept {
       continue;
     }
     switch (bytes[i]) {
-      case 'd': press(2, 1.0, now_s); break;
-      case 'a': press(2, -1.0, now_s); break;
-      case 'w': press(3, 1.0, now_s); break;
-      case 's': press(3, -1.0, now_s); break;
-      case '\t': ++state_.bank; break;
+      case 'd':
+        press(2, 1.0, now_s);
+        break;
+      case 'a':
+        press(2, -1.0, now_s);
+        break;
+      case 'w':
+        press(3, 1.0, now_s);
+        break;
+      case 's':
+        press(3, -1.0, now_s);
+        break;
+      case '\t':
+        ++state_.bank;
+        break;
       case '\x1b':
-      case ' ': ++events_.stops; break;
+      case ' ':
+        ++events_.stops;
+        break;
       case '\r':
-      case '\n': ++events_.resets; break;
-      default: break;
+      case '\n':
+        ++events_.resets;
+        break;
+      default:
+        break;
     }
   }
 }

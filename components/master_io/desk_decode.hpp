@@ -16,9 +16,9 @@ struct AxisRange {
 };
 using AxisRanges = std::array<AxisRange, ABS_CNT>;
 
-/// From the kernel's input events to what they mean. Sticks: left x, y and right x, y (ABS_RX/RY, or ABS_Z/RZ where
-/// the device has no RX); shoulder buttons or Tab: other joints; Select, Mode or Esc: emergency stop; Start or Enter:
-/// reset. A keyboard's arrows are the left stick, W A S D the right one. Up is positive.
+/// From the kernel's input events to what they mean. Sticks: left x, y and right x, y (ABS_RX/RY, or ABS_Z/RZ
+/// where the device has no RX); shoulder buttons or Tab: other joints; Select, Mode or Esc: emergency stop;
+/// Start or Enter: reset. A keyboard's arrows are the left stick, W A S D the right one. Up is positive.
 class InputDecoder {
  public:
   InputDecoder(const AxisRanges& ranges, bool right_stick_is_rx) : ranges_(ranges), rx_(right_stick_is_rx) {}
@@ -40,8 +40,8 @@ class InputDecoder {
   DeskEvents events_;
 };
 
-/// The same from the bytes of a terminal, which tells presses but no releases: a press pushes for kPress_s, and
-/// the keyboard's own repetition keeps it up. Esc or Space alone: emergency stop.
+/// The same from the bytes of a terminal, which tells presses but no releases: a press pushes for kPress_s,
+/// and the keyboard's own repetition keeps it up. Esc or Space alone: emergency stop.
 class TerminalDecoder {
  public:
   static constexpr double kPress_s = 0.3;

@@ -100,17 +100,19 @@ int find_stick(std::string& path) {
 std::unique_ptr<OpenDevice> open_desk(const std::string& wanted, std::string& name) {
   if (wanted == "terminal") {
     if (isatty(STDIN_FILENO) == 0)
-      throw core::MissingError("desk.device: terminal: the standard input is no terminal; start master_io in one");
+      throw core::MissingError(
+          "desk.device: terminal: the standard input is no terminal; start master_io in one");
     name = "the keys of this terminal";
     return std::make_unique<OpenDevice>(STDIN_FILENO, true);
   }
   std::string path = wanted;
   const int fd = wanted == "auto" ? find_stick(path) : open_device(wanted);
   if (fd < 0) {
-    throw core::MissingError(wanted == "auto"
-                                 ? "desk.device: auto: no gamepad or joystick in /dev/input that may be read; allowed: "
-                                   "plug one in, name its file, or 'terminal' for keys"
-                                 : "desk.device: " + wanted + ": " + std::strerror(errno));
+    throw core::MissingError(
+        wanted == "auto"
+            ? "desk.device: auto: no gamepad or joystick in /dev/input that may be read; allowed: "
+              "plug one in, name its file, or 'terminal' for keys"
+            : "desk.device: " + wanted + ": " + std::strerror(errno));
   }
   name = name_of_device(fd, path);
   return std::make_unique<OpenDevice>(fd, false);

@@ -9,8 +9,8 @@
 
 namespace phantom::master_io {
 
-/// Reads a stick, gamepad or keyboard on a thread of its own and lets it rumble. Not for the servo thread; what it
-/// reads reaches that through the snapshot.
+/// Reads a stick, gamepad or keyboard on a thread of its own and lets it rumble. Not for the servo thread;
+/// what it reads reaches that through the snapshot.
 class DeskInput {
  public:
   struct Listener {

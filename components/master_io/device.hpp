@@ -18,17 +18,17 @@ struct DeviceSense {
   bool fault = false;                                 ///< they hold or coast until a reset
 };
 
-/// What the hand holds: a simulated device, or one with drives. sense() and move() belong to the servo thread,
-/// allocate nothing and never wait.
+/// What the hand holds: a simulated device, or one with drives. sense() and move() belong to the servo
+/// thread, allocate nothing and never wait.
 class Device {
  public:
   virtual ~Device() = default;
 
   virtual const DeviceSense& sense() noexcept = 0;
-  /// Lets `dt_s` pass under the motors' torques and those of a simulated hand. `reset`: asked for since the last
-  /// call.
-  virtual void move(const core::JointArray& motor_Nm, const core::JointArray& hand_Nm, bool reset, double dt_s,
-                    core::Nanoseconds now_ns) noexcept = 0;
+  /// Lets `dt_s` pass under the motors' torques and those of a simulated hand. `reset`: asked for since the
+  /// last call.
+  virtual void move(const core::JointArray& motor_Nm, const core::JointArray& hand_Nm, bool reset,
+                    double dt_s, core::Nanoseconds now_ns) noexcept = 0;
   /// Whether periods that the loop missed must be lived through one by one, for a device whose time is the
   /// loop's.
   virtual bool makes_up_periods() const noexcept = 0;

@@ -21,17 +21,20 @@ int main(int argc, char** argv) {
       "Topics in: slave_state, drag_field, percept, operator_command. Topics out: master_state (1 kHz), "
       "component_status.\n"
       "Example: master_io --operator constant_velocity --law pf\n"
-      "Steer yourself: master_io --driver desk --desk-device terminal (arrows, W A S D; Tab: other joints; Esc: stop)\n"
+      "Steer yourself: master_io --driver desk --desk-device terminal (arrows, W A S D; Tab: other joints; "
+      "Esc: stop)\n"
       "kill -USR1 is an emergency stop.\n"
       "With --report-dir it leaves master_io.json: how the loop ran, round trips, and how each reach went.";
   description.add_options = [&](CLI::App& app) {
     app.add_option("--operator", choices.operator_model, "operator model, instead of the configured one")
         ->check(CLI::IsMember({"minimum_jerk", "cautious", "constant_velocity"}));
-    app.add_option("--law", choices.law,
-                   "bilateral law of Table 5.1, instead of the configured one: pf (a), sctfb (b), pfff (c), pe (d), "
-                   "peff (e)")
+    app.add_option(
+           "--law", choices.law,
+           "bilateral law of Table 5.1, instead of the configured one: pf (a), sctfb (b), pfff (c), pe (d), "
+           "peff (e)")
         ->check(CLI::IsMember({"pf", "sctfb", "pfff", "pe", "peff"}));
-    app.add_option("--driver", choices.driver, "who moves the master, instead of the configured one: sim, desk or can")
+    app.add_option("--driver", choices.driver,
+                   "who moves the master, instead of the configured one: sim, desk or can")
         ->check(CLI::IsMember({"sim", "desk", "can"}));
     app.add_option("--desk-device", choices.desk_device,
                    "driver desk: auto (first gamepad or joystick), a file of /dev/input, or terminal (keys)");

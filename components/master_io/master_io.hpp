@@ -41,13 +41,13 @@ struct DragSample {
   EchoStamp stamp;
   teleop::DragCoefficients drag;
   core::Nanoseconds answers_ns = 0;  ///< when the master_state was made that it goes back to; 0: none of ours
-  double round_trip_s = -1.0;  ///< from our master_state that it goes back to; −1: not a new one
+  double round_trip_s = -1.0;        ///< from our master_state that it goes back to; −1: not a new one
 };
 
 /// What operators have asked for so far.
 struct Wishes {
   teleop::StopRequests requests;
-  double percept_gain = 0.0;   ///< G
+  double percept_gain = 0.0;  ///< G
   teleop::BilateralLaw law = teleop::BilateralLaw::kSctfb;
   double feedback_gain = teleop::kLawsOwnGain;  ///< 1/A
   bool percept_enabled = true;
@@ -79,13 +79,13 @@ struct MasterInputs {
 struct MasterOutputs {
   teleop::LinkState state = teleop::LinkState::kInit;
   teleop::StopCause stop_cause = teleop::StopCause::kNone;
-  bool slave_elsewhere = false;  ///< the slave is heard, but follows another master
-  bool slave_touches = false;    ///< it says that it touches something
+  bool slave_elsewhere = false;    ///< the slave is heard, but follows another master
+  bool slave_touches = false;      ///< it says that it touches something
   core::JointArray motor_Nm{};     ///< to the device
   core::JointArray percept_Nm{};   ///< its parts: G·τ₁
   core::JointArray feedback_Nm{};  ///< and τ₂/A
   double percept_gain = 0.0;       ///< in force after the device's stability limit
-  double feedback_gain = 0.0;    ///< 1/A in force, contact included
+  double feedback_gain = 0.0;      ///< 1/A in force, contact included
   teleop::BilateralLaw law = teleop::BilateralLaw::kSctfb;  ///< in force
   bool percept_enabled = false;
   bool damping_limited = false, torque_limited = false;

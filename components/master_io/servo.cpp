@@ -30,8 +30,7 @@ void Servo::read_inbox(core::Nanoseconds now_ns) noexcept {
   if (inputs_.drag.received_ns != 0) inputs_.drag_age_s = since_s(inputs_.drag.received_ns);
   inputs_.slave_round_trip_s = inputs_.slave.answers_ns != 0 ? since_s(inputs_.slave.answers_ns) : 0.0;
   inputs_.drag_round_trip_s = inputs_.drag.answers_ns != 0 ? since_s(inputs_.drag.answers_ns) : 0.0;
-  if (inputs_.phantom.received_ns != 0)
-    inputs_.phantom_age_s = since_s(inputs_.phantom.received_ns);
+  if (inputs_.phantom.received_ns != 0) inputs_.phantom_age_s = since_s(inputs_.phantom.received_ns);
 }
 
 // At the desk nothing is pushed before master and slave are coupled. A hand on real drives is its own.

@@ -19,8 +19,8 @@ class Servo {
   Servo(const Config& config, const core::JointArray& home, Device& device, Inbox& inbox);
 
   /// One tick of `dt_s`, a whole multiple of the period, at `now_ns` on the monotonic clock. Periods that the
-  /// loop missed are made up for, up to kMostMadeUp, so that a simulated hand keeps real time; real drives get one
-  /// command for all of them. Nothing is published before the device is known. Real-time safe: yes.
+  /// loop missed are made up for, up to kMostMadeUp, so that a simulated hand keeps real time; real drives
+  /// get one command for all of them. Nothing is published before the device is known. Real-time safe: yes.
   void tick(double dt_s, core::Nanoseconds now_ns) noexcept;
 
   static constexpr int kMostMadeUp = 10;

@@ -26,15 +26,16 @@ SensingWish wish_for(const CommandRequest& request) {
   }
   if (request.all && !request.link.empty())
     throw core::ConfigError("command forbid: --link: does not go with --all; name the object instead");
-  wish.contact = {request.what == "allow", request.object, static_cast<std::uint16_t>(request.id), request.link,
-                  request.duration_s};
+  wish.contact = {request.what == "allow", request.object, static_cast<std::uint16_t>(request.id),
+                  request.link, request.duration_s};
   return wish;
 }
 
 }  // namespace
 
 void add_options(CLI::App& command, CommandRequest& request) {
-  command.add_option("--timeout-s", request.timeout_s, "how long to wait for the answer")->check(CLI::Range(0.1, 3600.0));
+  command.add_option("--timeout-s", request.timeout_s, "how long to wait for the answer")
+      ->check(CLI::Range(0.1, 3600.0));
   const auto sub = [&](const char* name, const char* summary) {
     CLI::App* app = command.add_subcommand(name, summary);
     app->fallthrough();
@@ -62,8 +63,9 @@ int run_command(const CommandRequest& request, const core::NetworkOptions& netwo
   const SensingWish wish = wish_for(request);
   const auto answer = CommandClient(network).ask(wish, request.timeout_s);
   if (!answer) {
-    print << fmt::format("no word from a phantom_sensing in domain {} for {} s; is it running, and is this its deployment?\n",
-                         network.domain, request.timeout_s);
+    print << fmt::format(
+        "no word from a phantom_sensing in domain {} for {} s; is it running, and is this its deployment?\n",
+        network.domain, request.timeout_s);
     return runtime::kExitMissing;
   }
   const bool tested = request.what == "self-test";

@@ -25,9 +25,9 @@ struct CommandRequest {
 /// Declares the subcommands and their options on `command`.
 void add_options(CLI::App& command, CommandRequest& request);
 
-/// Sends the command to the phantom_sensing of the data space, waits for its reply and says it in words on `print`. Returns
-/// the exit code: done, failed (it was refused, or the self-test failed) or missing (nobody answers). Throws
-/// core::ConfigError for arguments that cannot be used.
+/// Sends the command to the phantom_sensing of the data space, waits for its reply and says it in words on
+/// `print`. Returns the exit code: done, failed (it was refused, or the self-test failed) or missing (nobody
+/// answers). Throws core::ConfigError for arguments that cannot be used.
 int run_command(const CommandRequest& request, const core::NetworkOptions& network, std::ostream& print);
 
 }  // namespace phantom::phantom_sensing

@@ -66,7 +66,8 @@ robot::ResponseCurve read_response(const ConfigReader& section) {
   std::vector<std::pair<double, double>> points;
   for (std::size_t i = 0; i < mu.size(); ++i) {
     if (i > 0 && !(mu[i] > mu[i - 1]))
-      throw section.error("mu_Pa_s_per_m", "does not rise at value " + std::to_string(i + 1) + "; allowed: rising values");
+      throw section.error("mu_Pa_s_per_m",
+                          "does not rise at value " + std::to_string(i + 1) + "; allowed: rising values");
     points.emplace_back(mu[i], felt[i]);
   }
   return robot::ResponseCurve(std::move(points));

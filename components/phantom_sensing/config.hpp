@@ -13,8 +13,8 @@ struct Config {
   std::string arm;  ///< empty: the cell's only arm
   robot::SkinOptions skin;
   PerceptSettings percept;
-  double percept_rate_hz = 100.0;  ///< topic percept, at most the rate of slave_state
-  double staleness_s = 0.1;        ///< slave_state older than this makes the percept invalid
+  double percept_rate_hz = 100.0;         ///< topic percept, at most the rate of slave_state
+  double staleness_s = 0.1;               ///< slave_state older than this makes the percept invalid
   double workspace_behind_after_s = 1.0;  ///< a version announced and not whole for so long marks the percept
   double workspace_stale_after_s = 5.0;   ///< and for so long ends it
 };

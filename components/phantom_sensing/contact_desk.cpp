@@ -23,7 +23,8 @@ std::string ContactDesk::describe(const ContactPermit& permit) const {
   return object_name(permit.object) + " by " + (whole ? "the whole arm" : arm_.links()[permit.link].name);
 }
 
-Answer ContactDesk::allow(const ContactWish& wish, std::uint16_t id, std::size_t link, core::Nanoseconds now_ns) {
+Answer ContactDesk::allow(const ContactWish& wish, std::uint16_t id, std::size_t link,
+                          core::Nanoseconds now_ns) {
   if (!(wish.duration_s >= 0.0 && wish.duration_s <= kLongest_s))
     return refused("duration_s is not from 0 (until it is forbidden) to 86400");
   ContactPermit permit{id, link};
@@ -73,7 +74,8 @@ Answer ContactDesk::list(core::Nanoseconds now_ns) const {
   permits_.for_each([&](const ContactPermit& permit) {
     message << before << describe(permit);
     if (permit.until_ns != ContactPermit::kForever)
-      message << " for " << std::round(10.0 * std::max(0.0, core::seconds(permit.until_ns - now_ns))) / 10.0 << " s more";
+      message << " for " << std::round(10.0 * std::max(0.0, core::seconds(permit.until_ns - now_ns))) / 10.0
+              << " s more";
     before = ", ";
   });
   return {true, message.str()};

@@ -38,7 +38,8 @@ class RefusalLog {
 };
 
 Answer carry_out(const msg::SensingCommand& command, const DdsAdapter::Handlers& handlers) {
-  if (command.stamp().sequence_number() == 0) return {false, "stamp.sequence_number is 0; allowed: 1 or more"};
+  if (command.stamp().sequence_number() == 0)
+    return {false, "stamp.sequence_number is 0; allowed: 1 or more"};
   switch (command.request()) {
     case msg::SENSING_ALLOW_CONTACT:
     case msg::SENSING_FORBID_CONTACT:
@@ -141,21 +142,20 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
                 loop.workspace_watch().announced(sample.version());
                 workspace.commit(description_of(sample));
               }),
-      brick(
-          owner.participant, dds::kWorkspaceBrick,
-          [&workspace](const msg::WorkspaceBrick& sample, const dds::SampleInfo&) {
-            workspace.put_brick({sample.bx(), sample.by(), sample.bz()}, sample.version(), sample.voxels_zstd());
-          }),
-      object(
-          owner.participant, dds::kWorkspaceObject,
-          [&owner](const msg::WorkspaceObject& sample, const dds::SampleInfo&) {
-            const std::lock_guard lock(owner.inbox_mutex);
-            if (sample.mesh_hash() == 0) {  // removed
-              owner.objects.erase(sample.id());
-            } else {
-              owner.objects[sample.id()] = sample.name().to_string();
-            }
-          }),
+      brick(owner.participant, dds::kWorkspaceBrick,
+            [&workspace](const msg::WorkspaceBrick& sample, const dds::SampleInfo&) {
+              workspace.put_brick({sample.bx(), sample.by(), sample.bz()}, sample.version(),
+                                  sample.voxels_zstd());
+            }),
+      object(owner.participant, dds::kWorkspaceObject,
+             [&owner](const msg::WorkspaceObject& sample, const dds::SampleInfo&) {
+               const std::lock_guard lock(owner.inbox_mutex);
+               if (sample.mesh_hash() == 0) {  // removed
+                 owner.objects.erase(sample.id());
+               } else {
+                 owner.objects[sample.id()] = sample.name().to_string();
+               }
+             }),
       command(owner.participant, dds::kSensingCommand,
               [&owner](const msg::SensingCommand& sample, const dds::SampleInfo&) {
                 const std::lock_guard lock(owner.inbox_mutex);

@@ -19,16 +19,16 @@ struct SkinView {
   SlaveSample slave;  ///< that it rests on
   std::uint64_t workspace_version = 0;
   bool valid = false;
-  double edge_m = 0.0;         ///< of the patches
-  double greatest_mu = 0.0;    ///< Pa·s/m, of any neighbour layer
+  double edge_m = 0.0;       ///< of the patches
+  double greatest_mu = 0.0;  ///< Pa·s/m, of any neighbour layer
   std::size_t patch_count = 0;
   std::vector<robot::SkinPatches::Patch> felt;
 };
 
 /// Everything that this component says and hears over DDS: slave_state, workspace_brick, workspace_version,
-/// workspace_object and sensing_command in; drag_field, percept, interest_points, skin_percept, hit_alert, sensing_reply
-/// and component_status out. What is invalid is refused, counted, and told
-/// in the log, at most once in five seconds per topic.
+/// workspace_object and sensing_command in; drag_field, percept, interest_points, skin_percept, hit_alert,
+/// sensing_reply and component_status out. What is invalid is refused, counted, and told in the log, at most
+/// once in five seconds per topic.
 class DdsAdapter : public PerceptSink {
  public:
   /// Joins the data space with writers only. Throws DdsError.
@@ -48,8 +48,8 @@ class DdsAdapter : public PerceptSink {
     std::function<Answer()> list_contacts;
     std::function<Answer()> self_test;
   };
-  /// Carries out and answers, on the calling thread, the commands that have come; those that come again are answered
-  /// again and not carried out again.
+  /// Carries out and answers, on the calling thread, the commands that have come; those that come again are
+  /// answered again and not carried out again.
   void handle_commands(const Handlers& handlers);
   /// A brick or version that the keeper could not use. Thread-safe.
   void count_refused_workspace(const std::string& why);

@@ -9,7 +9,8 @@ struct CommandClient::Impl {
   explicit Impl(const core::NetworkOptions& network) : participant("phantom_sensing_command", network) {}
 
   dds::Participant participant;
-  dds::Requester<msg::SensingCommand, msg::SensingReply> requester{participant, dds::kSensingCommand, dds::kSensingReply};
+  dds::Requester<msg::SensingCommand, msg::SensingReply> requester{participant, dds::kSensingCommand,
+                                                                   dds::kSensingReply};
 };
 
 CommandClient::CommandClient(const core::NetworkOptions& network) : impl_(std::make_unique<Impl>(network)) {}

@@ -22,8 +22,8 @@ class CommandClient {
   explicit CommandClient(const core::NetworkOptions& network);
   ~CommandClient();
 
-  /// Sends the wish, again and again until it is answered. None if there was no answer for `timeout_s`. Throws
-  /// core::ConfigError for a name that does not fit the topic.
+  /// Sends the wish, again and again until it is answered. None if there was no answer for `timeout_s`.
+  /// Throws core::ConfigError for a name that does not fit the topic.
   std::optional<Answer> ask(const SensingWish& wish, double timeout_s);
 
  private:

@@ -167,7 +167,8 @@ void fill(msg::Percept& message, const StepOutputs& outputs, const TickInfo& inf
   message.allowed_contacts(static_cast<std::uint16_t>(info.allowed_contacts));
 }
 
-void fill(msg::InterestPoints& message, const StepOutputs& outputs, const TickInfo& info, const PhantomModel& model) {
+void fill(msg::InterestPoints& message, const StepOutputs& outputs, const TickInfo& info,
+          const PhantomModel& model) {
   message.slave_echo(echo_of(info.slave.id));
   message.workspace_version(outputs.workspace_version);
   message.valid(outputs.valid);
@@ -225,7 +226,8 @@ void fill(msg::HitAlert& message, const percept::Alert& alert, bool cleared, con
   message.cleared(cleared);
   const std::int32_t point = alert.at.interest_point;
   message.interest_point(
-      point < 0 ? "" : model.interest_points[static_cast<std::size_t>(point)].name.substr(0, kPointNameBound));
+      point < 0 ? ""
+                : model.interest_points[static_cast<std::size_t>(point)].name.substr(0, kPointNameBound));
 }
 
 ContactWish wish_of(const msg::SensingCommand& command) {
@@ -236,7 +238,8 @@ ContactWish wish_of(const msg::SensingCommand& command) {
 msg::SensingCommand to_message(const SensingWish& wish, const std::string& requester) {
   constexpr std::size_t kNameBound = 64;  // idl
   for (const std::string& name : {wish.contact.object, wish.contact.link}) {
-    if (name.size() > kNameBound) throw core::ConfigError("'" + name + "': allowed: a name of at most 64 bytes");
+    if (name.size() > kNameBound)
+      throw core::ConfigError("'" + name + "': allowed: a name of at most 64 bytes");
   }
   msg::SensingCommand command;
   command.requester(requester.substr(0, kNameBound));

@@ -29,7 +29,8 @@ voxel::VersionDescription description_of(const msg::WorkspaceVersion& version);
 /// Fill everything but the stamp.
 void fill(msg::DragField& message, const StepOutputs& outputs, const TickInfo& info, std::size_t joint_count);
 void fill(msg::Percept& message, const StepOutputs& outputs, const TickInfo& info, std::size_t joint_count);
-void fill(msg::InterestPoints& message, const StepOutputs& outputs, const TickInfo& info, const PhantomModel& model);
+void fill(msg::InterestPoints& message, const StepOutputs& outputs, const TickInfo& info,
+          const PhantomModel& model);
 void fill(msg::SkinPercept& message, const SkinView& view);
 void fill(msg::HitAlert& message, const percept::Alert& alert, bool cleared, const PhantomModel& model);
 

@@ -11,8 +11,8 @@
 
 namespace phantom::phantom_sensing {
 
-/// Passes everything on to another sink and keeps the alerts for log and report. Logging is left to another thread: a
-/// log that nobody drains must not hold up the haptic path.
+/// Passes everything on to another sink and keeps the alerts for log and report. Logging is left to another
+/// thread: a log that nobody drains must not hold up the haptic path.
 class HitLog : public PerceptSink {
  public:
   using ObjectName = std::function<std::string(std::uint16_t)>;
@@ -20,7 +20,9 @@ class HitLog : public PerceptSink {
   HitLog(PerceptSink& next, const PhantomModel& model);
 
   void on_drag(const StepOutputs& outputs, const TickInfo& info) override { next_.on_drag(outputs, info); }
-  void on_percept(const StepOutputs& outputs, const TickInfo& info) override { next_.on_percept(outputs, info); }
+  void on_percept(const StepOutputs& outputs, const TickInfo& info) override {
+    next_.on_percept(outputs, info);
+  }
   void on_alert(const percept::Alert& alert, bool cleared) override;
 
   /// Logs the alerts that are new. One thread, as json().

@@ -19,13 +19,17 @@ int main(int argc, char** argv) {
   runtime::ProcessDescription description;
   description.name = "phantom_sensing";
   description.summary =
-      "The phantom: a virtual arm with a virtual skin that wades through the activated workspace in the slave's pose. Turns "
-      "every slave_state into drag coefficients per joint, and tells what the skin perceives and where a hit threatens.";
+      "The phantom: a virtual arm with a virtual skin that wades through the activated workspace in the "
+      "slave's pose. Turns "
+      "every slave_state into drag coefficients per joint, and tells what the skin perceives and where a hit "
+      "threatens.";
   description.details =
-      "In: slave_state, workspace_brick, workspace_version, workspace_object, sensing_command. Out: drag_field, percept, "
+      "In: slave_state, workspace_brick, workspace_version, workspace_object, sensing_command. Out: "
+      "drag_field, percept, "
       "interest_points, hit_alert, sensing_reply, component_status.\n"
       "Example while it runs: phantom_sensing command allow --object gate_valve --link gripper --for-s 60\n"
-      "Example without DDS: phantom_sensing probe --cell deploy/cells/hot_cell/cell.yaml --joints poses.csv --out drag.csv";
+      "Example without DDS: phantom_sensing probe --cell deploy/cells/hot_cell/cell.yaml --joints poses.csv "
+      "--out drag.csv";
   description.add_options = [&](CLI::App& app) {
     const auto add = [&app](const char* name, const char* what, auto& options) {
       CLI::App* added = app.add_subcommand(name, what)->fallthrough();
@@ -33,7 +37,9 @@ int main(int argc, char** argv) {
       return added;
     };
     probe = add("probe", "sense poses from a CSV file (t, q1…qn, v1…vn) instead of from DDS", request);
-    replay = add("replay", "make the percepts of a recording again, and compare them with those that were recorded", recorded);
+    replay = add("replay",
+                 "make the percepts of a recording again, and compare them with those that were recorded",
+                 recorded);
     command = add("command", "tell the running phantom_sensing what may be touched, or to test itself", wish);
   };
   description.run = [&](const runtime::ProcessOptions& options) {
@@ -50,7 +56,8 @@ int main(int argc, char** argv) {
       const auto tested = phantom_sensing::test_step(config.percept);
       if (!tested.passed) throw std::runtime_error(tested.message);
       std::cout << "configuration is valid: " << model.skin.size() << " sensors and "
-                << model.interest_points.size() << " interest points on " << model.arm.joint_count() << " joints\n"
+                << model.interest_points.size() << " interest points on " << model.arm.joint_count()
+                << " joints\n"
                 << phantom_sensing::words_for(phantom_sensing::predict_tick(cell, config, model)) << '\n';
       return static_cast<int>(runtime::kExitDone);
     }

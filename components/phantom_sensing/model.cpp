@@ -84,7 +84,8 @@ TickTime predict_tick(const runtime::CellConfig& cell, const Config& config, con
 voxel::Workspace build_workspace(const runtime::CellConfig& cell) {
   const std::vector<runtime::CellBody> bodies = runtime::load_bodies(cell);
   std::vector<voxel::LiveBody> live;
-  for (const auto& loaded : bodies) live.push_back({&loaded.body, cell.objects[loaded.body.id - 1U].priority});
+  for (const auto& loaded : bodies)
+    live.push_back({&loaded.body, cell.objects[loaded.body.id - 1U].priority});
   voxel::LiveWorkspace workspace(runtime::grid_of(cell), cell.merge);
   value_or_throw(workspace.add(live, 1), cell.file.string() + ": objects: ");
   return std::move(workspace).take();

@@ -12,17 +12,17 @@ namespace phantom::phantom_sensing {
 /// Logs what was left out or is coarser than the rule.
 PhantomModel load_model(const runtime::CellConfig& cell, const Config& config);
 
-/// A desk that allows what the cell's file allows the arm `config.arm`, and knows the file's objects. Throws ConfigError as
-/// allowed_contact(). The model outlives it.
+/// A desk that allows what the cell's file allows the arm `config.arm`, and knows the file's objects. Throws
+/// ConfigError as allowed_contact(). The model outlives it.
 ContactDesk contact_desk(const runtime::CellConfig& cell, const Config& config, const PhantomModel& model);
 
-/// The contacts that the cell's file allows the arm `config.arm`. Throws ConfigError naming an object or link that is not
-/// there.
+/// The contacts that the cell's file allows the arm `config.arm`. Throws ConfigError naming an object or link
+/// that is not there.
 percept::AllowedContact allowed_contact(const runtime::CellConfig& cell, const Config& config,
                                         const PhantomModel& model);
 
-/// What a tick of the configuration costs on this host, measured in a few tenths of a second. Throws ConfigError as
-/// allowed_contact().
+/// What a tick of the configuration costs on this host, measured in a few tenths of a second. Throws
+/// ConfigError as allowed_contact().
 TickTime predict_tick(const runtime::CellConfig& cell, const Config& config, const PhantomModel& model);
 
 /// The cell's objects, voxelised, layered and merged in this process, as wva_server would publish them

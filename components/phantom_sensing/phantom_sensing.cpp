@@ -9,7 +9,8 @@ namespace phantom::phantom_sensing {
 namespace {
 
 std::size_t threads_for(std::size_t sensors) {
-  const std::size_t wanted = (sensors + PerceptSettings::kSensorsOfThread - 1) / PerceptSettings::kSensorsOfThread;
+  const std::size_t wanted =
+      (sensors + PerceptSettings::kSensorsOfThread - 1) / PerceptSettings::kSensorsOfThread;
   return std::clamp<std::size_t>(wanted, 1, std::max(1U, std::thread::hardware_concurrency()));
 }
 
@@ -18,8 +19,9 @@ std::size_t threads_for(std::size_t sensors) {
 PhantomSensing::PhantomSensing(const PhantomModel& model, const PerceptSettings& settings)
     : model_(model),
       settings_(settings),
-      sensing_(model.skin, {settings.directional.enabled, settings.gradient_reach_vox, settings.memory, settings.response,
-                            settings.threads != 0 ? settings.threads : threads_for(model.skin.size())}),
+      sensing_(model.skin,
+               {settings.directional.enabled, settings.gradient_reach_vox, settings.memory, settings.response,
+                settings.threads != 0 ? settings.threads : threads_for(model.skin.size())}),
       zone_(settings.cluster_reach_vox, settings.cluster_shape),
       skin_watch_{percept::HitMonitor(settings.hit, settings.alert)},
       interest_watches_(model.interest_points.size(), skin_watch_),
@@ -32,9 +34,11 @@ percept::AlertEvents PhantomSensing::numbered(Watch& watch, percept::AlertEvents
   return events;
 }
 
-/// Fills what follows from the place's μ, position and object, which must stand; gives what the hit rules look at.
+/// Fills what follows from the place's μ, position and object, which must stand; gives what the hit rules
+/// look at.
 percept::HitCandidate PhantomSensing::perceive_place(const StepInputs& inputs, std::size_t link,
-                                                     voxel::Index3 voxel, PlacePercept& place) const noexcept {
+                                                     voxel::Index3 voxel,
+                                                     PlacePercept& place) const noexcept {
   place.closeness = percept::closeness(place.mu, inputs.workspace.greatest_neighbour_mu);
   place.velocity_W_m_s = model_.arm.point_velocity_W(link, place.position_W_m, X_WL_, inputs.velocity);
   place.gradient = zone_.gradient(*inputs.workspace.voxels, voxel, link, inputs.allowed);
@@ -132,7 +136,8 @@ void PhantomSensing::step(const StepInputs& inputs, StepOutputs& outputs) noexce
   model_.arm.link_poses(inputs.position, X_WL_);
   mute(inputs.allowed);
   sensing_.sense(X_WL_, model_.arm.joint_count(), *inputs.workspace.voxels);
-  robot::drag_coefficients(model_.arm, X_WL_, sensing_.sums(), settings_.directional, inputs.velocity, outputs.drag);
+  robot::drag_coefficients(model_.arm, X_WL_, sensing_.sums(), settings_.directional, inputs.velocity,
+                           outputs.drag);
   outputs.valid = true;
   outputs.active_sensors = sensing_.active();
   outputs.muted_sensors = sensing_.muted();

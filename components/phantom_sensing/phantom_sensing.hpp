@@ -31,8 +31,8 @@ struct PerceptSettings {
   percept::MotionThresholds motion;
   percept::HitThresholds hit;
   percept::AlertTiming alert;
-  /// That share the sensors, the step's own included; 0: one for each kSensorsOfThread, at most as many as the host has
-  /// cores. They do not change the result.
+  /// That share the sensors, the step's own included; 0: one for each kSensorsOfThread, at most as many as
+  /// the host has cores. They do not change the result.
   std::size_t threads = 0;
   static constexpr std::size_t kSensorsOfThread = 200'000;
 };
@@ -58,19 +58,20 @@ struct SensedWorkspace {
 };
 
 struct StepInputs {
-  core::JointArray position{};  ///< rad or m; finite
-  core::JointArray velocity{};  ///< rad/s or m/s; finite
-  double dt_s = 0.0;            ///< since the step before, ≥ 0
-  SensedWorkspace workspace;    ///< none: the result is invalid
-  bool state_valid = false;     ///< false: position and velocity are stale; the result is invalid
+  core::JointArray position{};      ///< rad or m; finite
+  core::JointArray velocity{};      ///< rad/s or m/s; finite
+  double dt_s = 0.0;                ///< since the step before, ≥ 0
+  SensedWorkspace workspace;        ///< none: the result is invalid
+  bool state_valid = false;         ///< false: position and velocity are stale; the result is invalid
   percept::AllowedContact allowed;  ///< what may be touched now
 };
 
-/// What is perceived at one place of the arm: percept parameters of spec 2.5. In free space, or if invalid: all zero.
+/// What is perceived at one place of the arm: percept parameters of spec 2.5. In free space, or if invalid:
+/// all zero.
 struct PlacePercept {
-  double mu = 0.0;            ///< Pa·s/m
-  double closeness = 0.0;     ///< 0…1
-  std::uint16_t object = 0;   ///< whose fluid it is; 0: none
+  double mu = 0.0;           ///< Pa·s/m
+  double closeness = 0.0;    ///< 0…1
+  std::uint16_t object = 0;  ///< whose fluid it is; 0: none
   Eigen::Vector3d position_W_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_W_m_s = Eigen::Vector3d::Zero();
   percept::PrincipalGradient gradient;
@@ -96,18 +97,20 @@ struct StepOutputs {
   std::size_t active_sensors = 0;
   robot::DragCoefficients drag;  ///< all zero if invalid
   SkinPercept percept;
-  percept::AlertEvents alerts;      ///< of the whole skin
-  std::size_t muted_sensors = 0;    ///< sensors that meet fluid of an object that they may touch
+  percept::AlertEvents alerts;                ///< of the whole skin
+  std::size_t muted_sensors = 0;              ///< sensors that meet fluid of an object that they may touch
   std::span<const InterestPercept> interest;  ///< as the model's points; lasts until the next step
 };
 
-/// One tick of the phantom: kinematics, all sensors, drag coefficients, worst sensor, gradient, motion, hits, and the
-/// same for each interest point. The same inputs in the same order give the same outputs, bit for bit.
+/// One tick of the phantom: kinematics, all sensors, drag coefficients, worst sensor, gradient, motion, hits,
+/// and the same for each interest point. The same inputs in the same order give the same outputs, bit for
+/// bit.
 class PhantomSensing {
  public:
   /// The model outlives this. Allocates all that step() needs.
   PhantomSensing(const PhantomModel& model, const PerceptSettings& settings);
-  /// Real-time safe: yes (no heap, lock, clock or file). Cost: bounded by the numbers of sensors and interest points.
+  /// Real-time safe: yes (no heap, lock, clock or file). Cost: bounded by the numbers of sensors and interest
+  /// points.
   void step(const StepInputs& inputs, StepOutputs& outputs) noexcept;
 
  private:

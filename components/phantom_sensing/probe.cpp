@@ -107,8 +107,7 @@ void add_options(CLI::App& probe, ProbeRequest& request) {
   probe.add_option("--joints", request.joints, "poses: CSV with columns t, q1…qn, v1…vn")->required();
   probe.add_option("--mode", request.mode, "separable or coupled")
       ->check(CLI::IsMember({"separable", "coupled"}));
-  probe.add_flag("--directional", request.directional,
-                  "directional drag, whatever the configuration says");
+  probe.add_flag("--directional", request.directional, "directional drag, whatever the configuration says");
   probe.add_option("--out", request.out, "CSV to write")->required();
   probe.add_option("--skin", request.skin, "CSV to write the skin's sensors to");
 }

@@ -45,8 +45,8 @@ void run_probe_rows(const PhantomModel& model, const PerceptSettings& settings,
                     const voxel::Workspace& workspace, const std::vector<ProbeRow>& rows,
                     const percept::AllowedContact& allowed, std::ostream& csv);
 
-/// Writes every sensor: sensor, link, link_name, x_m, y_m, z_m (in the moving link's frame), weight (what μ is
-/// multiplied by), area_m2, reach_vox (0: a point) and shape.
+/// Writes every sensor: sensor, link, link_name, x_m, y_m, z_m (in the moving link's frame), weight (what μ
+/// is multiplied by), area_m2, reach_vox (0: a point) and shape.
 void write_skin(const PhantomModel& model, std::ostream& csv);
 
 /// The whole command. Returns the exit code; throws ConfigError and MissingError.

@@ -48,8 +48,9 @@ PhantomModel make_probe(const Eigen::Vector3d& tip_W_m, int sensors, double voxe
   const double half_m = 0.5 * (sensors - 1) * voxel_m;
   row.from_m = Eigen::Vector3d(0, -half_m - voxel_m, 0);
   row.to_m = Eigen::Vector3d(0, half_m, 0);
-  auto skin = robot::lay_out_skin(*arm, {{"probe", {}, {row}, {}}},
-                                  {.voxel_size_m = 2.0 * voxel_m, .normalisation = robot::Normalisation::kNone});
+  auto skin =
+      robot::lay_out_skin(*arm, {{"probe", {}, {row}, {}}},
+                          {.voxel_size_m = 2.0 * voxel_m, .normalisation = robot::Normalisation::kNone});
   if (!skin) throw std::logic_error(skin.status().message());
   return {*std::move(arm), *std::move(skin), {}};
 }
@@ -69,7 +70,8 @@ voxel::Workspace known_workspace(const voxel::LayerProfile& profile) {
   const voxel::Body block{"block", 1, geometry::make_box(Eigen::Vector3d::Constant(7.9 * kVoxel_m)), profile};
   auto palette = voxel::make_palette({profile});
   auto activated = voxel::activate_object(block, grid);
-  if (!palette || !activated) throw std::runtime_error((palette ? activated.status() : palette.status()).message());
+  if (!palette || !activated)
+    throw std::runtime_error((palette ? activated.status() : palette.status()).message());
   voxel::Workspace workspace(grid, *std::move(palette));
   const voxel::CodeTable codes = voxel::code_table(profile, workspace.palette());
   const std::vector<voxel::MergeEntry> entries{{&activated->bricks, 1, &codes}};
@@ -80,12 +82,14 @@ voxel::Workspace known_workspace(const voxel::LayerProfile& profile) {
 
 /// What is wrong with the percept `depth_vox` voxels before the block, nearing or leaving; empty if nothing.
 std::string wrong_percept(const PhantomModel& model, const PerceptSettings& settings,
-                          const SensedWorkspace& workspace, double depth_vox, double expected_mu, bool nearing) {
+                          const SensedWorkspace& workspace, double depth_vox, double expected_mu,
+                          bool nearing) {
   PhantomSensing probe(model, settings);
   StepOutputs out;
   const double speed = nearing ? kSpeed_m_s : -kSpeed_m_s;
   probe.step(at(-(4.0 + depth_vox) * kVoxel_m, speed, workspace), out);
-  const std::string where = text(depth_vox, " voxels before the block, ", nearing ? "nearing" : "leaving", ": ");
+  const std::string where =
+      text(depth_vox, " voxels before the block, ", nearing ? "nearing" : "leaving", ": ");
   if (!out.valid) return where + "the percept is not valid";
   const auto off = [](double a, double b) { return std::abs(a - b) > 1e-6 * std::max(1.0, std::abs(b)); };
   const SkinPercept& p = out.percept;
@@ -93,15 +97,18 @@ std::string wrong_percept(const PhantomModel& model, const PerceptSettings& sett
   if (off(p.closeness, expected_mu / workspace.greatest_neighbour_mu))
     return where + text("closeness is ", p.closeness);
   const double drag = kSensors * expected_mu;
-  if (nearing && off(out.drag.plus[0], drag)) return where + text("drag coefficient is ", out.drag.plus[0], ", must be ", drag);
-  if (nearing && off(p.drag_torque[0], -drag * kSpeed_m_s)) return where + text("drag is ", p.drag_torque[0], " N");
-  if (out.drag.minus[0] > drag * (1 + 1e-6)) return where + "drag when leaving is above the symmetric coefficient";
+  if (nearing && off(out.drag.plus[0], drag))
+    return where + text("drag coefficient is ", out.drag.plus[0], ", must be ", drag);
+  if (nearing && off(p.drag_torque[0], -drag * kSpeed_m_s))
+    return where + text("drag is ", p.drag_torque[0], " N");
+  if (out.drag.minus[0] > drag * (1 + 1e-6))
+    return where + "drag when leaving is above the symmetric coefficient";
   if (expected_mu == 0.0) return out.alerts.raised ? where + "a hit is alerted in free space" : "";
   if (p.object != 1) return where + text("object is ", p.object, ", must be 1");
   const Eigen::Vector3d towards = p.gradient.pgv_W_m.normalized();
   if (!(towards.x() > 0.9)) return where + "the gradient does not point towards the block";
   const double angle = std::acos(std::clamp(nearing ? towards.x() : -towards.x(), -1.0, 1.0));
-  const auto motion = kSpeed_m_s < settings.motion.least_speed_m_s    ? percept::MotionClass::kNone
+  const auto motion = kSpeed_m_s < settings.motion.least_speed_m_s  ? percept::MotionClass::kNone
                       : angle < settings.motion.dangerous_below_rad ? percept::MotionClass::kDangerous
                       : angle > settings.motion.safe_above_rad      ? percept::MotionClass::kSafe
                                                                     : percept::MotionClass::kNeutral;
@@ -121,7 +128,8 @@ std::optional<float> mu_of(const voxel::LayerProfile& profile, std::int8_t order
   if (order == voxel::kOrderGuard) return profile.mu_Pa_s_per_m.front();
   if (order == voxel::kOrderBoundary && inside > 0) return profile.mu_inside_Pa_s_per_m.front();
   if (order == voxel::kOrderBoundary || order == voxel::kOrderInterior) return profile.mu_skin_Pa_s_per_m;
-  if (order < 0 && -order <= inside) return profile.mu_inside_Pa_s_per_m[static_cast<std::size_t>(-order - 1)];
+  if (order < 0 && -order <= inside)
+    return profile.mu_inside_Pa_s_per_m[static_cast<std::size_t>(-order - 1)];
   return std::nullopt;
 }
 
@@ -136,24 +144,26 @@ std::string name_of(voxel::Index3 v) { return text("voxel (", v.x, ", ", v.y, ",
 using Samples = std::map<std::pair<std::uint16_t, std::int8_t>, voxel::Index3>;
 
 /// Looks at every voxel of the brick; gives what is wrong with one, or nothing.
-std::string check_brick(voxel::BrickKey key, const voxel::Workspace& workspace, const runtime::CellConfig& cell,
-                        Samples& samples) {
+std::string check_brick(voxel::BrickKey key, const voxel::Workspace& workspace,
+                        const runtime::CellConfig& cell, Samples& samples) {
   const voxel::Workspace::BrickView brick = workspace.brick(key);
   for (std::uint32_t i = 0; i < voxel::kBrickVoxels; ++i) {
     const std::uint16_t object = brick.object != nullptr ? brick.object[i]
-                                 : brick.mu_code[i] != 0   ? brick.sole_object
-                                                           : std::uint16_t{0};
+                                 : brick.mu_code[i] != 0 ? brick.sole_object
+                                                         : std::uint16_t{0};
     if (object == 0 && brick.mu_code[i] == 0) continue;
     if (object > cell.objects.size()) continue;
     // Inverse of brick_offset().
-    const voxel::Index3 v{static_cast<std::int32_t>((i >> 6 & 7) << 2 | (i & 3)) + key.x * voxel::kBrickEdge,
-                          static_cast<std::int32_t>((i >> 9 & 7) << 2 | (i >> 2 & 3)) + key.y * voxel::kBrickEdge,
-                          static_cast<std::int32_t>((i >> 12 & 7) << 2 | (i >> 4 & 3)) + key.z * voxel::kBrickEdge};
+    const voxel::Index3 v{
+        static_cast<std::int32_t>((i >> 6 & 7) << 2 | (i & 3)) + key.x * voxel::kBrickEdge,
+        static_cast<std::int32_t>((i >> 9 & 7) << 2 | (i >> 2 & 3)) + key.y * voxel::kBrickEdge,
+        static_cast<std::int32_t>((i >> 12 & 7) << 2 | (i >> 4 & 3)) + key.z * voxel::kBrickEdge};
     if (object == 0) return name_of(v) + " has a viscosity and belongs to no object";
     const auto expected = mu_of(cell.objects[object - 1U].profile, brick.order[i]);
     if (!expected || workspace.palette()[brick.mu_code[i]] != *expected) {
-      return text(name_of(v), " of ", cell.objects[object - 1U].name, ", order ", static_cast<int>(brick.order[i]),
-                  ", has ", workspace.palette()[brick.mu_code[i]], " Pa·s/m, which its profile does not give it");
+      return text(name_of(v), " of ", cell.objects[object - 1U].name, ", order ",
+                  static_cast<int>(brick.order[i]), ", has ", workspace.palette()[brick.mu_code[i]],
+                  " Pa·s/m, which its profile does not give it");
     }
     if (workspace.grid().contains(v)) samples.try_emplace({object, brick.order[i]}, v);
   }
@@ -168,8 +178,10 @@ SelfTestResult test_step(const PerceptSettings& settings) {
   profile.mu_Pa_s_per_m = {32.0F, 20.0F, 10.0F};
   const voxel::Workspace workspace = known_workspace(profile);
   const SensedWorkspace sensed{&workspace, percept::greatest_neighbour_mu(workspace)};
-  const PhantomModel model = make_probe({-0.5 * kVoxel_m, 0.5 * kVoxel_m, 0.5 * kVoxel_m}, kSensors, kVoxel_m);
-  // The voxel of each layer that touches the next one inwards, where every zone sees a gradient; and free space.
+  const PhantomModel model =
+      make_probe({-0.5 * kVoxel_m, 0.5 * kVoxel_m, 0.5 * kVoxel_m}, kSensors, kVoxel_m);
+  // The voxel of each layer that touches the next one inwards, where every zone sees a gradient; and free
+  // space.
   constexpr double kDips[][2] = {{0, 32}, {4, 20}, {8, 10}, {14, 0}};
   for (const auto& [depth_vox, mu] : kDips) {
     for (const bool nearing : {true, false}) {
@@ -215,8 +227,8 @@ SelfTestResult test_workspace(const voxel::Workspace& workspace, const runtime::
                          out.percept.mu, " Pa·s/m of object ", out.percept.object, ", must be ", expected));
     }
   }
-  return {true, text("self-test passed: ", samples.size(), " layers of ", objects, " objects perceived in version ",
-                     workspace.version)};
+  return {true, text("self-test passed: ", samples.size(), " layers of ", objects,
+                     " objects perceived in version ", workspace.version)};
 }
 
 }  // namespace phantom::phantom_sensing

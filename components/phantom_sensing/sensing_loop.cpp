@@ -72,7 +72,8 @@ void SensingLoop::turn(core::Nanoseconds now_ns) {
   if (fresh) counted_.state_seen = true;
   permits_inbox_.read(permits_);
   const SensedWorkspace workspace = workspace_.newest();
-  const PerceptCondition condition = judge(workspace.voxels != nullptr ? workspace.voxels->version : 0, now_ns);
+  const PerceptCondition condition =
+      judge(workspace.voxels != nullptr ? workspace.voxels->version : 0, now_ns);
   const bool valid = is_valid(condition);
   if ((fresh && valid) || (!valid && (outputs_.valid || now_ns - last_invalid_ns_ >= watchdog_ns_ / 2))) {
     tick(now_ns, workspace, condition);
@@ -88,7 +89,8 @@ double elapsed_s(const SlaveSample& before, const SlaveSample& sample) noexcept 
   return std::clamp(core::seconds(sample.id.monotonic_ns - before.id.monotonic_ns), 0.0, 1.0);
 }
 
-void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspace, PerceptCondition condition) {
+void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspace,
+                       PerceptCondition condition) {
   StepInputs inputs;
   inputs.workspace = workspace;
   inputs.state_valid = is_valid(condition);

@@ -31,8 +31,8 @@ struct SlaveSample {
   core::JointArray position{}, velocity{};
 };
 
-/// Time between two states that are ticked one after the other, by their writer's clock, so that a replay gives the same; 0
-/// at the first and across a restart of the writer. Real-time safe: yes.
+/// Time between two states that are ticked one after the other, by their writer's clock, so that a replay
+/// gives the same; 0 at the first and across a restart of the writer. Real-time safe: yes.
 double elapsed_s(const SlaveSample& before, const SlaveSample& sample) noexcept;
 
 /// What is published besides the step's outputs.
@@ -62,15 +62,15 @@ struct LoopFigures {
   std::uint64_t workspace_version = 0;
   double greatest_neighbour_mu = 0.0;  ///< Pa·s/m, of that workspace
   std::size_t active_sensors = 0;
-  std::size_t muted_sensors = 0;   ///< of the newest tick
-  bool state_seen = false;  ///< a slave_state has come since the start
+  std::size_t muted_sensors = 0;                                ///< of the newest tick
+  bool state_seen = false;                                      ///< a slave_state has come since the start
   PerceptCondition condition = PerceptCondition::kNoWorkspace;  ///< of the newest result
 };
 
 /// Turns every new slave_state into one tick and what it publishes; the newest state wins. A watchdog on the
-/// monotonic clock makes the result invalid when the state is stale or there is no usable workspace, from the start
-/// on: at most staleness + one watchdog period after the last sample, and again every watchdog period. Every result
-/// says what it rests on (PerceptCondition).
+/// monotonic clock makes the result invalid when the state is stale or there is no usable workspace, from the
+/// start on: at most staleness + one watchdog period after the last sample, and again every watchdog period.
+/// Every result says what it rests on (PerceptCondition).
 class SensingLoop {
  public:
   /// All outlive this.

@@ -94,8 +94,8 @@ core::Health health_of(const Situation& now, const PhantomModel& model) {
   return health;
 }
 
-void write_report(const std::filesystem::path& folder, const Situation& now, const PhantomModel& model, double seconds,
-                  const nlohmann::ordered_json& hits) {
+void write_report(const std::filesystem::path& folder, const Situation& now, const PhantomModel& model,
+                  double seconds, const nlohmann::ordered_json& hits) {
   const LoopFigures& figures = now.figures;
   const nlohmann::ordered_json report = {{"component", "phantom_sensing"},
                                          {"seconds", seconds},
@@ -117,13 +117,19 @@ void write_report(const std::filesystem::path& folder, const Situation& now, con
   if (!file.flush()) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
-/// The main thread's part: commands, self-tests, permits, status. What it decides reaches the sensing loop without
-/// a lock.
+/// The main thread's part: commands, self-tests, permits, status. What it decides reaches the sensing loop
+/// without a lock.
 class Service {
  public:
-  Service(const runtime::CellConfig& cell, const Config& config, const PhantomModel& model, DdsAdapter& adapter,
-          WorkspaceKeeper& workspace, SensingLoop& loop)
-      : cell_(cell), config_(config), model_(model), adapter_(adapter), workspace_(workspace), loop_(loop), desk_(model.arm),
+  Service(const runtime::CellConfig& cell, const Config& config, const PhantomModel& model,
+          DdsAdapter& adapter, WorkspaceKeeper& workspace, SensingLoop& loop)
+      : cell_(cell),
+        config_(config),
+        model_(model),
+        adapter_(adapter),
+        workspace_(workspace),
+        loop_(loop),
+        desk_(model.arm),
         patches_(model.arm, model.skin) {
     know_objects();
     for (const auto& contact : cell.arm(config.arm).allowed_contact) {
@@ -146,7 +152,8 @@ class Service {
     loop_.workspace_watch().attended(adapter_.workspace_attended());
     if (!tested_ && workspace_.version() != 0) self_test();
     adapter_.handle_commands({[this](const ContactWish& wish) { return handle(wish); },
-                              [this] { return desk_.list(core::monotonic_ns()); }, [this] { return self_test(); }});
+                              [this] { return desk_.list(core::monotonic_ns()); },
+                              [this] { return self_test(); }});
     for (const std::string& said : desk_.end_old(core::monotonic_ns())) spdlog::info("{}", said);
     loop_.permit(desk_.permits());
   }
@@ -165,17 +172,19 @@ class Service {
     skin_.felt.clear();
     if (skin_.valid) {
       const percept::AllowedContact allowed = desk_.permits().at(now_ns);
-      skin_.felt = patches_.sense(skin_.slave.position, *workspace, [&allowed](std::size_t link, std::uint16_t object) {
-        return allowed.mutes(link, object);
-      });
+      skin_.felt = patches_.sense(
+          skin_.slave.position, *workspace,
+          [&allowed](std::size_t link, std::uint16_t object) { return allowed.mutes(link, object); });
     }
     adapter_.publish_skin(skin_);
   }
 
   Situation situation(core::Nanoseconds now_ns) {
-    Situation now{loop_.figures(), workspace_.version(), 0.0, desk_.permits().size(), self_tests_, tested_as_};
+    Situation now{loop_.figures(),        workspace_.version(), 0.0,
+                  desk_.permits().size(), self_tests_,          tested_as_};
     if (now_ns > before_ns_ && before_ns_ != 0)
-      now.tick_rate_hz = static_cast<double>(now.figures.ticks - ticks_before_) / core::seconds(now_ns - before_ns_);
+      now.tick_rate_hz =
+          static_cast<double>(now.figures.ticks - ticks_before_) / core::seconds(now_ns - before_ns_);
     before_ns_ = now_ns;
     ticks_before_ = now.figures.ticks;
     return now;
@@ -229,7 +238,8 @@ class Service {
 
 int run_service(const runtime::ProcessOptions& options, const runtime::Deployment& deployment,
                 const runtime::CellConfig& cell, const Config& config, const PhantomModel& model) {
-  if (const SelfTestResult tested = test_step(config.percept); !tested.passed) throw std::runtime_error(tested.message);
+  if (const SelfTestResult tested = test_step(config.percept); !tested.passed)
+    throw std::runtime_error(tested.message);
   DdsAdapter adapter(deployment.network, model);
   WorkspaceKeeper workspace([&adapter](const std::string& why) { adapter.count_refused_workspace(why); });
   HitLog hits(adapter, model);
@@ -253,7 +263,8 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
     next_status_ns = now_ns + core::from_seconds(kStatusPeriod_s);
     const Situation now = service.situation(now_ns);
     const core::Health health = health_of(now, model);
-    if (now.figures.condition != said) spdlog::info("{}", health.message.empty() ? "sensing" : health.message);
+    if (now.figures.condition != said)
+      spdlog::info("{}", health.message.empty() ? "sensing" : health.message);
     said = now.figures.condition;
     adapter.publish_status(health);
   } while (runtime::sleep_unless_stopped(kPoll_s));
@@ -268,7 +279,8 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
   ended.message.clear();
   adapter.publish_status(ended);
   if (!options.report_dir.empty())
-    write_report(options.report_dir, last, model, core::seconds(core::monotonic_ns() - start_ns), hits.json(object_name));
+    write_report(options.report_dir, last, model, core::seconds(core::monotonic_ns() - start_ns),
+                 hits.json(object_name));
   return runtime::kExitDone;
 }
 

@@ -98,7 +98,8 @@ std::vector<double> run(const PhantomModel& model, const PerceptSettings& settin
 
 }  // namespace
 
-TickTime time_tick(const PhantomModel& model, const PerceptSettings& settings, const TickCase& at, double duration_s) {
+TickTime time_tick(const PhantomModel& model, const PerceptSettings& settings, const TickCase& at,
+                   double duration_s) {
   TickTime time;
   const voxel::Workspace free(at.grid, at.palette);
   const auto in_free_space = run(model, settings, at, free, 0.3 * duration_s);
@@ -116,12 +117,14 @@ std::string words_for(const TickTime& time) {
   words.precision(0);
   const double share = time.full_s / kStatePeriod_s;
   words << "a tick takes " << 1e6 * time.free_s << " us in free space and " << 1e6 * time.full_s
-        << " us where it takes longest, the whole skin in mixed fluid (99 of 100: " << 1e6 * time.full_p99_s << " us): ";
+        << " us where it takes longest, the whole skin in mixed fluid (99 of 100: " << 1e6 * time.full_p99_s
+        << " us): ";
   if (share <= 1.0) {
     words << 100.0 * share << " % of the " << 1e3 * kStatePeriod_s << " ms between two slave_states";
   } else {
     words << "longer than the " << 1e3 * kStatePeriod_s
-          << " ms between two slave_states, so some would be passed over; more threads or fewer sensors (skin.pitch_vox) help";
+          << " ms between two slave_states, so some would be passed over; more threads or fewer sensors "
+             "(skin.pitch_vox) help";
   }
   return words.str();
 }

@@ -11,8 +11,9 @@ inline constexpr double kStatePeriod_s = 0.001;
 
 /// What a tick costs on this host, as it was measured.
 struct TickTime {
-  double free_s = 0.0;      ///< median in free space, where it costs least
-  double full_s = 0.0;      ///< median where it costs most: every sensor in fluid, of another μ than its neighbour's
+  double free_s = 0.0;  ///< median in free space, where it costs least
+  double full_s =
+      0.0;  ///< median where it costs most: every sensor in fluid, of another μ than its neighbour's
   double full_p99_s = 0.0;  ///< the same, 99 of 100
 };
 
@@ -24,10 +25,11 @@ struct TickCase {
   percept::AllowedContact allowed;  ///< links that may touch something leave the fast loop
 };
 
-/// Runs the step itself, with its settings and threads, for about `duration_s` in a workspace made up for that: in free
-/// space and in fluid that costs most. Sensors and their content decide on a tick's cost, so this bounds it for the
-/// configuration, as far as the host is left alone. Not real-time safe.
-TickTime time_tick(const PhantomModel& model, const PerceptSettings& settings, const TickCase& at, double duration_s);
+/// Runs the step itself, with its settings and threads, for about `duration_s` in a workspace made up for
+/// that: in free space and in fluid that costs most. Sensors and their content decide on a tick's cost, so
+/// this bounds it for the configuration, as far as the host is left alone. Not real-time safe.
+TickTime time_tick(const PhantomModel& model, const PerceptSettings& settings, const TickCase& at,
+                   double duration_s);
 
 /// In one sentence, against kStatePeriod_s.
 std::string words_for(const TickTime& time);

@@ -41,8 +41,8 @@ class WorkspaceKeeper {
   /// safe: yes.
   SensedWorkspace newest() noexcept;
 
-  /// The version that was handed over last, for a look at leisure; null: none. The next version but one costs more
-  /// while it is held. Thread-safe; not real-time safe.
+  /// The version that was handed over last, for a look at leisure; null: none. The next version but one costs
+  /// more while it is held. Thread-safe; not real-time safe.
   std::shared_ptr<const voxel::Workspace> share() const;
   /// Version that was handed over last; 0: none. Thread-safe.
   std::uint64_t version() const noexcept { return version_.load(std::memory_order_relaxed); }

@@ -23,17 +23,20 @@ constexpr bool is_valid(PerceptCondition condition) noexcept {
   return condition <= PerceptCondition::kWorkspaceBehind;
 }
 
-/// Judges whether the workspace in use is the newest there is. It stays valid while nothing newer is announced,
-/// also when its server ends: the world is then only known to be unattended. Once a version is announced, it must
-/// be in use, or another step towards it, within `behind_after_s`, or the percept is marked; after
-/// `stale_after_s` it ends.
+/// Judges whether the workspace in use is the newest there is. It stays valid while nothing newer is
+/// announced, also when its server ends: the world is then only known to be unattended. Once a version is
+/// announced, it must be in use, or another step towards it, within `behind_after_s`, or the percept is
+/// marked; after `stale_after_s` it ends.
 class WorkspaceWatch {
  public:
   WorkspaceWatch(double behind_after_s, double stale_after_s)
-      : behind_after_ns_(core::from_seconds(behind_after_s)), stale_after_ns_(core::from_seconds(stale_after_s)) {}
+      : behind_after_ns_(core::from_seconds(behind_after_s)),
+        stale_after_ns_(core::from_seconds(stale_after_s)) {}
 
-  void announced(std::uint64_t version) noexcept { announced_.store(version, std::memory_order_relaxed); }  ///< thread-safe
-  void attended(bool there) noexcept { attended_.store(there, std::memory_order_relaxed); }                 ///< thread-safe
+  void announced(std::uint64_t version) noexcept {
+    announced_.store(version, std::memory_order_relaxed);
+  }                                                                                          ///< thread-safe
+  void attended(bool there) noexcept { attended_.store(there, std::memory_order_relaxed); }  ///< thread-safe
 
   /// `in_use`: version that the tick uses, 0: none. One thread. Real-time safe: yes.
   PerceptCondition judge(std::uint64_t in_use, core::Nanoseconds now_ns) noexcept {

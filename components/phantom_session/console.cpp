@@ -46,7 +46,8 @@ void Console::show(const std::string& lines) {
   const std::lock_guard lock(mutex_);
   clear();
   std::istringstream split(lines);
-  for (std::string line; std::getline(split, line); ++shown_) std::cout << (shown_ > 0 ? "\n" : "") << cut(line, columns());
+  for (std::string line; std::getline(split, line); ++shown_)
+    std::cout << (shown_ > 0 ? "\n" : "") << cut(line, columns());
   std::cout << std::flush;
 }
 

@@ -5,15 +5,16 @@
 
 namespace phantom::phantom_session {
 
-/// Standard output: lines that stay, and below them, on a terminal, a few that are overwritten. Elsewhere (a pipe, a file)
-/// nothing but the lines that stay is written. Thread-safe.
+/// Standard output: lines that stay, and below them, on a terminal, a few that are overwritten. Elsewhere (a
+/// pipe, a file) nothing but the lines that stay is written. Thread-safe.
 class Console {
  public:
   /// Finds out whether standard output is a terminal.
   Console();
   bool is_terminal() const { return terminal_; }
   void say(const std::string& line);
-  /// Replaces the lines below, each cut to the terminal's width; empty: takes them away. Nothing if this is no terminal.
+  /// Replaces the lines below, each cut to the terminal's width; empty: takes them away. Nothing if this is
+  /// no terminal.
   void show(const std::string& lines);
 
  private:

@@ -63,10 +63,18 @@ const char* motion_name(msg::MotionClass motion) {
 }
 
 PerceptSample percept_of(const msg::Percept& percept, double t_s) {
-  PerceptSample out{t_s, percept.valid(), percept.mu(), percept.closeness(), percept.link(), percept.object(),
-                    motion_name(percept.motion()), {}, percept.muted_sensors()};
+  PerceptSample out{t_s,
+                    percept.valid(),
+                    percept.mu(),
+                    percept.closeness(),
+                    percept.link(),
+                    percept.object(),
+                    motion_name(percept.motion()),
+                    {},
+                    percept.muted_sensors()};
   const auto count = std::min<std::size_t>(percept.joint_count(), percept.drag_torque_Nm().size());
-  out.torque.assign(percept.drag_torque_Nm().begin(), percept.drag_torque_Nm().begin() + static_cast<std::ptrdiff_t>(count));
+  out.torque.assign(percept.drag_torque_Nm().begin(),
+                    percept.drag_torque_Nm().begin() + static_cast<std::ptrdiff_t>(count));
   return out;
 }
 
@@ -151,8 +159,7 @@ struct DdsAdapter::Impl {
                   collector.on_percept(percept_of(p, t_s));
                 })),
         hits(participant, dds::kHitAlert, into([this](const msg::HitAlert& h, double t_s) {
-               collector.on_hit(
-                   {t_s, h.alert(), rule_name(h.rule()), place_of(h), h.object(), h.cleared()});
+               collector.on_hit({t_s, h.alert(), rule_name(h.rule()), place_of(h), h.object(), h.cleared()});
              })),
         status(participant, dds::kComponentStatus, into([this](const msg::ComponentStatus& s, double t_s) {
                  collector.on_status(status_of(s, t_s));

@@ -40,8 +40,8 @@ void JointLog::write(const std::filesystem::path& folder) const {
   for (const JointRow& row : rows_) {
     file << row.t_s << ',' << row.reach << ',' << row.law;
     for (std::size_t j = 0; j < joint_count_; ++j) {
-      file << ',' << row.master_position[j] << ',' << row.slave_position[j] << ',' << row.operator_torque[j] << ','
-           << row.percept_torque[j] << ',' << row.feedback_torque[j];
+      file << ',' << row.master_position[j] << ',' << row.slave_position[j] << ',' << row.operator_torque[j]
+           << ',' << row.percept_torque[j] << ',' << row.feedback_torque[j];
     }
     file << '\n';
   }

@@ -222,10 +222,11 @@ bool draw_plots(const std::filesystem::path& folder, const Collector& collector,
   const auto approach_rows = std::count_if(
       collector.rows().begin(), collector.rows().end(),
       [](const Row& row) { return row.reach >= 0 && row.percept_enabled && row.clearance_m >= 0.0; });
-  const std::string variables = "folder='" + folder.string() + "'; contacts=" + std::to_string(contacts) +
-                                "; approach_rows=" + std::to_string(approach_rows) + "; joint=" +
-                                std::to_string(joints.most_telling() ? *joints.most_telling() + 1 : 0) +
-                                "; law='" + (joints.rows().empty() ? "" : joints.rows().back().law) + "'";
+  const std::string variables =
+      "folder='" + folder.string() + "'; contacts=" + std::to_string(contacts) +
+      "; approach_rows=" + std::to_string(approach_rows) +
+      "; joint=" + std::to_string(joints.most_telling() ? *joints.most_telling() + 1 : 0) + "; law='" +
+      (joints.rows().empty() ? "" : joints.rows().back().law) + "'";
   drawing.start({"gnuplot",
                  gnuplot,
                  {"-e", variables, runtime::share_path("config/report.gp").string()},

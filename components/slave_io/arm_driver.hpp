@@ -23,8 +23,8 @@ struct ArmDemand {
   bool reset = false;  ///< a reset was asked for since the last tick
 };
 
-/// What the servo moves: a simulated arm, or the drives of one. sense(), move() and fill() belong to the servo
-/// thread, allocate nothing and never wait.
+/// What the servo moves: a simulated arm, or the drives of one. sense(), move() and fill() belong to the
+/// servo thread, allocate nothing and never wait.
 class ArmDriver {
  public:
   virtual ~ArmDriver() = default;
@@ -35,7 +35,8 @@ class ArmDriver {
   virtual void move(const ArmDemand& demand, double dt_s, core::Nanoseconds now_ns) noexcept = 0;
   /// What this arm has to say in `report`: motion, torques, contact.
   virtual void fill(SlaveReport& report) const noexcept = 0;
-  /// Whether periods that the loop missed must be lived through one by one, for an arm whose time is the loop's.
+  /// Whether periods that the loop missed must be lived through one by one, for an arm whose time is the
+  /// loop's.
   virtual bool makes_up_periods() const noexcept = 0;
   /// One reader thread, any but the servo's.
   virtual core::ActuatorHealth health() = 0;

@@ -27,7 +27,8 @@ const ArmSense& CanArm::sense() noexcept {
 }
 
 void CanArm::move(const ArmDemand& demand, double, core::Nanoseconds now_ns) noexcept {
-  can::DriveCommand command{.quick_stop = demand.stop, .reset = demand.reset, .position = demand.outputs.reference};
+  can::DriveCommand command{
+      .quick_stop = demand.stop, .reset = demand.reset, .position = demand.outputs.reference};
   for (std::size_t j = 0; j < axes_.size(); ++j) {
     const bool by_torque = axes_[j].mode == can::DriveMode::kTorque;
     command.torque[j] = by_torque ? demand.outputs.torque.drive_Nm[j] : sense_.gravity_Nm[j];
@@ -50,7 +51,8 @@ void CanArm::fill(SlaveReport& report) const noexcept {
   report.clearance_m = -1.0;
   const std::size_t last = model_.arm.joint_count();
   report.tool_speed_m_s =
-      model_.arm.point_velocity_W(last, X_WL_[last] * model_.tip_in_last_link_m, X_WL_, sense_.velocity).norm();
+      model_.arm.point_velocity_W(last, X_WL_[last] * model_.tip_in_last_link_m, X_WL_, sense_.velocity)
+          .norm();
 }
 
 }  // namespace phantom::slave_io

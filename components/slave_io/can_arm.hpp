@@ -6,10 +6,10 @@
 
 namespace phantom::slave_io {
 
-/// The arm's drives on their CAN buses. Each joint in the mode of its drive: torque (the controller's position
-/// loop), velocity (its reference's speed, corrected by k_p/k_v times the way to it) or position (its
-/// reference). An emergency stop is the drives' quick stop. Nothing touches the arm as far as it knows: contact,
-/// its force and the clearance are reported as unknown.
+/// The arm's drives on their CAN buses. Each joint in the mode of its drive: torque (the controller's
+/// position loop), velocity (its reference's speed, corrected by k_p/k_v times the way to it) or position
+/// (its reference). An emergency stop is the drives' quick stop. Nothing touches the arm as far as it knows:
+/// contact, its force and the clearance are reported as unknown.
 class CanArm final : public ArmDriver {
  public:
   /// `config.can` must be there; `model` must outlive it. One open bus per address.

@@ -82,8 +82,9 @@ void read_can(const ConfigReader& section, const robot::SerialArm& arm, Config& 
   config.can = runtime::read_drives(section, arm, max_torque, config.period_s);
   for (std::size_t j = 0; j < arm.joint_count(); ++j) {
     if (config.can->group.axes[j].mode == can::DriveMode::kVelocity && config.gains[j].k_v <= 0.0)
-      throw section.error("drives", arm.joints()[j].name +
-                                        " is in mode velocity, which needs servo k_v; allowed: greater than 0");
+      throw section.error(
+          "drives",
+          arm.joints()[j].name + " is in mode velocity, which needs servo k_v; allowed: greater than 0");
   }
 }
 
@@ -113,7 +114,8 @@ Config load_config(const std::filesystem::path& path, const robot::SerialArm& ar
   read_plant(file.section("plant"), arm, home, config.plant);
   read_servo(file.section("servo"), arm, config);
   read_alignment(file.section("alignment"), arm, config);
-  if (config.driver == Driver::kSimulated || file.has("contact")) read_contact(file.section("contact"), config);
+  if (config.driver == Driver::kSimulated || file.has("contact"))
+    read_contact(file.section("contact"), config);
   if (config.driver == Driver::kCan || file.has("can")) read_can(file.section("can"), arm, config);
   file.finish();
   return config;

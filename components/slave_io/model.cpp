@@ -18,9 +18,8 @@ double outer_radius_m(double radius_m, const std::vector<robot::PolygonPoint>& p
   return radius_m;
 }
 
-void append_segment(const robot::SkinSegment& segment, std::size_t link,
-                    const geometry::Pose& X_link_frame, double pitch_m,
-                    std::vector<teleop::ContactPoint>& points) {
+void append_segment(const robot::SkinSegment& segment, std::size_t link, const geometry::Pose& X_link_frame,
+                    double pitch_m, std::vector<teleop::ContactPoint>& points) {
   const Eigen::Vector3d axis = (segment.to_m - segment.from_m).normalized();
   const Eigen::Vector3d side = axis.unitOrthogonal();
   const Eigen::Vector3d other = axis.cross(side);
@@ -52,7 +51,8 @@ void append_lines_and_meshes(const ArmModel& model, const robot::LinkSkin& skin,
   const auto layout = robot::lay_out_skin(
       model.arm, {part}, {.voxel_size_m = pitch_m, .normalisation = robot::Normalisation::kNone});
   if (!layout) throw ConfigError("skin: " + layout.status().message());
-  for (std::size_t i = 0; i < layout->size(); ++i) points.push_back({layout->link_of(i), layout->position(i)});
+  for (std::size_t i = 0; i < layout->size(); ++i)
+    points.push_back({layout->link_of(i), layout->position(i)});
 }
 
 constexpr double kFineBand_vox = 3.0;

@@ -26,9 +26,9 @@ struct ArmModel {
 /// Loads the arm and checks that home fits it. Throws ConfigError.
 ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name);
 
-/// Points on the skin's segments, rings and end faces (polygons as the circles around them), on its lines and its
-/// meshes, about `pitch_m` apart; the pitch is widened until
-/// there are at most `max_points`. Throws ConfigError if the skin names a link that the arm does not have.
+/// Points on the skin's segments, rings and end faces (polygons as the circles around them), on its lines and
+/// its meshes, about `pitch_m` apart; the pitch is widened until there are at most `max_points`. Throws
+/// ConfigError if the skin names a link that the arm does not have.
 std::vector<teleop::ContactPoint> contact_points(const ArmModel& model, double pitch_m, int max_points);
 
 /// The real bodies as two distance fields: a fine one close to the surfaces, for touch, and a coarse one for

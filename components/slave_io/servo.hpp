@@ -8,16 +8,16 @@
 
 namespace phantom::slave_io {
 
-/// The servo thread's work: newest inputs from the inbox, controller, arm, outputs to the outbox. It never calls
-/// DDS, allocates or waits.
+/// The servo thread's work: newest inputs from the inbox, controller, arm, outputs to the outbox. It never
+/// calls DDS, allocates or waits.
 class Servo {
  public:
   /// `arm` and `inbox` must outlive it.
   Servo(const ArmModel& model, const Config& config, ArmDriver& arm, Inbox& inbox);
 
   /// One tick of `dt_s`, a whole multiple of the period, at `now_ns` on the monotonic clock. Periods that the
-  /// loop missed are made up for, up to kMostMadeUp, so that a simulated arm keeps real time; real drives get one
-  /// command for all of them. Nothing is published before the arm is known. Real-time safe: yes.
+  /// loop missed are made up for, up to kMostMadeUp, so that a simulated arm keeps real time; real drives get
+  /// one command for all of them. Nothing is published before the arm is known. Real-time safe: yes.
   void tick(double dt_s, core::Nanoseconds now_ns) noexcept;
 
   static constexpr int kMostMadeUp = 10;

@@ -104,13 +104,15 @@ core::JointArray SlaveIo::lead_reference(const SlaveInputs& in, double dt_s) noe
   return v_ref;
 }
 
-// The master's pose; but a joint that something keeps from following is not pressed harder: nobody feels that now.
+// The master's pose; but a joint that something keeps from following is not pressed harder: nobody feels that
+// now.
 core::JointArray SlaveIo::as_far_as_free(const SlaveInputs& in) const noexcept {
   core::JointArray target = in.master.position;
   const core::JointArray& reference = limiter_.reference();
   for (std::size_t j = 0; j < count_; ++j) {
     const double ahead = reference[j] - in.position[j];
-    if (std::abs(ahead) > align_tolerance_[j] && (target[j] - reference[j]) * ahead > 0.0) target[j] = reference[j];
+    if (std::abs(ahead) > align_tolerance_[j] && (target[j] - reference[j]) * ahead > 0.0)
+      target[j] = reference[j];
   }
   return target;
 }

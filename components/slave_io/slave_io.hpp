@@ -39,8 +39,8 @@ struct SlaveInputs {
   core::JointArray position{};  ///< as the encoders say
   core::JointArray velocity{};
   core::JointArray gravity_Nm{};  ///< torques that hold the weight; used if feed-forward is configured
-  bool drives_follow = true;      ///< false: the arm does not do what it is told (power off, starting, stopped)
-  bool drive_fault = false;       ///< it needs a reset
+  bool drives_follow = true;  ///< false: the arm does not do what it is told (power off, starting, stopped)
+  bool drive_fault = false;   ///< it needs a reset
 };
 
 struct SlaveOutputs {
@@ -55,9 +55,9 @@ struct SlaveOutputs {
 /// The slave's controller: watches the link, leads the reference, closes the position loops.
 ///
 /// init, degraded, stopped: holds the position it had when it came there. ready, aligned: goes slowly to the
-/// master's pose if that is near, else holds. coupled: follows the master. While the drives do not follow, the reference is
-/// where the arm is, so that nothing jumps when they do. Joint positions, speeds and
-/// torques stay within the arm's limits whatever arrives.
+/// master's pose if that is near, else holds. coupled: follows the master. While the drives do not follow,
+/// the reference is where the arm is, so that nothing jumps when they do. Joint positions, speeds and torques
+/// stay within the arm's limits whatever arrives.
 class SlaveIo {
  public:
   SlaveIo(const robot::SerialArm& arm, const Config& config, const core::JointArray& start_q);

@@ -21,7 +21,8 @@ constexpr const char* kHelp =
     "  RANGE PAN TILT        the reading of the next corner: range in mm, pan and tilt in degrees\n"
     "  =NODE                 the next corner is a node that was measured before, on another face\n"
     "  done                  the face is complete: all corners of its border were targeted, in order\n"
-    "  part                  the face ends here, but it has more corners (an edge, a corner, a part of a border)\n"
+    "  part                  the face ends here, but it has more corners (an edge, a corner, a part of a "
+    "border)\n"
     "  again NODE RANGE PAN TILT   a better reading in place of a node's old one\n"
     "  more NODE RANGE PAN TILT    a further reading of a node: they are averaged\n"
     "  undo                  forget the last corner\n"
@@ -32,14 +33,18 @@ constexpr const char* kHelp =
 
 class Assistant {
  public:
-  Assistant(const Config& config, const Library& library, const AssistSetup& setup, std::istream& in, std::ostream& out)
+  Assistant(const Config& config, const Library& library, const AssistSetup& setup, std::istream& in,
+            std::ostream& out)
       : config_(config), library_(library), setup_(setup), in_(in), out_(out) {}
 
   bool run() {
     out_ << "Survey of one object, with a library of " << library_.parts.size() << " parts.\n"
-         << "Choose a plane face that you see whole, aim at its corners one after the other, either way round, and type what the\n"
-            "head reads: range in mm, pan and tilt in degrees. End the face with: done. Type help for all else.\n";
-    if (!setup_.practice.empty()) out_ << "Practice: an empty line lets the simulated head target the next corner.\n";
+         << "Choose a plane face that you see whole, aim at its corners one after the other, either way "
+            "round, and type what the\n"
+            "head reads: range in mm, pan and tilt in degrees. End the face with: done. Type help for all "
+            "else.\n";
+    if (!setup_.practice.empty())
+      out_ << "Practice: an empty line lets the simulated head target the next corner.\n";
     for (std::string line; prompt(), std::getline(in_, line);) {
       std::istringstream words(line);
       std::string word;
@@ -55,7 +60,8 @@ class Assistant {
   /// A, B … Z, A1, B1 …
   std::string face_name() const {
     const std::size_t round = faces_done_ / 26;
-    return fmt::format("{}{}", static_cast<char>('A' + faces_done_ % 26), round == 0 ? "" : std::to_string(round));
+    return fmt::format("{}{}", static_cast<char>('A' + faces_done_ % 26),
+                       round == 0 ? "" : std::to_string(round));
   }
   void prompt() { out_ << "face " << face_name() << ", corner " << on_face_ + 1 << "> " << std::flush; }
 
@@ -81,7 +87,9 @@ class Assistant {
     } else if (const auto reading = reading_in(line)) {
       take({face_name(), true, std::to_string(next_node_), *reading, "typed"});
     } else {
-      out_ << "  '" << word << "' is neither a word that I know nor a reading of three numbers (range in mm, pan and tilt in deg); help lists all\n";
+      out_ << "  '" << word
+           << "' is neither a word that I know nor a reading of three numbers (range in mm, pan and tilt in "
+              "deg); help lists all\n";
     }
   }
 
@@ -108,14 +116,19 @@ class Assistant {
     all.push_back(targeting);
     const auto measurement = registered(all);
     if (!measurement) return false;
-    const auto node = std::find_if(measurement->nodes.begin(), measurement->nodes.end(), [&](const auto& n) { return n.name == targeting.node; });
+    const auto node = std::find_if(measurement->nodes.begin(), measurement->nodes.end(),
+                                   [&](const auto& n) { return n.name == targeting.node; });
     for (const survey::MeasuredNode& other : measurement->nodes) {
       const double apart_m = (other.p_W_m - node->p_W_m).norm();
       if (other.name == node->name || apart_m > 2 * survey::distance_sigma_m(other, *node)) continue;
-      out_ << fmt::format("  refused: that is {:.1f} mm from node {}, within the errors; is it the same corner? then type ={}\n", 1e3 * apart_m, other.name, other.name);
+      out_ << fmt::format(
+          "  refused: that is {:.1f} mm from node {}, within the errors; is it the same corner? then type "
+          "={}\n",
+          1e3 * apart_m, other.name, other.name);
       return false;
     }
-    out_ << fmt::format("  node {}: ({:.4f}, {:.4f}, {:.4f}) m, known to {:.1f} mm\n", node->name, node->p_W_m.x(), node->p_W_m.y(), node->p_W_m.z(),
+    out_ << fmt::format("  node {}: ({:.4f}, {:.4f}, {:.4f}) m, known to {:.1f} mm\n", node->name,
+                        node->p_W_m.x(), node->p_W_m.y(), node->p_W_m.z(),
                         1e3 * std::sqrt(node->covariance_m2.trace()));
     targetings_ = std::move(all);
     if (targeting.reading && targeting.node == std::to_string(next_node_)) ++next_node_;
@@ -125,7 +138,8 @@ class Assistant {
 
   void end_face(bool whole) {
     if (on_face_ < (whole ? 3U : 2U)) {
-      out_ << fmt::format("  {} corners so far; a {} needs at least {}\n", on_face_, whole ? "whole face" : "part of a face", whole ? 3 : 2);
+      out_ << fmt::format("  {} corners so far; a {} needs at least {}\n", on_face_,
+                          whole ? "whole face" : "part of a face", whole ? 3 : 2);
       return;
     }
     auto all = targetings_;
@@ -143,7 +157,8 @@ class Assistant {
     on_face_ = 0;
     show();
     if (fitted()) {
-      out_ << "A pose is found. A further face makes it surer; send tells the workspace; save FILE keeps the readings.\n";
+      out_ << "A pose is found. A further face makes it surer; send tells the workspace; save FILE keeps the "
+              "readings.\n";
     } else {
       out_ << "Go on with another face, or follow the advice.\n";
     }
@@ -177,16 +192,20 @@ class Assistant {
     words >> node;
     std::getline(words, rest);
     const auto reading = reading_in(rest);
-    const auto first = std::find_if(targetings_.begin(), targetings_.end(), [&](const Targeting& t) { return t.node == node && t.reading; });
+    const auto first = std::find_if(targetings_.begin(), targetings_.end(),
+                                    [&](const Targeting& t) { return t.node == node && t.reading; });
     if (!reading || first == targetings_.end()) {
-      out_ << (reading ? "  no node '" + node + "' was measured\n" : std::string("  needs a node and a reading: again NODE RANGE PAN TILT\n"));
+      out_ << (reading ? "  no node '" + node + "' was measured\n"
+                       : std::string("  needs a node and a reading: again NODE RANGE PAN TILT\n"));
       return;
     }
     auto all = targetings_;
     const auto at = all.begin() + (first - targetings_.begin());
     if (replace) {
       at->reading = *reading;
-      all.erase(std::remove_if(at + 1, all.end(), [&](const Targeting& t) { return t.node == node && t.place == "more"; }), all.end());
+      all.erase(std::remove_if(at + 1, all.end(),
+                               [&](const Targeting& t) { return t.node == node && t.place == "more"; }),
+                all.end());
     } else {
       Targeting further = *at;
       further.reading = *reading;
@@ -202,7 +221,8 @@ class Assistant {
   /// Of faces that are complete only.
   std::vector<Targeting> complete() const {
     std::vector<Targeting> whole;
-    std::copy_if(targetings_.begin(), targetings_.end(), std::back_inserter(whole), [&](const Targeting& t) { return t.face != face_name(); });
+    std::copy_if(targetings_.begin(), targetings_.end(), std::back_inserter(whole),
+                 [&](const Targeting& t) { return t.face != face_name(); });
     return whole;
   }
 
@@ -228,11 +248,13 @@ class Assistant {
 
   void send() {
     if (!fitted() || !setup_.send) {
-      out_ << (fitted() ? "  there is no workspace to tell\n" : "  there is no accepted pose to send; nothing was sent\n");
+      out_ << (fitted() ? "  there is no workspace to tell\n"
+                        : "  there is no accepted pose to send; nothing was sent\n");
       return;
     }
     const auto measurement = registered(complete());
-    if (measurement) out_ << "  " << setup_.send({config_, library_, *measurement, result_, setup_.voxel_size_m}) << '\n';
+    if (measurement)
+      out_ << "  " << setup_.send({config_, library_, *measurement, result_, setup_.voxel_size_m}) << '\n';
   }
 
   void practise() {
@@ -245,11 +267,16 @@ class Assistant {
     if (shot.known) {
       out_ << "  the corner is node " << shot.node << " again\n";
     } else {
-      out_ << fmt::format("  the head reads {:.1f} {:.4f} {:.4f}\n", 1e3 * shot.reading.range_m, shot.reading.pan_rad / kDegree, shot.reading.tilt_rad / kDegree);
+      out_ << fmt::format("  the head reads {:.1f} {:.4f} {:.4f}\n", 1e3 * shot.reading.range_m,
+                          shot.reading.pan_rad / kDegree, shot.reading.tilt_rad / kDegree);
     }
-    if (!take({face_name(), true, shot.node, shot.known ? std::nullopt : std::optional(shot.reading), "practice"})) return;
+    if (!take({face_name(), true, shot.node, shot.known ? std::nullopt : std::optional(shot.reading),
+               "practice"}))
+      return;
     ++next_shot_;
-    if (shot.last_of_face) out_ << "  that was the last corner of this face that is seen; type: " << (shot.closed ? "done\n" : "part\n");
+    if (shot.last_of_face)
+      out_ << "  that was the last corner of this face that is seen; type: "
+           << (shot.closed ? "done\n" : "part\n");
   }
 
   const Config& config_;
@@ -264,7 +291,8 @@ class Assistant {
 
 }  // namespace
 
-bool assist(const Config& config, const Library& library, const AssistSetup& setup, std::istream& in, std::ostream& out) {
+bool assist(const Config& config, const Library& library, const AssistSetup& setup, std::istream& in,
+            std::ostream& out) {
   return Assistant(config, library, setup, in, out).run();
 }
 

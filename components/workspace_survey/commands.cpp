@@ -49,22 +49,28 @@ void spoil(const std::vector<std::string>& range_errors, std::vector<survey::Tar
   for (const std::string& text : range_errors) {
     const auto at = text.find('=');
     double error_mm = 0.0;
-    const bool number = at != std::string::npos && CLI::detail::lexical_cast(text.substr(at + 1), error_mm) && std::abs(error_mm) < 1e5;
-    const auto hit = std::find_if(targetings.begin(), targetings.end(), [&](const auto& t) { return t.node == text.substr(0, at) && t.reading; });
+    const bool number = at != std::string::npos && CLI::detail::lexical_cast(text.substr(at + 1), error_mm) &&
+                        std::abs(error_mm) < 1e5;
+    const auto hit = std::find_if(targetings.begin(), targetings.end(),
+                                  [&](const auto& t) { return t.node == text.substr(0, at) && t.reading; });
     if (!number || hit == targetings.end())
       throw ConfigError("--range-error: '" + text + "'; allowed: NODE=MM, with a node that is measured");
     hit->reading->range_m += 1e-3 * error_mm;
   }
 }
 
-std::vector<survey::Targeting> simulated(const Request& request, const Config& config, const Library& library) {
-  if (request.part.empty() || request.pose.empty()) throw ConfigError("--part and --pose must be given: what is measured, and where it stands");
+std::vector<survey::Targeting> simulated(const Request& request, const Config& config,
+                                         const Library& library) {
+  if (request.part.empty() || request.pose.empty())
+    throw ConfigError("--part and --pose must be given: what is measured, and where it stands");
   const survey::PartModel& part = library.models[find_part(library, request.part)];
   const geometry::Pose X_WO = pose_of(request);
   survey::VisibleOptions options;
   options.most_faces = static_cast<std::size_t>(request.faces);
   const auto faces = survey::visible_faces(part, X_WO, config.head.X_WH.translation_m, options);
-  if (faces.empty()) throw ConfigError("--pose: the head sees no face of " + part.name + " there whose corners it could target");
+  if (faces.empty())
+    throw ConfigError("--pose: the head sees no face of " + part.name +
+                      " there whose corners it could target");
   std::mt19937_64 random(request.seed);
   auto targetings = survey::simulate_targetings(part, X_WO, faces, config.head, config.errors, random);
   if (!targetings) throw ConfigError("--pose: " + targetings.status().message());
@@ -73,8 +79,11 @@ std::vector<survey::Targeting> simulated(const Request& request, const Config& c
 }
 
 std::string origin_text(const Request& request, const Config& config) {
-  return fmt::format("{} at \"{}\" (x y z in m, roll pitch yaw in deg), simulated with seed {}\nhead at \"{}\", beam offset {:.1f} mm",
-                     request.part, request.pose, request.seed, runtime::pose_text(config.head.X_WH), 1e3 * config.head.beam_offset_m);
+  return fmt::format(
+      "{} at \"{}\" (x y z in m, roll pitch yaw in deg), simulated with seed {}\nhead at \"{}\", beam offset "
+      "{:.1f} mm",
+      request.part, request.pose, request.seed, runtime::pose_text(config.head.X_WH),
+      1e3 * config.head.beam_offset_m);
 }
 
 int simulate(const Request& request, const Config& config, std::ostream& print) {
@@ -95,14 +104,21 @@ std::optional<ServerWord> tell(const Request& request, const Workspace& workspac
   const survey::FittedObject& object = *told.result.object;
   const LibraryPart& part = told.library.parts[object.part];
   const int guard = guard_of(told);
-  if (guard > 100) throw ConfigError(fmt::format("the guard is {} voxels of {:.3g} mm; allowed: at most 100", guard, 1e3 * told.voxel_size_m));
-  if (!request.move.empty()) return WorkspaceClient(workspace.network).move(request.move, object.fit.X_WO, guard, request.timeout_s);
+  if (guard > 100)
+    throw ConfigError(fmt::format("the guard is {} voxels of {:.3g} mm; allowed: at most 100", guard,
+                                  1e3 * told.voxel_size_m));
+  if (!request.move.empty())
+    return WorkspaceClient(workspace.network).move(request.move, object.fit.X_WO, guard, request.timeout_s);
   const std::string name = request.name.empty() ? part.name : request.name;
-  return WorkspaceClient(workspace.network).add(object_text(part, told.library.models[object.part], name, object.fit.X_WO, guard), request.timeout_s);
+  return WorkspaceClient(workspace.network)
+      .add(object_text(part, told.library.models[object.part], name, object.fit.X_WO, guard),
+           request.timeout_s);
 }
 
 std::string silence(const Request& request, const Workspace& workspace) {
-  return fmt::format("no word from a wva_server in domain {} for {} s; is it running, and is this its deployment?", workspace.network.domain, request.timeout_s);
+  return fmt::format(
+      "no word from a wva_server in domain {} for {} s; is it running, and is this its deployment?",
+      workspace.network.domain, request.timeout_s);
 }
 
 int send(const Request& request, const Workspace& workspace, const Told& told, std::ostream& print) {
@@ -124,10 +140,12 @@ int fit(const Request& request, const Config& config, const Workspace& workspace
     library.parts = {library.parts[only]};
     library.models = {library.models[only]};
   }
-  const auto measurement = survey::register_nodes(config.head, config.errors, read_measurements(request.measurements));
+  const auto measurement =
+      survey::register_nodes(config.head, config.errors, read_measurements(request.measurements));
   if (!measurement) throw ConfigError(measurement.status().message());
   const auto result = survey::survey_object(library.models, *measurement, config.options);
-  const Told told{config, library, *measurement, result, request.voxel_size_mm > 0 ? 1e-3 * request.voxel_size_mm : workspace.voxel_size_m};
+  const Told told{config, library, *measurement, result,
+                  request.voxel_size_mm > 0 ? 1e-3 * request.voxel_size_mm : workspace.voxel_size_m};
   if (request.json == "-") {
     print << json_text(told);
   } else {
@@ -135,7 +153,8 @@ int fit(const Request& request, const Config& config, const Workspace& workspace
     if (request.what == "fit" || !result.refusal.empty()) print << fit_text(told);
     if (!request.json.empty()) write_file(request.json, json_text(told));
   }
-  if (request.what == "identify") return result.identification.candidates.empty() ? runtime::kExitFailed : runtime::kExitDone;
+  if (request.what == "identify")
+    return result.identification.candidates.empty() ? runtime::kExitFailed : runtime::kExitDone;
   if (!result.object) return runtime::kExitFailed;
   if (!request.picture.empty()) {
     const auto png = residual_picture(told);
@@ -154,7 +173,8 @@ std::vector<PracticeShot> practice(const std::vector<survey::Targeting>& targeti
   return shots;
 }
 
-int lead(const Request& request, const Config& config, const Workspace& workspace, std::istream& in, std::ostream& print) {
+int lead(const Request& request, const Config& config, const Workspace& workspace, std::istream& in,
+         std::ostream& print) {
   const Library library = read_library(request.library);
   AssistSetup setup;
   setup.voxel_size_m = request.voxel_size_mm > 0 ? 1e-3 * request.voxel_size_mm : workspace.voxel_size_m;
@@ -166,23 +186,31 @@ int lead(const Request& request, const Config& config, const Workspace& workspac
   };
   setup.send = [&](const Told& told) {
     const auto word = tell(request, workspace, told);
-    return !word ? silence(request, workspace) : (word->done ? "workspace: " : "workspace refused: ") + word->message;
+    return !word ? silence(request, workspace)
+                 : (word->done ? "workspace: " : "workspace refused: ") + word->message;
   };
   return assist(config, library, setup, in, print) ? runtime::kExitDone : runtime::kExitFailed;
 }
 
 void add_target_options(CLI::App& app, Request& request) {
-  app.add_option("--pose", request.pose, "\"x y z roll pitch yaw\": where the simulated part stands in W, metres and degrees");
-  app.add_option("--faces", request.faces, "how many faces of it are measured, those that look largest first")->check(CLI::Range(1, 6));
+  app.add_option("--pose", request.pose,
+                 "\"x y z roll pitch yaw\": where the simulated part stands in W, metres and degrees");
+  app.add_option("--faces", request.faces, "how many faces of it are measured, those that look largest first")
+      ->check(CLI::Range(1, 6));
   app.add_option("--seed", request.seed, "of the simulated errors");
-  app.add_option("--range-error", request.range_errors, "NODE=MM: an error of its own on a node's range, to try the error aid");
+  app.add_option("--range-error", request.range_errors,
+                 "NODE=MM: an error of its own on a node's range, to try the error aid");
 }
 
 void add_send_options(CLI::App& app, Request& request) {
   app.add_option("--name", request.name, "what the object is called in the workspace; default: as the part");
-  app.add_option("--move", request.move, "an object of the workspace that this is: it is moved, instead of adding one");
-  app.add_option("--timeout-s", request.timeout_s, "how long to wait for a word of wva_server")->check(CLI::Range(0.1, 3600.0));
-  app.add_option("--voxel-size-mm", request.voxel_size_mm, "for the guard; default: that of the deployment's cell")->check(CLI::Range(0.1, 1000.0));
+  app.add_option("--move", request.move,
+                 "an object of the workspace that this is: it is moved, instead of adding one");
+  app.add_option("--timeout-s", request.timeout_s, "how long to wait for a word of wva_server")
+      ->check(CLI::Range(0.1, 3600.0));
+  app.add_option("--voxel-size-mm", request.voxel_size_mm,
+                 "for the guard; default: that of the deployment's cell")
+      ->check(CLI::Range(0.1, 1000.0));
 }
 
 }  // namespace
@@ -201,22 +229,30 @@ void add_options(CLI::App& app, Request& request) {
   simulate->add_option("--out", request.out, "file to write; default: standard output");
   for (const char* name : {"identify", "fit"}) {
     const bool is_fit = std::string(name) == "fit";
-    CLI::App* reads = sub(name, is_fit ? "find what was measured and where it stands; tell the workspace with --send" : "list the parts that agree with what was measured");
-    reads->add_option("--measurements", request.measurements, "CSV: face, part, node, range_mm, pan_deg, tilt_deg (or range_m, pan_rad, tilt_rad)")->required();
+    CLI::App* reads =
+        sub(name, is_fit ? "find what was measured and where it stands; tell the workspace with --send"
+                         : "list the parts that agree with what was measured");
+    reads
+        ->add_option("--measurements", request.measurements,
+                     "CSV: face, part, node, range_mm, pan_deg, tilt_deg (or range_m, pan_rad, tilt_rad)")
+        ->required();
     reads->add_option("--part", request.part, "look at this part of the library only");
-    reads->add_option("--json", request.json, "write the result as JSON to this file; -: instead of the text");
+    reads->add_option("--json", request.json,
+                      "write the result as JSON to this file; -: instead of the text");
     if (!is_fit) continue;
     reads->add_option("--picture", request.picture, "write a PNG of the residuals");
     reads->add_flag("--send", request.send, "add the object to the running workspace, or move one (--move)");
     add_send_options(*reads, request);
   }
   CLI::App* assist = sub("assist", "be led through targeting, corner by corner");
-  assist->add_option("--practice", request.part, "no head at hand: a simulated one targets this part of the library, at --pose");
+  assist->add_option("--practice", request.part,
+                     "no head at hand: a simulated one targets this part of the library, at --pose");
   add_target_options(*assist, request);
   add_send_options(*assist, request);
 }
 
-int run(const Request& request, const Config& config, const Workspace& workspace, std::istream& in, std::ostream& print) {
+int run(const Request& request, const Config& config, const Workspace& workspace, std::istream& in,
+        std::ostream& print) {
   Request whole = request;
   if (whole.library.empty()) whole.library = runtime::share_path("deploy/parts");
   if (whole.what == "simulate") return simulate(whole, config, print);

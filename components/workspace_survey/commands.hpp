@@ -38,9 +38,10 @@ struct Workspace {
   double voxel_size_m = 0.01;
 };
 
-/// Does what was asked for, telling it on `print`; `in` is for the assistant. Returns the exit code: done; failed where the
-/// measurement is refused or the server refuses; missing if nobody answers. Throws core::ConfigError for arguments and files
-/// that cannot be used.
-int run(const Request& request, const Config& config, const Workspace& workspace, std::istream& in, std::ostream& print);
+/// Does what was asked for, telling it on `print`; `in` is for the assistant. Returns the exit code: done;
+/// failed where the measurement is refused or the server refuses; missing if nobody answers. Throws
+/// core::ConfigError for arguments and files that cannot be used.
+int run(const Request& request, const Config& config, const Workspace& workspace, std::istream& in,
+        std::ostream& print);
 
 }  // namespace phantom::workspace_survey

@@ -23,7 +23,9 @@ void read_errors(const runtime::ConfigReader& reader, survey::HeadErrors& errors
   errors.tilt_rad = kDegree * reader.number("tilt_deg", {1e-5, 10, "deg"});
   errors.targeting_m = kMillimetre * reader.number("targeting_mm", 0.0, {0, 100, "mm"});
   const std::string law = reader.choice("law", "uniform", {"uniform", "normal", "extreme"});
-  errors.law = law == "normal" ? survey::ErrorLaw::kNormal : law == "extreme" ? survey::ErrorLaw::kExtreme : survey::ErrorLaw::kUniform;
+  errors.law = law == "normal"    ? survey::ErrorLaw::kNormal
+               : law == "extreme" ? survey::ErrorLaw::kExtreme
+                                  : survey::ErrorLaw::kUniform;
 }
 
 }  // namespace
@@ -38,7 +40,8 @@ Config load_config(const std::filesystem::path& path) {
   config.options.identify.tolerance_m = kMillimetre * identify.number("tolerance_mm", 0.5, {0, 100, "mm"});
   const auto accept = file.optional_section("accept");
   config.options.confidence = accept.number("confidence", 0.99, {0.5, 0.999, ""});
-  config.options.largest_displacement_m = kMillimetre * accept.number("largest_displacement_mm", 20.0, {0.1, 1000, "mm"});
+  config.options.largest_displacement_m =
+      kMillimetre * accept.number("largest_displacement_mm", 20.0, {0.1, 1000, "mm"});
   config.options.least_fit_probability = accept.number("least_fit_probability", 0.001, {0, 0.5, ""});
   file.finish();
   return config;

@@ -24,7 +24,8 @@ struct WorkspaceClient::Impl {
                                                                        dds::kWorkspaceReply};
 };
 
-WorkspaceClient::WorkspaceClient(const core::NetworkOptions& network) : impl_(std::make_unique<Impl>(network)) {}
+WorkspaceClient::WorkspaceClient(const core::NetworkOptions& network)
+    : impl_(std::make_unique<Impl>(network)) {}
 WorkspaceClient::~WorkspaceClient() = default;
 
 std::optional<ServerWord> WorkspaceClient::add(const std::string& description, double timeout_s) {
@@ -34,8 +35,8 @@ std::optional<ServerWord> WorkspaceClient::add(const std::string& description, d
   return impl_->ask(std::move(command), timeout_s);
 }
 
-std::optional<ServerWord> WorkspaceClient::move(const std::string& object, const geometry::Pose& X_WO, int guard_vox,
-                                                double timeout_s) {
+std::optional<ServerWord> WorkspaceClient::move(const std::string& object, const geometry::Pose& X_WO,
+                                                int guard_vox, double timeout_s) {
   const Eigen::Vector4d q = geometry::quaternion_xyzw(X_WO.rotation);
   msg::WorkspaceCommand command;
   command.operation(msg::WORKSPACE_MOVE);

@@ -11,7 +11,7 @@ namespace phantom::workspace_survey {
 
 /// What wva_server says last about a wish.
 struct ServerWord {
-  bool done = false;      ///< else it refused, and the workspace is as before
+  bool done = false;  ///< else it refused, and the workspace is as before
   std::string message;
   std::uint64_t version = 0;
 };
@@ -26,7 +26,8 @@ class WorkspaceClient {
   /// Adds an object by its YAML (at most 16384 bytes). None if there was no word for `timeout_s`.
   std::optional<ServerWord> add(const std::string& description, double timeout_s);
   /// Moves an object that is there, and gives it a guard skin.
-  std::optional<ServerWord> move(const std::string& object, const geometry::Pose& X_WO, int guard_vox, double timeout_s);
+  std::optional<ServerWord> move(const std::string& object, const geometry::Pose& X_WO, int guard_vox,
+                                 double timeout_s);
 
  private:
   struct Impl;

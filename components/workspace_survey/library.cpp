@@ -24,9 +24,11 @@ std::vector<LibraryPart> listed_parts(const std::filesystem::path& list) {
     part.import.scale = entry.number("mesh_scale", {1e-6, 1e3, "m per mesh unit"});
     part.import.y_up = entry.choice("up_axis", "z", {"z", "y"}) == "y";
     part.cell_mesh = entry.text("cell_mesh", "");
-    if (part.name.empty() || part.name.size() > 64) throw entry.error("name", "has " + std::to_string(part.name.size()) + " bytes; allowed: 1 to 64");
+    if (part.name.empty() || part.name.size() > 64)
+      throw entry.error("name", "has " + std::to_string(part.name.size()) + " bytes; allowed: 1 to 64");
     if (!names.insert(part.name).second) throw entry.error("name", "is another part's, too");
-    if (!std::filesystem::is_regular_file(part.mesh)) throw entry.error("mesh", "is not a file (" + part.mesh.string() + ")");
+    if (!std::filesystem::is_regular_file(part.mesh))
+      throw entry.error("mesh", "is not a file (" + part.mesh.string() + ")");
     parts.push_back(std::move(part));
   }
   file.finish();
@@ -37,8 +39,11 @@ std::vector<LibraryPart> found_parts(const std::filesystem::path& folder) {
   std::vector<LibraryPart> parts;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     std::string ending = entry.path().extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (!entry.is_regular_file() || std::find(kMeshEndings.begin(), kMeshEndings.end(), ending) == kMeshEndings.end()) continue;
+    std::transform(ending.begin(), ending.end(), ending.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (!entry.is_regular_file() ||
+        std::find(kMeshEndings.begin(), kMeshEndings.end(), ending) == kMeshEndings.end())
+      continue;
     LibraryPart part;
     part.name = entry.path().stem().string();
     part.mesh = entry.path();
@@ -51,17 +56,21 @@ std::vector<LibraryPart> found_parts(const std::filesystem::path& folder) {
 }  // namespace
 
 Library load_library(const std::filesystem::path& folder) {
-  if (!std::filesystem::is_directory(folder)) throw core::MissingError(folder.string() + ": no such folder of CAD models");
+  if (!std::filesystem::is_directory(folder))
+    throw core::MissingError(folder.string() + ": no such folder of CAD models");
   const auto list = folder / "library.yaml";
   Library library;
   library.parts = std::filesystem::exists(list) ? listed_parts(list) : found_parts(folder);
-  if (library.parts.empty()) throw ConfigError(folder.string() + ": holds no part; allowed: a library.yaml, or mesh files");
+  if (library.parts.empty())
+    throw ConfigError(folder.string() + ": holds no part; allowed: a library.yaml, or mesh files");
   for (LibraryPart& part : library.parts) {
     const auto mesh = geometry::load_mesh(part.mesh, part.import);
     if (!mesh) throw ConfigError("part '" + part.name + "': " + mesh.status().message());
     part.notes = mesh->notes;
     library.models.push_back(survey::make_part(part.name, *mesh));
-    if (library.models.back().loops.empty()) throw ConfigError("part '" + part.name + "': " + part.mesh.string() + ": has no plane face with corners; nothing of it can be measured");
+    if (library.models.back().loops.empty())
+      throw ConfigError("part '" + part.name + "': " + part.mesh.string() +
+                        ": has no plane face with corners; nothing of it can be measured");
   }
   return library;
 }

@@ -14,8 +14,8 @@ struct LibraryPart {
   std::string name;
   std::filesystem::path mesh;
   geometry::MeshImportOptions import;  ///< the mesh's unit and up-axis
-  std::string cell_mesh;               ///< the same mesh's file in the cell's folder; empty: it travels with the command
-  std::vector<std::string> notes;      ///< what had to be assumed
+  std::string cell_mesh;  ///< the same mesh's file in the cell's folder; empty: it travels with the command
+  std::vector<std::string> notes;  ///< what had to be assumed
 };
 
 /// A library of CAD models, with their features in the same order.
@@ -24,9 +24,9 @@ struct Library {
   std::vector<survey::PartModel> models;
 };
 
-/// Reads a folder: the parts that its library.yaml lists or, without one, every mesh file in it (unit and up-axis as
-/// declared or guessed, with notes). Throws core::ConfigError naming file and what is wrong, MissingError for a folder that
-/// is not there.
+/// Reads a folder: the parts that its library.yaml lists or, without one, every mesh file in it (unit and
+/// up-axis as declared or guessed, with notes). Throws core::ConfigError naming file and what is wrong,
+/// MissingError for a folder that is not there.
 Library load_library(const std::filesystem::path& folder);
 
 /// Index of the part called `name`. Throws core::ConfigError naming those there are.

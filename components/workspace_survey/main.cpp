@@ -14,13 +14,17 @@ int main(int argc, char** argv) {
   runtime::ProcessDescription description;
   description.name = "workspace_survey";
   description.summary =
-      "From a few laser points to an object in the running workspace: corners of plane faces, targeted with a pan-tilt "
-      "range head from metres away, are matched with a library of CAD models; the part that fits is placed, with its "
-      "uncertainty and a guard skin that covers it. Where the data do not say what it is or where it stands, it says why "
+      "From a few laser points to an object in the running workspace: corners of plane faces, targeted with "
+      "a pan-tilt "
+      "range head from metres away, are matched with a library of CAD models; the part that fits is placed, "
+      "with its "
+      "uncertainty and a guard skin that covers it. Where the data do not say what it is or where it stands, "
+      "it says why "
       "and what to measure next.";
   description.details =
       "Topics out: workspace_command; in: workspace_reply; both with --send only.\n"
-      "Try:  workspace_survey assist --practice v_groove_block --pose \"0.1 0 0.4 90 0 20\"     (then press Enter a few times)\n"
+      "Try:  workspace_survey assist --practice v_groove_block --pose \"0.1 0 0.4 90 0 20\"     (then press "
+      "Enter a few times)\n"
       "      workspace_survey simulate --part wedge --pose \"0.1 0 0.4 90 0 20\" --out wedge.csv\n"
       "      workspace_survey fit --measurements wedge.csv --picture wedge.png\n"
       "      workspace_survey fit --measurements wedge.csv --send            (while the demo runs)";
@@ -28,7 +32,8 @@ int main(int argc, char** argv) {
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto config = workspace_survey::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);
-    const workspace_survey::Workspace workspace{deployment.network, runtime::load_cell(deployment.cell).voxel_size_m};
+    const workspace_survey::Workspace workspace{deployment.network,
+                                                runtime::load_cell(deployment.cell).voxel_size_m};
     if (options.check || request.send) dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
       const auto library = workspace_survey::load_library(
@@ -36,7 +41,8 @@ int main(int argc, char** argv) {
       std::cout << "configuration is valid: " << library.parts.size() << " parts in the library\n";
       return static_cast<int>(runtime::kExitDone);
     }
-    if (request.what.empty()) throw core::ConfigError("what shall be done? allowed: simulate, identify, fit, assist (see --help)");
+    if (request.what.empty())
+      throw core::ConfigError("what shall be done? allowed: simulate, identify, fit, assist (see --help)");
     return workspace_survey::run(request, config, workspace, std::cin, std::cout);
   };
   return runtime::process_main(argc, argv, description);

@@ -29,10 +29,13 @@ struct Column {
   double unit;
 };
 constexpr std::array kColumns{
-    Column{Column::kFace, "face", 0},        Column{Column::kPart, "part", 0},          Column{Column::kNode, "node", 0},
-    Column{Column::kRange, "range_m", 1},    Column{Column::kRange, "range_mm", 1e-3},  Column{Column::kPan, "pan_deg", kDegree},
-    Column{Column::kPan, "pan_rad", 1},      Column{Column::kTilt, "tilt_deg", kDegree}, Column{Column::kTilt, "tilt_rad", 1}};
-constexpr const char* kAllowed = "face, part, node, range_m or range_mm, pan_deg or pan_rad, tilt_deg or tilt_rad";
+    Column{Column::kFace, "face", 0},         Column{Column::kPart, "part", 0},
+    Column{Column::kNode, "node", 0},         Column{Column::kRange, "range_m", 1},
+    Column{Column::kRange, "range_mm", 1e-3}, Column{Column::kPan, "pan_deg", kDegree},
+    Column{Column::kPan, "pan_rad", 1},       Column{Column::kTilt, "tilt_deg", kDegree},
+    Column{Column::kTilt, "tilt_rad", 1}};
+constexpr const char* kAllowed =
+    "face, part, node, range_m or range_mm, pan_deg or pan_rad, tilt_deg or tilt_rad";
 
 std::string trimmed(const std::string& text) {
   const auto from = text.find_first_not_of(" \t\r"), to = text.find_last_not_of(" \t\r");
@@ -77,30 +80,42 @@ class Table {
         targetings.push_back(targeting(cells_of(line)));
       }
     }
-    if (targetings.empty()) throw ConfigError(name_ + ": holds no measurement; allowed: a line of columns (" + kAllowed + ") and one per targeting");
+    if (targetings.empty())
+      throw ConfigError(name_ + ": holds no measurement; allowed: a line of columns (" + kAllowed +
+                        ") and one per targeting");
     return targetings;
   }
 
  private:
-  ConfigError error(const std::string& problem) const { return ConfigError(fmt::format("{}:{}: {}", name_, line_, problem)); }
+  ConfigError error(const std::string& problem) const {
+    return ConfigError(fmt::format("{}:{}: {}", name_, line_, problem));
+  }
 
   void take_head(const std::vector<std::string>& cells) {
     for (const std::string& cell : cells) {
-      const auto column = std::find_if(kColumns.begin(), kColumns.end(), [&](const Column& c) { return cell == c.name; });
-      if (column == kColumns.end()) throw error("column " + shown(cell) + " is not known, or has no unit or a wrong one; allowed: " + kAllowed);
+      const auto column =
+          std::find_if(kColumns.begin(), kColumns.end(), [&](const Column& c) { return cell == c.name; });
+      if (column == kColumns.end())
+        throw error("column " + shown(cell) +
+                    " is not known, or has no unit or a wrong one; allowed: " + kAllowed);
       for (const Column& other : columns_) {
-        if (other.kind == column->kind) throw error("columns " + shown(other.name) + " and " + shown(cell) + " say the same; allowed: one of them");
+        if (other.kind == column->kind)
+          throw error("columns " + shown(other.name) + " and " + shown(cell) +
+                      " say the same; allowed: one of them");
       }
       columns_.push_back(*column);
     }
     for (const Column& needed : kColumns) {
-      const bool there = std::any_of(columns_.begin(), columns_.end(), [&](const Column& c) { return c.kind == needed.kind; });
-      if (!there && needed.kind != Column::kPart) throw error(std::string("column '") + needed.name + "' is missing; allowed: " + kAllowed);
+      const bool there = std::any_of(columns_.begin(), columns_.end(),
+                                     [&](const Column& c) { return c.kind == needed.kind; });
+      if (!there && needed.kind != Column::kPart)
+        throw error(std::string("column '") + needed.name + "' is missing; allowed: " + kAllowed);
     }
   }
 
   survey::Targeting targeting(const std::vector<std::string>& cells) const {
-    if (cells.size() != columns_.size()) throw error(fmt::format("has {} cells; allowed: {}, as the columns", cells.size(), columns_.size()));
+    if (cells.size() != columns_.size())
+      throw error(fmt::format("has {} cells; allowed: {}, as the columns", cells.size(), columns_.size()));
     survey::Targeting t;
     t.place = fmt::format("{}:{}", name_, line_);
     survey::Reading reading;
@@ -108,37 +123,52 @@ class Table {
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const Column& column = columns_[i];
       switch (column.kind) {
-        case Column::kFace: t.face = name_of(column, cells[i]); break;
-        case Column::kNode: t.node = name_of(column, cells[i]); break;
+        case Column::kFace:
+          t.face = name_of(column, cells[i]);
+          break;
+        case Column::kNode:
+          t.node = name_of(column, cells[i]);
+          break;
         case Column::kPart:
-          if (cells[i] != "whole" && cells[i] != "part") throw error("part is " + shown(cells[i]) + "; allowed: whole, part");
+          if (cells[i] != "whole" && cells[i] != "part")
+            throw error("part is " + shown(cells[i]) + "; allowed: whole, part");
           t.closed = cells[i] == "whole";
           break;
         default:
           if (cells[i].empty()) continue;
           ++numbers;
-          (column.kind == Column::kRange ? reading.range_m : column.kind == Column::kPan ? reading.pan_rad : reading.tilt_rad) =
-              column.unit * number_of(column, cells[i]);
+          (column.kind == Column::kRange ? reading.range_m
+           : column.kind == Column::kPan ? reading.pan_rad
+                                         : reading.tilt_rad) = column.unit * number_of(column, cells[i]);
       }
     }
-    if (numbers != 0 && numbers != 3) throw error("has some of range, pan and tilt; allowed: all three, or none for a node that was measured before");
+    if (numbers != 0 && numbers != 3)
+      throw error(
+          "has some of range, pan and tilt; allowed: all three, or none for a node that was measured before");
     if (numbers == 3) t.reading = reading;
     return t;
   }
 
   std::string name_of(const Column& column, const std::string& cell) const {
-    const bool fine = !cell.empty() && cell.size() <= kLongestName &&
-                      std::all_of(cell.begin(), cell.end(), [](char c) { return c > ' ' && c < 127 && c != '"'; });
-    if (!fine) throw error(fmt::format("{} is {}; allowed: a name of 1 to {} letters, digits and signs", column.name, shown(cell), kLongestName));
+    const bool fine =
+        !cell.empty() && cell.size() <= kLongestName &&
+        std::all_of(cell.begin(), cell.end(), [](char c) { return c > ' ' && c < 127 && c != '"'; });
+    if (!fine)
+      throw error(fmt::format("{} is {}; allowed: a name of 1 to {} letters, digits and signs", column.name,
+                              shown(cell), kLongestName));
     return cell;
   }
 
   double number_of(const Column& column, const std::string& cell) const {
     double value = 0.0;
     const auto [end, problem] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-    if (problem != std::errc() || end != cell.data() + cell.size()) throw error(fmt::format("{} is {}; allowed: a number, with a point", column.name, shown(cell)));
-    if (!std::isfinite(value)) throw error(fmt::format("{} is {}; allowed: a finite number", column.name, shown(cell)));
-    if (column.kind == Column::kRange && !(value > 0)) throw error(fmt::format("{} is {}; allowed: more than 0 (the ranger had no echo?)", column.name, shown(cell)));
+    if (problem != std::errc() || end != cell.data() + cell.size())
+      throw error(fmt::format("{} is {}; allowed: a number, with a point", column.name, shown(cell)));
+    if (!std::isfinite(value))
+      throw error(fmt::format("{} is {}; allowed: a finite number", column.name, shown(cell)));
+    if (column.kind == Column::kRange && !(value > 0))
+      throw error(
+          fmt::format("{} is {}; allowed: more than 0 (the ranger had no echo?)", column.name, shown(cell)));
     return value;
   }
 
@@ -156,8 +186,10 @@ std::vector<survey::Targeting> read_measurements_text(const std::string& text, c
 std::vector<survey::Targeting> read_measurements(const std::filesystem::path& file) {
   constexpr std::uintmax_t kMostBytes = 4 << 20;
   std::error_code problem;
-  if (!std::filesystem::is_regular_file(file, problem)) throw core::MissingError(file.string() + ": no such file of measurements");
-  if (std::filesystem::file_size(file, problem) > kMostBytes) throw ConfigError(file.string() + ": is larger than 4 MiB; allowed: a table of measurements");
+  if (!std::filesystem::is_regular_file(file, problem))
+    throw core::MissingError(file.string() + ": no such file of measurements");
+  if (std::filesystem::file_size(file, problem) > kMostBytes)
+    throw ConfigError(file.string() + ": is larger than 4 MiB; allowed: a table of measurements");
   std::ifstream stream(file, std::ios::binary);
   std::ostringstream text;
   text << stream.rdbuf();
@@ -165,14 +197,16 @@ std::vector<survey::Targeting> read_measurements(const std::filesystem::path& fi
   return read_measurements_text(text.str(), file.string());
 }
 
-void write_measurements(std::ostream& out, const std::vector<survey::Targeting>& targetings, const std::string& comment) {
+void write_measurements(std::ostream& out, const std::vector<survey::Targeting>& targetings,
+                        const std::string& comment) {
   std::istringstream lines(comment);
   for (std::string line; std::getline(lines, line);) out << "# " << line << '\n';
   out << "face,part,node,range_mm,pan_deg,tilt_deg\n";
   for (const survey::Targeting& t : targetings) {
     out << t.face << ',' << (t.closed ? "whole" : "part") << ',' << t.node << ',';
     if (t.reading) {
-      out << fmt::format("{:.2f},{:.4f},{:.4f}\n", 1e3 * t.reading->range_m, t.reading->pan_rad / kDegree, t.reading->tilt_rad / kDegree);
+      out << fmt::format("{:.2f},{:.4f},{:.4f}\n", 1e3 * t.reading->range_m, t.reading->pan_rad / kDegree,
+                         t.reading->tilt_rad / kDegree);
     } else {
       out << ",,\n";
     }

@@ -14,8 +14,8 @@ namespace {
 
 constexpr int kWidth = 1240, kTop = 70, kView = 620, kMargin = 46, kRow = 34, kBars = 720, kBarsWidth = 400;
 constexpr double kMagnified = 20.0, kSharpCosine = 0.85;
-const cv::Scalar kInk(40, 40, 40), kPaper(255, 255, 255), kLine(205, 205, 205), kModel(150, 110, 60), kMeasured(40, 40, 200),
-    kAcross(60, 150, 60);
+const cv::Scalar kInk(40, 40, 40), kPaper(255, 255, 255), kLine(205, 205, 205), kModel(150, 110, 60),
+    kMeasured(40, 40, 200), kAcross(60, 150, 60);
 
 /// The way the head looks at the object: right, down and away from the head, unit vectors in W.
 struct View {
@@ -24,15 +24,20 @@ struct View {
 
   cv::Point2d at(const Eigen::Vector3d& p_W_m) const {
     const Eigen::Vector3d from = p_W_m - centre_m;
-    return {kMargin + 0.5 * kView + pixels_per_m * right.dot(from), kTop + 0.5 * kView + pixels_per_m * down.dot(from)};
+    return {kMargin + 0.5 * kView + pixels_per_m * right.dot(from),
+            kTop + 0.5 * kView + pixels_per_m * down.dot(from)};
   }
 };
 
 class Drawing {
  public:
   explicit Drawing(const Told& told)
-      : told_(told), object_(*told.result.object), part_(told.library.models[object_.part]),
-        image_(std::max(kTop + kView + 60, kTop + 60 + kRow * static_cast<int>(object_.fit.nodes.size()) + 60), kWidth, CV_8UC3, kPaper) {
+      : told_(told),
+        object_(*told.result.object),
+        part_(told.library.models[object_.part]),
+        image_(
+            std::max(kTop + kView + 60, kTop + 60 + kRow * static_cast<int>(object_.fit.nodes.size()) + 60),
+            kWidth, CV_8UC3, kPaper) {
     Eigen::Vector3d low = Eigen::Vector3d::Constant(1e9), high = -low;
     for (const Eigen::Vector3d& p : part_.extremes_O_m) {
       low = low.cwiseMin(object_.fit.X_WO * p);
@@ -52,9 +57,12 @@ class Drawing {
   }
 
   std::vector<std::uint8_t> png() {
-    write(fmt::format("{}: fitted pose against {} measured nodes", told_.library.parts[object_.part].name, object_.fit.nodes.size()), {kMargin, 28}, 0.62);
-    write(fmt::format("probability {:.2g}, worst point within {:.1f} mm ({:.0f} %), guard {} x {:.3g} mm", object_.fit.probability(),
-                      1e3 * object_.worst_displacement_m, 100 * told_.config.options.confidence, guard_of(told_), 1e3 * told_.voxel_size_m),
+    write(fmt::format("{}: fitted pose against {} measured nodes", told_.library.parts[object_.part].name,
+                      object_.fit.nodes.size()),
+          {kMargin, 28}, 0.62);
+    write(fmt::format("probability {:.2g}, worst point within {:.1f} mm ({:.0f} %), guard {} x {:.3g} mm",
+                      object_.fit.probability(), 1e3 * object_.worst_displacement_m,
+                      100 * told_.config.options.confidence, guard_of(told_), 1e3 * told_.voxel_size_m),
           {kMargin, 52}, 0.46);
     cv::rectangle(image_, {kMargin, kTop, kView, kView}, kLine);
     model();
@@ -96,11 +104,13 @@ class Drawing {
     const Eigen::Vector3d eye_O = object_.fit.X_WO.inverse() * told_.measurement.eye_W_m;
     for (const bool facing : {false, true}) {
       for (const survey::BorderLoop& loop : part_.loops) {
-        const bool faces = part_.faces[loop.face].normal_O.dot(eye_O - part_.nodes_O_m[loop.nodes.front()]) > 0;
+        const bool faces =
+            part_.faces[loop.face].normal_O.dot(eye_O - part_.nodes_O_m[loop.nodes.front()]) > 0;
         if (faces != facing) continue;
         for (std::size_t i = 0; i < loop.nodes.size(); ++i) {
           if (!sharp.at(std::minmax(loop.nodes[i], loop.nodes[(i + 1) % loop.nodes.size()]))) continue;
-          line(object_.fit.X_WO * part_.nodes_O_m[loop.nodes[i]], object_.fit.X_WO * part_.nodes_O_m[loop.nodes[(i + 1) % loop.nodes.size()]],
+          line(object_.fit.X_WO * part_.nodes_O_m[loop.nodes[i]],
+               object_.fit.X_WO * part_.nodes_O_m[loop.nodes[(i + 1) % loop.nodes.size()]],
                facing ? kModel : kLine, facing ? 2 : 1);
         }
       }
@@ -114,10 +124,12 @@ class Drawing {
       const Eigen::Vector3d model = node.p_W_m - object_.fit.residual_W_m[i];
       std::vector<cv::Point> ellipse;
       const Eigen::Matrix3d& C = node.covariance_m2;
-      const double a = view_.right.dot(C * view_.right), b = view_.down.dot(C * view_.down), c = view_.right.dot(C * view_.down);
+      const double a = view_.right.dot(C * view_.right), b = view_.down.dot(C * view_.down),
+                   c = view_.right.dot(C * view_.down);
       const double l = std::sqrt(a), m = c / l, n = std::sqrt(std::max(b - m * m, 0.0));  // Cholesky factor
       for (int k = 0; k < 40; ++k) {
-        const double x = 2 * l * std::cos(k * CV_PI / 20), y = 2 * (m * std::cos(k * CV_PI / 20) + n * std::sin(k * CV_PI / 20));
+        const double x = 2 * l * std::cos(k * CV_PI / 20),
+                     y = 2 * (m * std::cos(k * CV_PI / 20) + n * std::sin(k * CV_PI / 20));
         ellipse.push_back(view_.at(model + kMagnified * (x * view_.right + y * view_.down)));
       }
       cv::polylines(image_, ellipse, true, kAcross, 1, cv::LINE_AA);
@@ -134,7 +146,9 @@ class Drawing {
     while (step_m * view_.pixels_per_m < 0.08 * kView) step_m *= 2.0;
     const int y = kTop + kView + 22;
     cv::rectangle(image_, {kMargin, y, static_cast<int>(step_m * view_.pixels_per_m), 5}, kInk, cv::FILLED);
-    write(fmt::format("{:.4g} mm; seen from the head. Residuals and 2 sigma of each node drawn {:.0f} times as large", 1e3 * step_m, kMagnified),
+    write(fmt::format(
+              "{:.4g} mm; seen from the head. Residuals and 2 sigma of each node drawn {:.0f} times as large",
+              1e3 * step_m, kMagnified),
           {kMargin + static_cast<int>(step_m * view_.pixels_per_m) + 10, y + 7});
   }
 
@@ -144,7 +158,8 @@ class Drawing {
     double most_m = 1e-4;
     for (std::size_t i = 0; i < fit.nodes.size(); ++i) {
       const survey::MeasuredNode& node = told_.measurement.nodes[fit.nodes[i]];
-      most_m = std::max({most_m, fit.residual_W_m[i].norm(), 2 * std::sqrt(node.beam_W.dot(node.covariance_m2 * node.beam_W))});
+      most_m = std::max({most_m, fit.residual_W_m[i].norm(),
+                         2 * std::sqrt(node.beam_W.dot(node.covariance_m2 * node.beam_W))});
     }
     const double pixels_per_m = 0.5 * kBarsWidth / most_m;
     const int zero = kBars + kBarsWidth / 2;
@@ -152,20 +167,26 @@ class Drawing {
     int y = kTop + 40;
     for (std::size_t i = 0; i < fit.nodes.size(); ++i, y += kRow) {
       const survey::MeasuredNode& node = told_.measurement.nodes[fit.nodes[i]];
-      const double along = fit.residual_W_m[i].dot(node.beam_W), across = (fit.residual_W_m[i] - along * node.beam_W).norm();
-      const int two_sigma = static_cast<int>(2 * std::sqrt(node.beam_W.dot(node.covariance_m2 * node.beam_W)) * pixels_per_m);
-      cv::rectangle(image_, cv::Point(zero - two_sigma, y - 11), cv::Point(zero + two_sigma, y + 11), cv::Scalar(235, 235, 235), cv::FILLED);
+      const double along = fit.residual_W_m[i].dot(node.beam_W),
+                   across = (fit.residual_W_m[i] - along * node.beam_W).norm();
+      const int two_sigma =
+          static_cast<int>(2 * std::sqrt(node.beam_W.dot(node.covariance_m2 * node.beam_W)) * pixels_per_m);
+      cv::rectangle(image_, cv::Point(zero - two_sigma, y - 11), cv::Point(zero + two_sigma, y + 11),
+                    cv::Scalar(235, 235, 235), cv::FILLED);
       bar(zero, y - 9, along * pixels_per_m, kMeasured);
       bar(zero, y + 1, across * pixels_per_m, kAcross);
       write(node.name, {kBars - 30, y + 4}, 0.5);
-      write(fmt::format("{:+.1f} / {:.1f}", 1e3 * along, 1e3 * across), {kBars + kBarsWidth + 10, y + 4}, 0.38);
+      write(fmt::format("{:+.1f} / {:.1f}", 1e3 * along, 1e3 * across), {kBars + kBarsWidth + 10, y + 4},
+            0.38);
     }
     cv::line(image_, {zero, kTop + 26}, {zero, y - 14}, kInk);
-    write(fmt::format("grey: two standard deviations of the range; full width {:.1f} mm", 2e3 * most_m), {kBars - 30, y + 8});
+    write(fmt::format("grey: two standard deviations of the range; full width {:.1f} mm", 2e3 * most_m),
+          {kBars - 30, y + 8});
   }
   void bar(int zero, int y, double length, const cv::Scalar& colour) {
     const int end = zero + static_cast<int>(std::lround(length));
-    cv::rectangle(image_, cv::Point(std::min(zero, end), y), cv::Point(std::max(zero, end), y + 7), colour, cv::FILLED);
+    cv::rectangle(image_, cv::Point(std::min(zero, end), y), cv::Point(std::max(zero, end), y + 7), colour,
+                  cv::FILLED);
   }
 
   const Told& told_;

@@ -7,8 +7,8 @@
 
 namespace phantom::workspace_survey {
 
-/// A PNG: the fitted part as the head sees it, with the measured nodes and how far they lie from the model (magnified), and
-/// beside it each node's residual along and across the beam. Needs a fitted object.
+/// A PNG: the fitted part as the head sees it, with the measured nodes and how far they lie from the model
+/// (magnified), and beside it each node's residual along and across the beam. Needs a fitted object.
 std::vector<std::uint8_t> residual_picture(const Told& told);
 
 }  // namespace phantom::workspace_survey

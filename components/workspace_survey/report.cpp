@@ -20,22 +20,24 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr std::size_t kMostPoses = 12;
 
 std::string poses_line(const Told& told, const survey::Candidate& candidate, const Placement& placement) {
-  std::string pose = placement.fit ? "pose \"" + runtime::pose_text(placement.fit->X_WO) + "\"" : "not determined yet";
+  std::string pose =
+      placement.fit ? "pose \"" + runtime::pose_text(placement.fit->X_WO) + "\"" : "not determined yet";
   const auto same = static_cast<std::size_t>(
-      std::count_if(candidate.placements.begin(), candidate.placements.end(), [&](const Placement& p) {
-        return p.same_space_as == placement.same_space_as;
-      }));
+      std::count_if(candidate.placements.begin(), candidate.placements.end(),
+                    [&](const Placement& p) { return p.same_space_as == placement.same_space_as; }));
   if (placement.fit && same > 1) pose += fmt::format("  (with {} more that occupy the same space)", same - 1);
   std::string nodes;
   for (std::size_t i = 0; i < placement.map.size(); ++i) {
     if (placement.map[i] == survey::kNotMapped) continue;
-    nodes += (nodes.empty() ? "" : " ") + told.measurement.nodes[i].name + "=" + std::to_string(placement.map[i]);
+    nodes +=
+        (nodes.empty() ? "" : " ") + told.measurement.nodes[i].name + "=" + std::to_string(placement.map[i]);
   }
   return fmt::format("chi2 {:.1f}, {}, nodes {}\n", placement.chi2, pose, nodes);
 }
 
 /// A residual along the beam, and across it.
-std::pair<double, double> along_and_across_m(const survey::MeasuredNode& node, const Eigen::Vector3d& residual) {
+std::pair<double, double> along_and_across_m(const survey::MeasuredNode& node,
+                                             const Eigen::Vector3d& residual) {
   const double along = residual.dot(node.beam_W);
   return {along, (residual - along * node.beam_W).norm()};
 }
@@ -59,19 +61,24 @@ std::string measured_text(const Told& told) {
   for (std::size_t f = 0; f < m.faces.size(); ++f) {
     const MeasuredFace& face = m.faces[f];
     const FaceMetrics metrics = survey::face_metrics(survey::corners_of(m, face), face.closed, m.eye_W_m);
-    text += fmt::format("  face {} ({}, {} corners{})\n", face.name, face.closed ? "whole" : "a part", face.nodes.size(),
-                        face.closed ? fmt::format(", {:.1f} cm2", 1e4 * metrics.area_m2) : "");
-    const bool checked = f < told.result.checks.size() && told.result.checks[f].nodes.size() == face.nodes.size();
+    text +=
+        fmt::format("  face {} ({}, {} corners{})\n", face.name, face.closed ? "whole" : "a part",
+                    face.nodes.size(), face.closed ? fmt::format(", {:.1f} cm2", 1e4 * metrics.area_m2) : "");
+    const bool checked =
+        f < told.result.checks.size() && told.result.checks[f].nodes.size() == face.nodes.size();
     for (std::size_t i = 0; i < face.nodes.size(); ++i) {
       text += fmt::format("    {:<8}", m.nodes[face.nodes[i]].name);
-      if (metrics.angle_rad[i] != 0) text += fmt::format(" angle {:6.1f} deg", metrics.angle_rad[i] / kDegree);
+      if (metrics.angle_rad[i] != 0)
+        text += fmt::format(" angle {:6.1f} deg", metrics.angle_rad[i] / kDegree);
       if (i < metrics.edge_m.size()) {
-        text += fmt::format("  edge to {:<6} {:7.1f} mm", m.nodes[face.nodes[(i + 1) % face.nodes.size()]].name, 1e3 * metrics.edge_m[i]);
+        text += fmt::format("  edge to {:<6} {:7.1f} mm",
+                            m.nodes[face.nodes[(i + 1) % face.nodes.size()]].name, 1e3 * metrics.edge_m[i]);
       }
       if (checked && told.result.checks[f].redundant) {
         const survey::NodeCheck& check = told.result.checks[f].nodes[i];
-        text += fmt::format("  normal {:4.1f} deg off, range {:+5.1f} mm off the plane{}", check.normal_departs_rad / kDegree,
-                            1e3 * check.off_plane_m, check.suspect ? "  <- suspect" : "");
+        text += fmt::format("  normal {:4.1f} deg off, range {:+5.1f} mm off the plane{}",
+                            check.normal_departs_rad / kDegree, 1e3 * check.off_plane_m,
+                            check.suspect ? "  <- suspect" : "");
       }
       text += '\n';
     }
@@ -84,8 +91,9 @@ std::string candidates_text(const Told& told) {
   std::string text = fmt::format("candidates: {} of {} parts\n", found.size(), told.library.parts.size());
   for (const survey::Candidate& candidate : found) {
     const Placement& best = candidate.placements.front();
-    text += fmt::format("  {:<20} {}{} placement{}, worst length {:.1f} sigma off, {}", told.library.parts[candidate.part].name,
-                        candidate.all_found ? "" : "at least ", candidate.placements.size(), candidate.placements.size() == 1 ? "" : "s",
+    text += fmt::format("  {:<20} {}{} placement{}, worst length {:.1f} sigma off, {}",
+                        told.library.parts[candidate.part].name, candidate.all_found ? "" : "at least ",
+                        candidate.placements.size(), candidate.placements.size() == 1 ? "" : "s",
                         best.worst_sigmas, poses_line(told, candidate, best));
   }
   if (told.result.choice.placements.size() > 1) {
@@ -102,18 +110,25 @@ std::string fit_text(const Told& told) {
   std::string text;
   if (told.result.object) {
     const survey::FittedObject& object = *told.result.object;
-    text += fmt::format("part:        {}\npose:        \"{}\"  (x y z in m, roll pitch yaw in deg)\n", told.library.parts[object.part].name,
-                        runtime::pose_text(object.fit.X_WO));
-    if (object.symmetric > 1) text += fmt::format("             {} more poses occupy the same space\n", object.symmetric - 1);
+    text += fmt::format("part:        {}\npose:        \"{}\"  (x y z in m, roll pitch yaw in deg)\n",
+                        told.library.parts[object.part].name, runtime::pose_text(object.fit.X_WO));
+    if (object.symmetric > 1)
+      text += fmt::format("             {} more poses occupy the same space\n", object.symmetric - 1);
     if (object.four_steps_WO) {
-      text += fmt::format("             the four steps alone: \"{}\", {:.1f} mm from it at the worst point\n", runtime::pose_text(*object.four_steps_WO),
-                          1e3 * survey::displacement_between_m(told.library.models[object.part], *object.four_steps_WO, object.fit.X_WO));
+      text += fmt::format("             the four steps alone: \"{}\", {:.1f} mm from it at the worst point\n",
+                          runtime::pose_text(*object.four_steps_WO),
+                          1e3 * survey::displacement_between_m(told.library.models[object.part],
+                                                               *object.four_steps_WO, object.fit.X_WO));
     }
-    text += fmt::format("fit:         probability {:.2g} (chi2 {:.1f} of {} degrees)\n", object.fit.probability(), object.fit.chi2, object.fit.degrees);
-    text += fmt::format("uncertainty: {:.1f} mm, {:.2f} deg (one sigma, worst direction); no point off by more than {:.1f} mm ({:.1f} %)\n",
-                        1e3 * object.fit.position_sigma_m(), object.fit.orientation_sigma_rad() / kDegree,
-                        1e3 * object.worst_displacement_m, 100 * told.config.options.confidence);
-    text += fmt::format("guard:       j = {} (skin voxels of {:.3g} mm)\nresiduals:   ", guard_of(told), 1e3 * told.voxel_size_m);
+    text += fmt::format("fit:         probability {:.2g} (chi2 {:.1f} of {} degrees)\n",
+                        object.fit.probability(), object.fit.chi2, object.fit.degrees);
+    text += fmt::format(
+        "uncertainty: {:.1f} mm, {:.2f} deg (one sigma, worst direction); no point off by more than {:.1f} "
+        "mm ({:.1f} %)\n",
+        1e3 * object.fit.position_sigma_m(), object.fit.orientation_sigma_rad() / kDegree,
+        1e3 * object.worst_displacement_m, 100 * told.config.options.confidence);
+    text += fmt::format("guard:       j = {} (skin voxels of {:.3g} mm)\nresiduals:   ", guard_of(told),
+                        1e3 * told.voxel_size_m);
     for (std::size_t i = 0; i < object.fit.nodes.size(); ++i) {
       const survey::MeasuredNode& node = told.measurement.nodes[object.fit.nodes[i]];
       const auto [along, across] = along_and_across_m(node, object.fit.residual_W_m[i]);
@@ -137,8 +152,13 @@ std::string json_text(const Told& told) {
                           {"worst_sigmas", best.worst_sigmas}});
   }
   for (const survey::MeasuredNode& node : told.measurement.nodes)
-    nodes.push_back({{"name", node.name}, {"p_W_m", {node.p_W_m.x(), node.p_W_m.y(), node.p_W_m.z()}}, {"times", node.times}});
-  all = {{"nodes", nodes}, {"candidates", candidates}, {"accepted", told.result.object.has_value()}, {"advice", told.result.advice}};
+    nodes.push_back({{"name", node.name},
+                     {"p_W_m", {node.p_W_m.x(), node.p_W_m.y(), node.p_W_m.z()}},
+                     {"times", node.times}});
+  all = {{"nodes", nodes},
+         {"candidates", candidates},
+         {"accepted", told.result.object.has_value()},
+         {"advice", told.result.advice}};
   if (!told.result.object) {
     all["refusal"] = told.result.refusal;
     return all.dump(2) + "\n";
@@ -154,19 +174,20 @@ std::string json_text(const Told& told) {
     for (int column = 0; column < 6; ++column) line.push_back(object.fit.covariance(row, column));
     covariance.push_back(line);
   }
-  all["object"] = {{"part", told.library.parts[object.part].name},
-                   {"X_WO", pose_json(object.fit.X_WO)},
-                   {"centre_W_m", {object.fit.centre_W_m.x(), object.fit.centre_W_m.y(), object.fit.centre_W_m.z()}},
-                   {"covariance_rad_m", covariance},
-                   {"position_sigma_m", object.fit.position_sigma_m()},
-                   {"orientation_sigma_rad", object.fit.orientation_sigma_rad()},
-                   {"worst_displacement_m", object.worst_displacement_m},
-                   {"confidence", told.config.options.confidence},
-                   {"probability", object.fit.probability()},
-                   {"symmetric_poses", object.symmetric},
-                   {"guard_vox", guard_of(told)},
-                   {"voxel_size_m", told.voxel_size_m},
-                   {"residuals_W_m", residuals}};
+  all["object"] = {
+      {"part", told.library.parts[object.part].name},
+      {"X_WO", pose_json(object.fit.X_WO)},
+      {"centre_W_m", {object.fit.centre_W_m.x(), object.fit.centre_W_m.y(), object.fit.centre_W_m.z()}},
+      {"covariance_rad_m", covariance},
+      {"position_sigma_m", object.fit.position_sigma_m()},
+      {"orientation_sigma_rad", object.fit.orientation_sigma_rad()},
+      {"worst_displacement_m", object.worst_displacement_m},
+      {"confidence", told.config.options.confidence},
+      {"probability", object.fit.probability()},
+      {"symmetric_poses", object.symmetric},
+      {"guard_vox", guard_of(told)},
+      {"voxel_size_m", told.voxel_size_m},
+      {"residuals_W_m", residuals}};
   if (object.four_steps_WO) all["object"]["four_steps_X_WO"] = pose_json(*object.four_steps_WO);
   return all.dump(2) + "\n";
 }

@@ -10,10 +10,10 @@
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
 #include "common/geometry/mesh_report.hpp"
+#include "common/runtime/pose_text.hpp"
 #include "common/runtime/process.hpp"
 #include "common/voxel/nrrd.hpp"
 #include "components/wva_server/fidelity_report.hpp"
-#include "common/runtime/pose_text.hpp"
 #include "components/wva_server/progress_bar.hpp"
 #include "components/wva_server/slice_picture.hpp"
 #include "components/wva_server/wva_server.hpp"
@@ -61,8 +61,9 @@ struct Outcome {
   std::string method;
   double load_s = 0.0, inspect_s = 0.0, voxelise_s = 0.0, layers_s = 0.0, merge_s = 0.0, fidelity_s = 0.0;
 
-  void add(const std::string& name, std::uint16_t id, const geometry::TriangleMesh& mesh, const voxel::LayerProfile& profile,
-           std::vector<std::string> notes, const voxel::BodyReport& report, bool by_formula = false) {
+  void add(const std::string& name, std::uint16_t id, const geometry::TriangleMesh& mesh,
+           const voxel::LayerProfile& profile, std::vector<std::string> notes,
+           const voxel::BodyReport& report, bool by_formula = false) {
     json inspected;  // null for a solid by formula: its mesh is only for the eye
     if (!by_formula) {
       const double start_s = stopwatch_s();
@@ -91,7 +92,8 @@ struct Outcome {
 };
 
 [[noreturn]] void refuse(const core::Status& status) {
-  if (status.code() == core::ErrorCode::kUnavailable) throw std::runtime_error("activate: " + status.message());
+  if (status.code() == core::ErrorCode::kUnavailable)
+    throw std::runtime_error("activate: " + status.message());
   throw ConfigError("activate: " + status.message());
 }
 
@@ -139,7 +141,8 @@ Outcome activate_mesh(const ActivateRequest& request, const WvaServerConfig& con
   const double start_s = stopwatch_s();
   const geometry::LoadedMesh mesh = load(request, config);
   outcome.load_s = stopwatch_s() - start_s;
-  const voxel::Body body{std::filesystem::path(request.mesh).filename().string(), 1, mesh.transformed(X_WO), profile};
+  const voxel::Body body{std::filesystem::path(request.mesh).filename().string(), 1, mesh.transformed(X_WO),
+                         profile};
   ProgressBar bar(body.name);
   voxel::ActivationOptions options = activation_options(request, config);
   options.on_progress = [&](double share) { bar.show(share); };
@@ -151,7 +154,8 @@ Outcome activate_mesh(const ActivateRequest& request, const WvaServerConfig& con
   if (!request.fidelity.empty()) {
     const double from_s = stopwatch_s();
     outcome.fidelity = voxel::measure_fidelity(body.mesh_W, profile, outcome.workspace, options.threads);
-    outcome.fidelity_head = {body.name, method_text(profile), request.voxel_size_m, profile.thickness_vox, profile.guard_vox};
+    outcome.fidelity_head = {body.name, method_text(profile), request.voxel_size_m, profile.thickness_vox,
+                             profile.guard_vox};
     outcome.fidelity_s = stopwatch_s() - from_s;
   }
   return outcome;
@@ -173,7 +177,8 @@ Outcome activate_cell(const ActivateRequest& request, const WvaServerConfig& con
     bar.show((static_cast<double>(done) + share) / static_cast<double>(profiles.size()));
   };
   LiveCell live(cell, config.mesh_import);
-  const auto change = live.activate(std::move(bodies), 1, options, [&](const auto&, std::size_t now) { done = now; });
+  const auto change =
+      live.activate(std::move(bodies), 1, options, [&](const auto&, std::size_t now) { done = now; });
   if (!change) refuse({change.status().code(), "object " + change.status().message()});
   outcome.merge_s = change->merge_s;
   std::size_t i = 0;

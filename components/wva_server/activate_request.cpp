@@ -24,22 +24,25 @@ const char* const kExamples =
     "  A guard skin of two voxels, and three layers inside for a model larger than the real part:\n"
     "    … --guard 2 --inside 3 --mu-inside 40,60,80\n"
     "  A whole cell on two threads, its viscosities:\n"
-    "    wva_server activate --cell deploy/cells/hot_cell/cell.yaml --threads 2 --field mu --export cell.nrrd";
+    "    wva_server activate --cell deploy/cells/hot_cell/cell.yaml --threads 2 --field mu --export "
+    "cell.nrrd";
 
 void add_mesh_options(CLI::App& command, ActivateRequest& request) {
   command.add_option("--mesh", request.mesh, "mesh file to activate (STL, OBJ, PLY, OFF, glTF, COLLADA, …)");
   command
-      .add_option("--scale", request.scale,
-                  "metres per unit of the mesh file, e.g. 0.001 for millimetres; default: what the file says, else a "
-                  "guess that is told")
+      .add_option(
+          "--scale", request.scale,
+          "metres per unit of the mesh file, e.g. 0.001 for millimetres; default: what the file says, else a "
+          "guess that is told")
       ->check(CLI::Range(1e-9, 1e9));
   command
       .add_option("--fit-extent-m", request.fit_extent_m,
                   "scale the mesh so that its longest side has this length")
       ->check(CLI::Range(1e-6, 1e6));
   command
-      .add_option("--up-axis", request.up_axis,
-                  "axis of the mesh file that points up; default: what the file says, else a guess that is told")
+      .add_option(
+          "--up-axis", request.up_axis,
+          "axis of the mesh file that points up; default: what the file says, else a guess that is told")
       ->check(CLI::IsMember({"z", "y"}));
   command.add_option("--pose", request.pose, "\"x y z roll pitch yaw\" of the mesh in W, metres and degrees");
   command.add_option("--voxel-size-m", request.voxel_size_m, "edge of a voxel")->check(CLI::Range(1e-6, 1e3));
@@ -59,7 +62,8 @@ void add_layer_options(CLI::App& command, ActivateRequest& request) {
       ->check(CLI::Range(1e-6, 1e6));
   command
       .add_option("--method", request.method,
-                  "how layers are made: distance (exact, between voxels; the default), surface (exact, to the mesh itself), "
+                  "how layers are made: distance (exact, between voxels; the default), surface (exact, to "
+                  "the mesh itself), "
                   "dilation (the thesis's, voxel by voxel); with --cell in place of every object's own")
       ->check(CLI::IsMember({"distance", "surface", "dilation"}));
   command
@@ -69,12 +73,14 @@ void add_layer_options(CLI::App& command, ActivateRequest& request) {
       ->check(CLI::IsMember({"cube", "sphere", "sphere-contained"}));
   command
       .add_option("--guard", request.guard,
-                  "thickness in voxels of a protective skin around the body, with layer 1's viscosity; the layers begin "
+                  "thickness in voxels of a protective skin around the body, with layer 1's viscosity; the "
+                  "layers begin "
                   "outside of it")
       ->check(CLI::Range(0, 254));
   command
       .add_option("--inside", request.inside,
-                  "layers inside the body, each as thick as layer 1, for a model that may be larger than the real part")
+                  "layers inside the body, each as thick as layer 1, for a model that may be larger than the "
+                  "real part")
       ->check(CLI::Range(0, 98));
   command
       .add_option("--mu-inside", request.mu_inside,
@@ -95,19 +101,23 @@ void add_options(CLI::App& command, ActivateRequest& request) {
       ->check(CLI::IsMember({"order", "mu", "object"}));
   command.add_option("--encoding", request.encoding, "of the NRRD file")
       ->check(CLI::IsMember({"gzip", "raw"}));
-  command.add_option("--picture", request.picture,
-                     "PNG file to write: three sections through the middle of what is there, coloured by order");
-  command.add_option("--fidelity", request.fidelity,
-                     "file to write, .csv or .json: how far each layer's outer face lies from where it should, by "
-                     "direction; of a mesh only");
+  command.add_option(
+      "--picture", request.picture,
+      "PNG file to write: three sections through the middle of what is there, coloured by order");
+  command.add_option(
+      "--fidelity", request.fidelity,
+      "file to write, .csv or .json: how far each layer's outer face lies from where it should, by "
+      "direction; of a mesh only");
   command.footer(kExamples);
 }
 
 void check_request(const ActivateRequest& request) {
   if (request.mesh.empty() == request.cell.empty())
     throw wrong("--mesh, --cell", "exactly one of them must be given");
-  if (!request.fidelity.empty() && !request.fidelity.ends_with(".csv") && !request.fidelity.ends_with(".json"))
-    throw wrong("--fidelity", "'" + request.fidelity + "'; allowed: a file name that ends with .csv or .json");
+  if (!request.fidelity.empty() && !request.fidelity.ends_with(".csv") &&
+      !request.fidelity.ends_with(".json"))
+    throw wrong("--fidelity",
+                "'" + request.fidelity + "'; allowed: a file name that ends with .csv or .json");
   if (!request.picture.empty() && !request.picture.ends_with(".png"))
     throw wrong("--picture", "'" + request.picture + "'; allowed: a file name that ends with .png");
   if (!request.cell.empty()) {
@@ -116,9 +126,11 @@ void check_request(const ActivateRequest& request) {
                            request.mu_skin != 0 || request.guard != 0 || !request.up_axis.empty() ||
                            request.inside != 0 || !request.mu_inside.empty() || !request.fidelity.empty();
     if (mesh_only) {
-      throw wrong("--cell",
-                  "the cell file says scale, up-axis, poses, voxel size, layers, viscosities, guards and layers inside; "
-                  "allowed beside it: --method, --element, --threads, --export, --field, --encoding, --picture");
+      throw wrong(
+          "--cell",
+          "the cell file says scale, up-axis, poses, voxel size, layers, viscosities, guards and layers "
+          "inside; "
+          "allowed beside it: --method, --element, --threads, --export, --field, --encoding, --picture");
     }
     return;
   }
@@ -160,7 +172,8 @@ voxel::LayerProfile profile_of(const ActivateRequest& request) {
   profile.mu_inside_Pa_s_per_m.assign(request.mu_inside.begin(), request.mu_inside.end());
   for (int i = 1; request.mu_inside.empty() && i <= request.inside; ++i) {
     const double outer = request.mu.front();
-    profile.mu_inside_Pa_s_per_m.push_back(static_cast<float>(outer + (skin - outer) * i / (request.inside + 1)));
+    profile.mu_inside_Pa_s_per_m.push_back(
+        static_cast<float>(outer + (skin - outer) * i / (request.inside + 1)));
   }
   apply_method(request, profile);
   if (const auto checked = voxel::check_profile(profile); !checked)

@@ -37,13 +37,14 @@ struct ActivateRequest {
 /// Declares the subcommand's options on `command`.
 void add_options(CLI::App& command, ActivateRequest& request);
 
-/// Refuses arguments that are missing or do not go together. Throws ConfigError that names them and what is allowed.
+/// Refuses arguments that are missing or do not go together. Throws ConfigError that names them and what is
+/// allowed.
 void check_request(const ActivateRequest& request);
 
 /// The profile that the request for a mesh describes. Throws ConfigError.
 voxel::LayerProfile profile_of(const ActivateRequest& request);
-/// Puts the request's method and element, where it names them, in place of the profile's own. Throws ConfigError for an
-/// element without the dilation method.
+/// Puts the request's method and element, where it names them, in place of the profile's own. Throws
+/// ConfigError for an element without the dilation method.
 void apply_method(const ActivateRequest& request, voxel::LayerProfile& profile);
 /// "distance", "surface", "dilation sphere" …
 std::string method_text(const voxel::LayerProfile& profile);

@@ -29,12 +29,13 @@ std::string file_mark(const std::filesystem::path& file) {
 }
 
 auto find_object(runtime::CellConfig& cell, std::uint16_t id) {
-  return std::find_if(cell.objects.begin(), cell.objects.end(), [id](const auto& object) { return object.id == id; });
+  return std::find_if(cell.objects.begin(), cell.objects.end(),
+                      [id](const auto& object) { return object.id == id; });
 }
 
 ConfigError misfit(const ObjectChange& change, const runtime::CellConfig& cell) {
-  return ConfigError(fmt::format("the kept changes name '{}' (object {}), which cell {} does not have", change.name,
-                                 change.id, cell.name));
+  return ConfigError(fmt::format("the kept changes name '{}' (object {}), which cell {} does not have",
+                                 change.name, change.id, cell.name));
 }
 
 /// Row by row: a rotation matrix is kept to the last bit, so that the workspace is the same.
@@ -49,7 +50,8 @@ geometry::Pose read_pose(const runtime::ConfigReader& reader) {
   geometry::Pose X;
   X.translation_m = reader.vector3("xyz_m");
   const auto rotation = reader.numbers("rotation", {-1.000001, 1.000001, ""});
-  if (rotation.size() != 9) throw reader.error("rotation", "needs nine numbers, a rotation matrix row by row");
+  if (rotation.size() != 9)
+    throw reader.error("rotation", "needs nine numbers, a rotation matrix row by row");
   for (int i = 0; i < 9; ++i) X.rotation(i / 3, i % 3) = rotation[static_cast<std::size_t>(i)];
   const bool turns = (X.rotation * X.rotation.transpose()).isIdentity(1e-9) && X.rotation.determinant() > 0;
   if (!turns) throw reader.error("rotation", "is no rotation matrix");
@@ -89,7 +91,8 @@ void replace_file(const std::filesystem::path& file, const std::string& text) {
 
 ObjectChange CellChanges::take(std::uint16_t id, const std::string& name) {
   ObjectChange change{id, name, {}, {}, {}, false};
-  const auto found = std::find_if(objects.begin(), objects.end(), [id](const auto& known) { return known.id == id; });
+  const auto found =
+      std::find_if(objects.begin(), objects.end(), [id](const auto& known) { return known.id == id; });
   if (found == objects.end()) return change;
   change = std::move(*found);
   objects.erase(found);
@@ -101,7 +104,8 @@ void CellChanges::note_added(std::uint16_t id, const std::string& name, const st
   next_id = std::max(next_id, id + 1U);
 }
 
-void CellChanges::note_moved(std::uint16_t id, const std::string& name, const geometry::Pose& X_WO, std::optional<int> guard_vox) {
+void CellChanges::note_moved(std::uint16_t id, const std::string& name, const geometry::Pose& X_WO,
+                             std::optional<int> guard_vox) {
   ObjectChange change = take(id, name);
   change.X_WO = X_WO;
   if (guard_vox) change.guard_vox = guard_vox;
@@ -115,7 +119,8 @@ void CellChanges::note_removed(std::uint16_t id, const std::string& name) {
 
 CellChanges no_changes(const runtime::CellConfig& cell) {
   CellChanges changes;
-  for (const runtime::ObjectConfig& object : cell.objects) changes.next_id = std::max(changes.next_id, object.id + 1U);
+  for (const runtime::ObjectConfig& object : cell.objects)
+    changes.next_id = std::max(changes.next_id, object.id + 1U);
   return changes;
 }
 
@@ -138,7 +143,8 @@ void apply(const CellChanges& changes, runtime::CellConfig& cell) {
   }
 }
 
-void write_changes(const CellChanges& changes, const runtime::CellConfig& cell, const std::filesystem::path& file) {
+void write_changes(const CellChanges& changes, const runtime::CellConfig& cell,
+                   const std::filesystem::path& file) {
   nlohmann::json objects = nlohmann::json::array();
   for (const ObjectChange& change : changes.objects) {
     nlohmann::json object = {{"id", change.id}, {"name", change.name}};
@@ -148,7 +154,10 @@ void write_changes(const CellChanges& changes, const runtime::CellConfig& cell, 
     if (change.removed) object["removed"] = true;
     objects.push_back(std::move(object));
   }
-  const nlohmann::json all = {{"cell", cell.name}, {"cell_file", file_mark(cell.file)}, {"next_id", changes.next_id}, {"objects", objects}};
+  const nlohmann::json all = {{"cell", cell.name},
+                              {"cell_file", file_mark(cell.file)},
+                              {"next_id", changes.next_id},
+                              {"objects", objects}};
   replace_file(file, all.dump(1) + '\n');
 }
 
@@ -161,10 +170,11 @@ std::optional<CellChanges> read_changes(const runtime::CellConfig& cell, const s
   const std::string cell_name = reader.text("cell"), mark = reader.text("cell_file");
   reader.finish();
   if (cell_name != cell.name || mark != file_mark(cell.file)) {
-    throw ConfigError(fmt::format(
-        "{}: was kept for cell {} as its file was then, and {} is another or was changed since; remove the first to serve the cell as "
-        "its file has it now",
-        file.string(), cell_name, cell.file.string()));
+    throw ConfigError(
+        fmt::format("{}: was kept for cell {} as its file was then, and {} is another or was changed since; "
+                    "remove the first to serve the cell as "
+                    "its file has it now",
+                    file.string(), cell_name, cell.file.string()));
   }
   return changes;
 }

@@ -37,16 +37,17 @@ struct CellChanges {
 /// The cell as its file has it, unchanged.
 CellChanges no_changes(const runtime::CellConfig& cell);
 
-/// Puts the changes into the cell's objects: those that changed stand last, the latest at the end. Throws ConfigError if
-/// they do not fit the cell.
+/// Puts the changes into the cell's objects: those that changed stand last, the latest at the end. Throws
+/// ConfigError if they do not fit the cell.
 void apply(const CellChanges& changes, runtime::CellConfig& cell);
 
-/// Keeps changes in `file` (JSON), for read_changes(). The file is whole at any time: the new one takes the old one's
-/// place. Throws ConfigError if it cannot be written; the old one stays then.
-void write_changes(const CellChanges& changes, const runtime::CellConfig& cell, const std::filesystem::path& file);
+/// Keeps changes in `file` (JSON), for read_changes(). The file is whole at any time: the new one takes the
+/// old one's place. Throws ConfigError if it cannot be written; the old one stays then.
+void write_changes(const CellChanges& changes, const runtime::CellConfig& cell,
+                   const std::filesystem::path& file);
 
-/// What write_changes() kept; none if there is no file. Throws ConfigError if it is damaged, or if the cell file is not
-/// the one that it was made for: then a person has to decide.
+/// What write_changes() kept; none if there is no file. Throws ConfigError if it is damaged, or if the cell
+/// file is not the one that it was made for: then a person has to decide.
 std::optional<CellChanges> read_changes(const runtime::CellConfig& cell, const std::filesystem::path& file);
 
 }  // namespace phantom::wva_server

@@ -7,9 +7,9 @@
 #include <iostream>
 #include <iterator>
 
+#include "common/runtime/pose_text.hpp"
 #include "common/runtime/process.hpp"
 #include "components/wva_server/dds_adapter_client.hpp"
-#include "common/runtime/pose_text.hpp"
 
 namespace phantom::wva_server {
 namespace {
@@ -45,8 +45,9 @@ CellCommand command_of(const ChangeRequest& request) {
 }
 
 int missing(std::ostream& print, const core::NetworkOptions& network, double timeout_s) {
-  print << fmt::format("no word from a wva_server in domain {} for {} s; is it running, and is this its deployment?\n",
-                       network.domain, timeout_s);
+  print << fmt::format(
+      "no word from a wva_server in domain {} for {} s; is it running, and is this its deployment?\n",
+      network.domain, timeout_s);
   return runtime::kExitMissing;
 }
 
@@ -76,13 +77,16 @@ void add_options(CLI::App& command, ChangeRequest& request) {
     return app;
   };
   sub("add", "add an object to the workspace")
-      ->add_option("--file", request.file, "YAML of the object, as an entry of a cell file's objects; -: standard input")
+      ->add_option("--file", request.file,
+                   "YAML of the object, as an entry of a cell file's objects; -: standard input")
       ->required();
   CLI::App* move = sub("move", "move an object of the workspace");
   add_object_options(*move, request);
-  move->add_option("--pose", request.pose, "\"x y z roll pitch yaw\": where it stands now in W, metres and degrees")
+  move->add_option("--pose", request.pose,
+                   "\"x y z roll pitch yaw\": where it stands now in W, metres and degrees")
       ->required();
-  move->add_option("--guard-vox", request.guard_vox, "its guard skin from now on, in voxels; default: as before")
+  move->add_option("--guard-vox", request.guard_vox,
+                   "its guard skin from now on, in voxels; default: as before")
       ->check(CLI::Range(0, 100));
   add_object_options(*sub("remove", "remove an object from the workspace"), request);
   sub("list", "tell what stands where");

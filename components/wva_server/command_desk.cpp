@@ -9,8 +9,8 @@ namespace phantom::wva_server {
 
 Reply CommandDesk::take_in(Request request) {
   const std::lock_guard lock(mutex_);
-  const auto known =
-      std::find_if(known_.begin(), known_.end(), [&](const auto& entry) { return entry.first == request.id; });
+  const auto known = std::find_if(known_.begin(), known_.end(),
+                                  [&](const auto& entry) { return entry.first == request.id; });
   if (known != known_.end()) return known->second;
   Reply reply;
   reply.object = request.command.object;
@@ -20,7 +20,8 @@ Reply CommandDesk::take_in(Request request) {
     reply.message = fmt::format("{} commands are waiting already; send it again later", waiting_.size());
     return reply;
   }
-  reply.message = waiting_.empty() ? "taken up" : fmt::format("waits for {} commands before it", waiting_.size());
+  reply.message =
+      waiting_.empty() ? "taken up" : fmt::format("waits for {} commands before it", waiting_.size());
   known_.emplace_back(request.id, reply);
   if (known_.size() > kMostRemembered) known_.pop_front();
   waiting_.push_back(std::move(request));

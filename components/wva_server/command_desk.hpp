@@ -38,8 +38,8 @@ struct Reply {
   double seconds = 0.0;
 };
 
-/// Where commands wait their turn, in the order in which they came. A command that comes again (who sent it got no
-/// reply) is not carried out again: its last reply is said again. Thread-safe.
+/// Where commands wait their turn, in the order in which they came. A command that comes again (who sent it
+/// got no reply) is not carried out again: its last reply is said again. Thread-safe.
 class CommandDesk {
  public:
   static constexpr std::size_t kMostWaiting = 64, kMostRemembered = 256;

@@ -21,7 +21,8 @@ WvaServerConfig load_config(const std::filesystem::path& path) {
   config.status_rate_hz = file.number("status_rate_hz", 2.0, {1.0, 50.0, "Hz"});
   config.accept_commands = file.flag("accept_commands", true);
   config.threads = file.integer("threads", 0, {0, 256, ""});
-  if (config.threads == 0) config.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  if (config.threads == 0)
+    config.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   file.finish();
   return config;
 }

@@ -113,7 +113,8 @@ void DdsAdapter::publish_change(const LiveCell& cell, const voxel::WorkspaceChan
   brick.version(change.version);
   std::vector<std::vector<std::uint8_t>> encoded(std::min(kBricksAtOnce, change.changed.size()));
   for (std::size_t first = 0; first < change.changed.size(); first += kBricksAtOnce) {
-    const auto keys = std::span(change.changed).subspan(first, std::min(kBricksAtOnce, change.changed.size() - first));
+    const auto keys =
+        std::span(change.changed).subspan(first, std::min(kBricksAtOnce, change.changed.size() - first));
     core::parallel_for(threads, keys.size(), [&](std::size_t i, std::size_t) {
       encoded[i] = voxel::encode_brick(cell.workspace().brick(keys[i]));
     });

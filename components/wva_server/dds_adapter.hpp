@@ -10,8 +10,8 @@
 namespace phantom::wva_server {
 
 /// The component's ends in the data space: workspace_brick, workspace_version, workspace_object, mesh_chunk,
-/// workspace_reply and component_status out, workspace_command in. What was published stays with the writers, so that
-/// late joiners get all of it. One thread.
+/// workspace_reply and component_status out, workspace_command in. What was published stays with the writers,
+/// so that late joiners get all of it. One thread.
 class DdsAdapter {
  public:
   /// `accept_commands`: else every command is refused. Throws dds::DdsError.
@@ -22,13 +22,14 @@ class DdsAdapter {
   void publish_object(const ServedObject& object, std::size_t chunk_bytes);
   /// Says that an object is gone. Its mesh stays, for objects that may be added with it.
   void withdraw_object(std::uint16_t id);
-  /// What a change made of the workspace: changed bricks, removed ones, then the version that commits them. Bricks are
-  /// compressed on `threads` threads.
+  /// What a change made of the workspace: changed bricks, removed ones, then the version that commits them.
+  /// Bricks are compressed on `threads` threads.
   void publish_change(const LiveCell& cell, const voxel::WorkspaceChange& change, int threads);
   /// Publishes component_status.
   void report(const core::Health& health);
 
-  /// The next command, waiting for one at most `wait_s`. Each was told that it is accepted, and waits for reply().
+  /// The next command, waiting for one at most `wait_s`. Each was told that it is accepted, and waits for
+  /// reply().
   std::optional<Request> next_command(double wait_s);
   void reply(const Request& request, const Reply& reply);
 

@@ -73,8 +73,10 @@ std::optional<Listing> CommandClient::list(double timeout_s) {
                                              under_lock([&](const msg::ComponentStatus& status) {
                                                if (status.component_name() != "wva_server") return;
                                                for (const msg::Figure& figure : status.figures()) {
-                                                 if (figure.name() == "version") served_version = figure.value();
-                                                 if (figure.name() == "objects") served_objects = figure.value();
+                                                 if (figure.name() == "version")
+                                                   served_version = figure.value();
+                                                 if (figure.name() == "objects")
+                                                   served_objects = figure.value();
                                                }
                                              }));
   std::unique_lock lock(mutex);

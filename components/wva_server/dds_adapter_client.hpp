@@ -33,9 +33,9 @@ class CommandClient {
   explicit CommandClient(const core::NetworkOptions& network);
   ~CommandClient();
 
-  /// Sends the command, again and again until it is answered, and waits for the last word: done or refused. None if
-  /// there was no word for `timeout_s`. `on_accepted` hears what is said in between. Throws core::ConfigError for a
-  /// command that does not fit the topic.
+  /// Sends the command, again and again until it is answered, and waits for the last word: done or refused.
+  /// None if there was no word for `timeout_s`. `on_accepted` hears what is said in between. Throws
+  /// core::ConfigError for a command that does not fit the topic.
   std::optional<Reply> ask(const CellCommand& command, double timeout_s,
                            const std::function<void(const Reply&)>& on_accepted);
   /// What is served, once it is known whole; none if it is not within `timeout_s`.

@@ -26,9 +26,11 @@ std::string refusal(const msg::Pose& pose) {
   constexpr double kFarthest_m = 1e6;
   const Eigen::Vector3d p = place_of(pose);
   if (!(p.cwiseAbs().array() < kFarthest_m).all())
-    return fmt::format("X_WO.position_m is ({}, {}, {}); allowed: finite, less than 1e6 m", p.x(), p.y(), p.z());
+    return fmt::format("X_WO.position_m is ({}, {}, {}); allowed: finite, less than 1e6 m", p.x(), p.y(),
+                       p.z());
   const double norm = quaternion_of(pose).norm();
-  if (!(std::abs(norm - 1.0) <= 1e-3)) return fmt::format("X_WO's quaternion has length {}; allowed: 1", norm);
+  if (!(std::abs(norm - 1.0) <= 1e-3))
+    return fmt::format("X_WO's quaternion has length {}; allowed: 1", norm);
   return {};
 }
 
@@ -61,7 +63,8 @@ msg::WorkspaceObject to_message(const ServedObject& object) {
   return message;
 }
 
-msg::WorkspaceVersion version_message(const std::string& cell, const voxel::Workspace& workspace, std::uint64_t hash) {
+msg::WorkspaceVersion version_message(const std::string& cell, const voxel::Workspace& workspace,
+                                      std::uint64_t hash) {
   const voxel::GridSpec& grid = workspace.grid();
   msg::WorkspaceVersion message;
   message.cell(cell.substr(0, kNameBound));
@@ -83,7 +86,8 @@ std::string refusal(const msg::WorkspaceCommand& message) {
   if (operation > static_cast<std::uint32_t>(msg::WORKSPACE_REMOVE))
     return fmt::format("operation is {}; allowed: 0 (add), 1 (move), 2 (remove)", operation);
   if (message.operation() == msg::WORKSPACE_ADD)
-    return message.description().size() == 0 ? "description is empty; allowed: an object as in a cell file" : "";
+    return message.description().size() == 0 ? "description is empty; allowed: an object as in a cell file"
+                                             : "";
   if (message.object().size() == 0 && (message.id() == 0 || message.id() == 65535))
     return fmt::format("object is empty and id is {}; allowed: a name, or an id of 1 to 65534", message.id());
   if (message.operation() != msg::WORKSPACE_MOVE) return "";
@@ -104,7 +108,8 @@ Request to_request(const msg::WorkspaceCommand& message) {
   command.description = message.description().c_str();
   if (message.operation() == msg::WORKSPACE_MOVE && refusal(message.X_WO()).empty())
     command.X_WO = pose_of(message.X_WO());
-  if (message.operation() == msg::WORKSPACE_MOVE && message.sets_guard()) command.guard_vox = message.guard_vox();
+  if (message.operation() == msg::WORKSPACE_MOVE && message.sets_guard())
+    command.guard_vox = message.guard_vox();
   return request;
 }
 
@@ -148,8 +153,9 @@ msg::WorkspaceReply to_message(const Request& request, const Reply& reply) {
 Reply to_reply(const msg::WorkspaceReply& message) {
   Reply reply;
   const auto outcome = static_cast<std::uint32_t>(message.outcome());
-  reply.outcome = outcome <= static_cast<std::uint32_t>(msg::WORKSPACE_REFUSED) ? static_cast<Outcome>(outcome)
-                                                                                : Outcome::kRefused;
+  reply.outcome = outcome <= static_cast<std::uint32_t>(msg::WORKSPACE_REFUSED)
+                      ? static_cast<Outcome>(outcome)
+                      : Outcome::kRefused;
   reply.message = message.message().c_str();
   reply.object = message.object().c_str();
   reply.object_id = message.id();

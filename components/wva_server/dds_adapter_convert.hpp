@@ -1,6 +1,7 @@
 #pragma once
 
-// Conversion between topic types and what the component works with. Part of the DDS adapter: nothing else sees idl.
+// Conversion between topic types and what the component works with. Part of the DDS adapter: nothing else
+// sees idl.
 
 #include <string>
 
@@ -15,7 +16,8 @@ msg::Pose to_message(const geometry::Pose& X);
 geometry::Pose pose_of(const msg::Pose& message);
 msg::WorkspaceObject to_message(const ServedObject& object);
 /// The version that commits `workspace`, whose content hash is `hash`.
-msg::WorkspaceVersion version_message(const std::string& cell, const voxel::Workspace& workspace, std::uint64_t hash);
+msg::WorkspaceVersion version_message(const std::string& cell, const voxel::Workspace& workspace,
+                                      std::uint64_t hash);
 
 /// Why a command cannot be used, naming the field and what is allowed; empty if it can.
 std::string refusal(const msg::WorkspaceCommand& message);

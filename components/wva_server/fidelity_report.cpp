@@ -11,15 +11,21 @@ using voxel::Deviation;
 
 std::string order_text(int order) { return order == voxel::kOrderGuard ? "guard" : std::to_string(order); }
 
-std::string row(const FidelityHead& head, const voxel::LayerFidelity& layer, const char* side, const Deviation& d) {
+std::string row(const FidelityHead& head, const voxel::LayerFidelity& layer, const char* side,
+                const Deviation& d) {
   char text[256];
-  std::snprintf(text, sizeof text, "%s,%s,%.9g,%s,%zu,%.4f,%.4f,%.4f,%.4f\n", order_text(layer.order).c_str(), side,
-                layer.offset_vox, head.method.c_str(), d.faces, d.mean_vox, d.rms_vox, d.min_vox, d.max_vox);
+  std::snprintf(text, sizeof text, "%s,%s,%.9g,%s,%zu,%.4f,%.4f,%.4f,%.4f\n", order_text(layer.order).c_str(),
+                side, layer.offset_vox, head.method.c_str(), d.faces, d.mean_vox, d.rms_vox, d.min_vox,
+                d.max_vox);
   return text;
 }
 
 json object(const Deviation& d) {
-  return {{"faces", d.faces}, {"mean_vox", d.mean_vox}, {"rms_vox", d.rms_vox}, {"min_vox", d.min_vox}, {"max_vox", d.max_vox}};
+  return {{"faces", d.faces},
+          {"mean_vox", d.mean_vox},
+          {"rms_vox", d.rms_vox},
+          {"min_vox", d.min_vox},
+          {"max_vox", d.max_vox}};
 }
 
 }  // namespace
@@ -40,10 +46,17 @@ std::string fidelity_json(const FidelityHead& head, const std::vector<voxel::Lay
     json sides = json::object();
     for (std::size_t side = 0; side < voxel::kSides; ++side)
       sides[voxel::name_of(static_cast<voxel::Side>(side))] = object(layer.by_side[side]);
-    list.push_back({{"layer", order_text(layer.order)}, {"offset_vox", layer.offset_vox}, {"all", object(layer.whole)}, {"sides", sides}});
+    list.push_back({{"layer", order_text(layer.order)},
+                    {"offset_vox", layer.offset_vox},
+                    {"all", object(layer.whole)},
+                    {"sides", sides}});
   }
-  const json report = {{"mesh", head.mesh},           {"method", head.method},     {"voxel_size_m", head.voxel_size_m},
-                       {"layers_vox", head.layers_vox}, {"guard_vox", head.guard_vox}, {"layers", list}};
+  const json report = {{"mesh", head.mesh},
+                       {"method", head.method},
+                       {"voxel_size_m", head.voxel_size_m},
+                       {"layers_vox", head.layers_vox},
+                       {"guard_vox", head.guard_vox},
+                       {"layers", list}};
   return report.dump(2) + "\n";
 }
 

@@ -20,23 +20,27 @@ int main(int argc, char** argv) {
   description.name = "wva_server";
   description.summary =
       "Turns the cell's CAD models into graded, viscous space: reads every object's mesh, voxelises it at "
-      "its pose, wraps it in neighbour layers, merges all into one workspace and publishes it. Stays for those "
+      "its pose, wraps it in neighbour layers, merges all into one workspace and publishes it. Stays for "
+      "those "
       "who join later, and to add, move and remove objects on command.";
   description.details =
-      "Topics out: workspace_brick, workspace_version, workspace_object, mesh_chunk, workspace_reply, component_status; "
+      "Topics out: workspace_brick, workspace_version, workspace_object, mesh_chunk, workspace_reply, "
+      "component_status; "
       "in: workspace_command.\n"
       "Example while it runs: wva_server command move --object pump --pose \"0.4 -0.1 0.301 0 0 30\"\n"
       "Example without DDS: wva_server activate --mesh part.stl --scale 0.001 --voxel-size-m 0.005 "
       "--layers 4,4,4,4,4,4 --mu 32,20,13,11,10,9 --export part.nrrd";
   description.add_options = [&](CLI::App& app) {
-    app.add_option("--keep-changes", changes_file,
-                   "keep in this file what commands change, and serve the cell as it was then when started anew");
+    app.add_option(
+        "--keep-changes", changes_file,
+        "keep in this file what commands change, and serve the cell as it was then when started anew");
     activate = app.add_subcommand(
         "activate", "activate one mesh or a cell, export it as NRRD, print a line of JSON; no DDS");
     activate->fallthrough();
     wva_server::add_options(*activate, request);
     command = app.add_subcommand(
-        "command", "tell the running wva_server of the deployment to add, move or remove an object, or what it has");
+        "command",
+        "tell the running wva_server of the deployment to add, move or remove an object, or what it has");
     command->fallthrough();
     wva_server::add_options(*command, change);
   };
@@ -49,7 +53,8 @@ int main(int argc, char** argv) {
     dds::check_qos_profiles(deployment.network.qos_profiles);
     auto served = wva_server::load_served_cell(deployment.cell, changes_file, config.mesh_import);
     if (options.check) {
-      std::cout << "configuration is valid: " << served.bodies.size() << " objects in cell " << served.cell.name << '\n';
+      std::cout << "configuration is valid: " << served.bodies.size() << " objects in cell "
+                << served.cell.name << '\n';
       return static_cast<int>(runtime::kExitDone);
     }
     served.report_dir = options.report_dir;

@@ -24,7 +24,9 @@ std::string bar_text(const std::string& what, double share) {
 }
 
 ProgressBar::ProgressBar(std::string what)
-    : what_(std::move(what)), terminal_(isatty(STDERR_FILENO) == 1), next_ns_(core::monotonic_ns() + kAfter_ns) {}
+    : what_(std::move(what)),
+      terminal_(isatty(STDERR_FILENO) == 1),
+      next_ns_(core::monotonic_ns() + kAfter_ns) {}
 
 ProgressBar::~ProgressBar() {
   if (drawn_) std::fprintf(stderr, "\r\x1b[K");

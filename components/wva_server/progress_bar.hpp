@@ -5,8 +5,8 @@
 
 namespace phantom::wva_server {
 
-/// A line on a terminal that shows how far a long piece of work is. Nothing is written where stderr is no terminal, and
-/// nothing in the first half second: short work shows no bar. The line is gone when the bar is.
+/// A line on a terminal that shows how far a long piece of work is. Nothing is written where stderr is no
+/// terminal, and nothing in the first half second: short work shows no bar. The line is gone when the bar is.
 class ProgressBar {
  public:
   explicit ProgressBar(std::string what);

@@ -69,8 +69,8 @@ class Service {
   std::size_t changes_ = 0;
 };
 
-/// Versions rise across restarts too, so that consumers can tell a dead server's bricks from ours: milliseconds since
-/// 1970.
+/// Versions rise across restarts too, so that consumers can tell a dead server's bricks from ours:
+/// milliseconds since 1970.
 std::uint64_t Service::next_version() const {
   const auto now_ms = static_cast<std::uint64_t>(core::utc_ns() / core::kNsPerMillisecond);
   return std::max(now_ms, cell_.workspace().version + 1);
@@ -102,18 +102,20 @@ bool Service::activate(std::vector<runtime::CellBody> bodies) {
   build_s_ = now_s() - from_s;
   adapter_.publish_change(cell_, *change, config_.threads);
   const voxel::Workspace& workspace = cell_.workspace();
-  spdlog::info("workspace of cell {}: {} objects, {} bricks, {:.1f} MiB, built in {:.2f} s; version {} published {:.2f} s "
-               "after the start",
-               cell_.cell().name, cell_.objects().size(), workspace.brick_count(),
-               static_cast<double>(workspace.bytes()) / (1 << 20), build_s_, workspace.version, now_s() - from_s);
+  spdlog::info(
+      "workspace of cell {}: {} objects, {} bricks, {:.1f} MiB, built in {:.2f} s; version {} published "
+      "{:.2f} s "
+      "after the start",
+      cell_.cell().name, cell_.objects().size(), workspace.brick_count(),
+      static_cast<double>(workspace.bytes()) / (1 << 20), build_s_, workspace.version, now_s() - from_s);
   return true;
 }
 
 void Service::carry_out(const Request& request) {
   const double from_s = now_s();
   const CellCommand& command = request.command;
-  const std::string doing = fmt::format(
-      "{} {}", name_of(command.operation), command.object.empty() ? "an object" : "'" + command.object + "'");
+  const std::string doing = fmt::format("{} {}", name_of(command.operation),
+                                        command.object.empty() ? "an object" : "'" + command.object + "'");
   const auto change = cell_.apply(command, next_version(), options(doing));
   Reply reply;
   reply.object = command.object;
@@ -128,8 +130,14 @@ void Service::carry_out(const Request& request) {
     ++changes_;
     if (command.operation == Operation::kAdd) warn_of(cell_.objects().at(change->id));
     const std::string said = change->said + keep_changes();
-    reply = {Outcome::kDone, said, change->id, change->name, change->workspace.version,
-             change->workspace.changed.size(), change->workspace.removed.size(), 0.0};
+    reply = {Outcome::kDone,
+             said,
+             change->id,
+             change->name,
+             change->workspace.version,
+             change->workspace.changed.size(),
+             change->workspace.removed.size(),
+             0.0};
   } else {
     reply.outcome = Outcome::kRefused;
     reply.message = change.status().message();
@@ -137,8 +145,9 @@ void Service::carry_out(const Request& request) {
   reply.seconds = now_s() - from_s;
   adapter_.reply(request, reply);
   if (change) {
-    spdlog::info("{} (asked by {}): {} bricks changed, {} removed; version {} published after {:.0f} ms", reply.message,
-                 request.requester, reply.changed_bricks, reply.removed_bricks, reply.version, 1e3 * reply.seconds);
+    spdlog::info("{} (asked by {}): {} bricks changed, {} removed; version {} published after {:.0f} ms",
+                 reply.message, request.requester, reply.changed_bricks, reply.removed_bricks, reply.version,
+                 1e3 * reply.seconds);
   } else {
     spdlog::warn("refused to {} (asked by {}): {}", doing, request.requester, reply.message);
   }
@@ -159,7 +168,8 @@ std::string Service::keep_changes() {
 
 core::Health Service::health(const std::string& doing, double progress) const {
   const voxel::Workspace& workspace = cell_.workspace();
-  if (workspace.version == 0) return {core::ComponentState::kStarting, doing, {}, {{"progress", progress, ""}}};
+  if (workspace.version == 0)
+    return {core::ComponentState::kStarting, doing, {}, {{"progress", progress, ""}}};
   const auto figure = [](const char* name, auto value, const char* unit) {
     return core::HealthFigure{name, static_cast<double>(value), unit};
   };
@@ -195,10 +205,10 @@ void Service::leave_report() const {
                        {"interior_voxels", object.report.interior_voxels}});
   }
   const voxel::Workspace& workspace = cell_.workspace();
-  const nlohmann::json report = {{"cell", cell_.cell().name},          {"version", workspace.version},
-                                 {"bricks", workspace.brick_count()},  {"bytes", workspace.bytes()},
-                                 {"build_seconds", build_s_},          {"changes", changes_},
-                                 {"objects", objects}};
+  const nlohmann::json report = {
+      {"cell", cell_.cell().name},  {"version", workspace.version}, {"bricks", workspace.brick_count()},
+      {"bytes", workspace.bytes()}, {"build_seconds", build_s_},    {"changes", changes_},
+      {"objects", objects}};
   std::filesystem::create_directories(report_dir_);
   std::ofstream(report_dir_ / "wva_server.json") << report.dump(2) << '\n';
 }
@@ -216,8 +226,8 @@ ServedCell load_served_cell(const std::filesystem::path& cell_file, const std::f
   }
   apply(served.changes, served.cell);
   if (!served.changes.objects.empty()) {
-    spdlog::info("differing from the cell file, as commands left them: {} ({})", served.changes.objects.size(),
-                 changes_file.string());
+    spdlog::info("differing from the cell file, as commands left them: {} ({})",
+                 served.changes.objects.size(), changes_file.string());
   }
   served.bodies = runtime::load_bodies(served.cell, limits);
   return served;

@@ -13,15 +13,15 @@ namespace phantom::wva_server {
 
 /// What is served, and where its traces go.
 struct ServedCell {
-  runtime::CellConfig cell;                ///< with the changes
-  CellChanges changes;                     ///< that commands made before
-  std::vector<runtime::CellBody> bodies;   ///< the cell's, loaded
-  std::filesystem::path changes_file;      ///< where changes are kept; empty: nowhere
-  std::filesystem::path report_dir;        ///< where wva_server.json is left; empty: nowhere
+  runtime::CellConfig cell;               ///< with the changes
+  CellChanges changes;                    ///< that commands made before
+  std::vector<runtime::CellBody> bodies;  ///< the cell's, loaded
+  std::filesystem::path changes_file;     ///< where changes are kept; empty: nowhere
+  std::filesystem::path report_dir;       ///< where wva_server.json is left; empty: nowhere
 };
 
-/// Reads the cell, the changes that are kept in `changes_file` (unless that is empty or does not exist) and all meshes.
-/// Throws runtime::ConfigError.
+/// Reads the cell, the changes that are kept in `changes_file` (unless that is empty or does not exist) and
+/// all meshes. Throws runtime::ConfigError.
 ServedCell load_served_cell(const std::filesystem::path& cell_file, const std::filesystem::path& changes_file,
                             const geometry::MeshImportOptions& limits);
 

@@ -24,7 +24,8 @@ cv::Vec3b between(const std::vector<cv::Vec3d>& stops, double share) {
   const double at = std::clamp(share, 0.0, 1.0) * static_cast<double>(stops.size() - 1);
   const auto i = std::min(static_cast<std::size_t>(at), stops.size() - 2);
   const cv::Vec3d mixed = stops[i] + (stops[i + 1] - stops[i]) * (at - static_cast<double>(i));
-  return {static_cast<std::uint8_t>(mixed[0]), static_cast<std::uint8_t>(mixed[1]), static_cast<std::uint8_t>(mixed[2])};
+  return {static_cast<std::uint8_t>(mixed[0]), static_cast<std::uint8_t>(mixed[1]),
+          static_cast<std::uint8_t>(mixed[2])};
 }
 
 /// Colours of all orders: layers from red (near) to pale blue (far), the inside in browns, the guard violet.
@@ -38,7 +39,8 @@ class Colours {
     if (order == voxel::kOrderGuard) return {180, 60, 140};
     const auto place = [](int i, int count) { return count > 1 ? (i - 1.0) / (count - 1.0) : 0.0; };
     if (order < 0) return between({{120, 190, 225}, {40, 90, 140}}, place(-order, inside_));
-    return between({{38, 28, 200}, {60, 140, 250}, {130, 225, 255}, {170, 220, 150}, {235, 205, 150}}, place(order, layers_));
+    return between({{38, 28, 200}, {60, 140, 250}, {130, 225, 255}, {170, 220, 150}, {235, 205, 150}},
+                   place(order, layers_));
   }
 
  private:
@@ -89,7 +91,8 @@ Index3 middle_of(const Workspace& workspace) {
     const VoxelBox box = voxel::box_of(key);
     const auto brick = workspace.brick(key);
     for (std::uint32_t i = 0; i < voxel::kBrickVoxels; ++i) {
-      const std::int32_t x = static_cast<std::int32_t>(i & 31), y = static_cast<std::int32_t>(i >> 5 & 31), z = static_cast<std::int32_t>(i >> 10);
+      const std::int32_t x = static_cast<std::int32_t>(i & 31), y = static_cast<std::int32_t>(i >> 5 & 31),
+                         z = static_cast<std::int32_t>(i >> 10);
       const std::int8_t order = brick.order[voxel::brick_offset(i & 31, i >> 5 & 31, i >> 10)];
       if (order != voxel::kOrderBoundary && order != voxel::kOrderInterior) continue;
       const std::array<std::int32_t, 3> v{box.min.x + x, box.min.y + y, box.min.z + z};
@@ -112,11 +115,15 @@ double round_length(double most) {
 class Drawing {
  public:
   Drawing(const Workspace& workspace, const PictureText& text)
-      : workspace_(workspace), text_(text), present_(look(workspace)), colours_(present_.layers, present_.inside),
+      : workspace_(workspace),
+        text_(text),
+        present_(look(workspace)),
+        colours_(present_.layers, present_.inside),
         middle_(middle_of(workspace)) {
     const auto& size = workspace.grid().size_vox;
     pixels_per_voxel_ = static_cast<double>(kLongest) / std::max({size[0], size[1], size[2], 1});
-    for (std::size_t axis = 0; axis < 3; ++axis) pixels_[axis] = std::max(1, static_cast<int>(std::lround(size[axis] * pixels_per_voxel_)));
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      pixels_[axis] = std::max(1, static_cast<int>(std::lround(size[axis] * pixels_per_voxel_)));
     const double extent_m = std::max({size[0], size[1], size[2]}) * workspace.grid().voxel_size_m;
     unit_ = extent_m < 2.0 ? 1e-3 : 1.0;
     step_m_ = round_length(extent_m / 4.0);
@@ -126,7 +133,8 @@ class Drawing {
 
   std::vector<std::uint8_t> png() {
     write(text_.title, {kMargin, 24}, 0.6);
-    const cv::Point plan(kMargin, kTop), front(kMargin, image_.rows - kMargin - pixels_[2]), side(kMargin + pixels_[0] + kGap, front.y);
+    const cv::Point plan(kMargin, kTop), front(kMargin, image_.rows - kMargin - pixels_[2]),
+        side(kMargin + pixels_[0] + kGap, front.y);
     panel(plan, 0, 1, 2);
     panel(front, 0, 2, 1);
     panel(side, 1, 2, 0);
@@ -160,19 +168,24 @@ class Drawing {
         std::array<std::int32_t, 3> v{middle_.x, middle_.y, middle_.z};
         v[a] = static_cast<std::int32_t>((column + 0.5) / pixels_per_voxel_);
         v[b] = static_cast<std::int32_t>((height - 1 - row + 0.5) / pixels_per_voxel_);
-        image_.at<cv::Vec3b>(corner.y + row, corner.x + column) = colours_.of(workspace_.order({v[0], v[1], v[2]}));
+        image_.at<cv::Vec3b>(corner.y + row, corner.x + column) =
+            colours_.of(workspace_.order({v[0], v[1], v[2]}));
       }
     }
     cv::rectangle(image_, {corner.x - 1, corner.y - 1, width + 2, height + 2}, kInk);
     const int cut_a = corner.x + static_cast<int>((index(middle_, a) + 0.5) * pixels_per_voxel_);
     const int cut_b = corner.y + height - 1 - static_cast<int>((index(middle_, b) + 0.5) * pixels_per_voxel_);
-    for (const int y : {corner.y - 7, corner.y + height + 1}) cv::line(image_, {cut_a, y}, {cut_a, y + 5}, {40, 40, 220}, 2);
-    for (const int x : {corner.x - 7, corner.x + width + 1}) cv::line(image_, {x, cut_b}, {x + 5, cut_b}, {40, 40, 220}, 2);
+    for (const int y : {corner.y - 7, corner.y + height + 1})
+      cv::line(image_, {cut_a, y}, {cut_a, y + 5}, {40, 40, 220}, 2);
+    for (const int x : {corner.x - 7, corner.x + width + 1})
+      cv::line(image_, {x, cut_b}, {x + 5, cut_b}, {40, 40, 220}, 2);
     ticks(corner, a, b);
     const double at_m = workspace_.grid().centre_of(middle_)[static_cast<Eigen::Index>(c)];
     const char* names = "xyz";
-    write(std::string(1, names[c]) + " = " + length_text(at_m) + " " + unit_name(), {corner.x + 4, corner.y - 10});
-    write(std::string(1, names[a]) + " [" + unit_name() + "]", {corner.x + width - 44, corner.y + height + 34});
+    write(std::string(1, names[c]) + " = " + length_text(at_m) + " " + unit_name(),
+          {corner.x + 4, corner.y - 10});
+    write(std::string(1, names[a]) + " [" + unit_name() + "]",
+          {corner.x + width - 44, corner.y + height + 34});
     write(std::string(1, names[b]) + " [" + unit_name() + "]", {corner.x - 62, corner.y + 4});
   }
 

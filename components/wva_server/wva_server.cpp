@@ -27,10 +27,13 @@ void check_within(const std::filesystem::path& file, const std::filesystem::path
   const auto outer = std::filesystem::canonical(folder);
   const auto [outer_end, inner_at] = std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end());
   if (outer_end == outer.end()) return;
-  throw ConfigError("mesh: " + file.string() + " is not in the cell's folder; allowed: files in " + outer.string());
+  throw ConfigError("mesh: " + file.string() + " is not in the cell's folder; allowed: files in " +
+                    outer.string());
 }
 
-std::string about(const std::string& name, std::uint16_t id) { return fmt::format("'{}' (object {})", name, id); }
+std::string about(const std::string& name, std::uint16_t id) {
+  return fmt::format("'{}' (object {})", name, id);
+}
 
 std::string place_text(const geometry::Pose& X_WO) {
   const Eigen::Vector3d& p = X_WO.translation_m;
@@ -57,10 +60,12 @@ const char* name_of(Operation operation) {
   return "?";
 }
 
-LiveCell::LiveCell(const runtime::CellConfig& cell, const geometry::MeshImportOptions& limits, CellChanges changes)
+LiveCell::LiveCell(const runtime::CellConfig& cell, const geometry::MeshImportOptions& limits,
+                   CellChanges changes)
     : cell_(cell), limits_(limits), live_(runtime::grid_of(cell), cell.merge), changes_(std::move(changes)) {}
 
-core::Expected<voxel::WorkspaceChange> LiveCell::activate(std::vector<runtime::CellBody> bodies, std::uint64_t version,
+core::Expected<voxel::WorkspaceChange> LiveCell::activate(std::vector<runtime::CellBody> bodies,
+                                                          std::uint64_t version,
                                                           const voxel::ActivationOptions& options,
                                                           const OnObject& on_object) {
   std::map<std::uint16_t, ServedObject> objects;
@@ -114,16 +119,19 @@ core::Expected<std::uint16_t> LiveCell::find(const CellCommand& command) const {
       fmt::format("no object '{}' in cell {}; there are: {}", command.object, cell_.name, known));
 }
 
-CellChange LiveCell::add(const CellCommand& command, std::uint64_t version, const voxel::ActivationOptions& options) {
+CellChange LiveCell::add(const CellCommand& command, std::uint64_t version,
+                         const voxel::ActivationOptions& options) {
   runtime::ObjectConfig config = runtime::read_object_text(command.description, cell_);
   if (config.name.empty() || config.name.size() > kLongestName)
     throw ConfigError(fmt::format("name: has {} bytes; allowed: 1 to {}", config.name.size(), kLongestName));
   for (const auto& [id, object] : objects_) {
     if (object.config.name == config.name)
-      throw ConfigError(about(config.name, id) + " is there already; move it, or give the new one another name");
+      throw ConfigError(about(config.name, id) +
+                        " is there already; move it, or give the new one another name");
   }
   if (!config.mesh.empty()) check_within(config.mesh, cell_.file.parent_path());
-  if (changes_.next_id > kGreatestId) throw ConfigError("all 65534 object ids were given away; start wva_server anew");
+  if (changes_.next_id > kGreatestId)
+    throw ConfigError("all 65534 object ids were given away; start wva_server anew");
   const auto id = config.id = static_cast<std::uint16_t>(changes_.next_id);
   runtime::CellBody body = runtime::load_body(config, cell_, limits_);
   const voxel::LiveBody added[] = {{&body.body, config.priority}};
@@ -137,13 +145,15 @@ CellChange LiveCell::add(const CellCommand& command, std::uint64_t version, cons
   return {id, config.name, said, std::move(change)};
 }
 
-CellChange LiveCell::move(const CellCommand& command, std::uint64_t version, const voxel::ActivationOptions& options) {
+CellChange LiveCell::move(const CellCommand& command, std::uint64_t version,
+                          const voxel::ActivationOptions& options) {
   ServedObject& object = objects_.at(value_or_throw(find(command)));
   runtime::ObjectConfig config = object.config;
   config.X_WO = command.X_WO;
   config.place = cell_.name;
   if (command.guard_vox) config.profile.guard_vox = *command.guard_vox;
-  if (const auto checked = voxel::check_profile(config.profile); !checked) throw ConfigError("guard_vox: " + checked.message());
+  if (const auto checked = voxel::check_profile(config.profile); !checked)
+    throw ConfigError("guard_vox: " + checked.message());
   const voxel::Body body = runtime::place_body(config, object.mesh_O, cell_);
   voxel::WorkspaceChange change = value_or_throw(live_.move(body, version, options));
   object.report = change.reports.front();
@@ -152,7 +162,8 @@ CellChange LiveCell::move(const CellCommand& command, std::uint64_t version, con
   changes_.note_moved(object.id, config.name, command.X_WO, command.guard_vox);
   const std::string guard = command.guard_vox ? fmt::format(", guard {} voxels", *command.guard_vox) : "";
   return {object.id, config.name,
-          fmt::format("moved {} to {}{}", about(config.name, object.id), place_text(command.X_WO), guard), std::move(change)};
+          fmt::format("moved {} to {}{}", about(config.name, object.id), place_text(command.X_WO), guard),
+          std::move(change)};
 }
 
 CellChange LiveCell::remove(const CellCommand& command, std::uint64_t version,
@@ -167,15 +178,17 @@ CellChange LiveCell::remove(const CellCommand& command, std::uint64_t version,
 
 std::string describe(const ServedObject& object) {
   const voxel::BodyReport& report = object.report;
-  std::string text = fmt::format("{} (object {}): {} triangles, {} boundary and {} interior voxels, {:.0f} ms",
-                                 object.config.name, object.id, report.mesh.triangles, report.boundary_voxels,
-                                 report.interior_voxels, 1e3 * (report.voxelise_s + report.layers_s));
+  std::string text =
+      fmt::format("{} (object {}): {} triangles, {} boundary and {} interior voxels, {:.0f} ms",
+                  object.config.name, object.id, report.mesh.triangles, report.boundary_voxels,
+                  report.interior_voxels, 1e3 * (report.voxelise_s + report.layers_s));
   if (report.mesh.duplicate_triangles > 0) {
     text += fmt::format("; {} triangles came twice and were left out", report.mesh.duplicate_triangles);
   }
   if (!report.mesh.closed) {
     text += fmt::format(
-        "; the mesh is not closed: lines along three axes voted on what is inside, its winding number decided on {} voxels",
+        "; the mesh is not closed: lines along three axes voted on what is inside, its winding number "
+        "decided on {} voxels",
         report.mesh.disputed_voxels);
   }
   return text;

@@ -18,10 +18,10 @@ namespace phantom::wva_server {
 enum class Operation { kAdd, kMove, kRemove };
 struct CellCommand {
   Operation operation = Operation::kMove;
-  std::string object;       ///< move, remove: its name; empty: named by id
-  std::uint16_t id = 0;     ///< move, remove: its id, if the name is empty
-  geometry::Pose X_WO;      ///< move: where it stands now
-  std::string description;  ///< add: YAML, as an entry of a cell file's objects
+  std::string object;                 ///< move, remove: its name; empty: named by id
+  std::uint16_t id = 0;               ///< move, remove: its id, if the name is empty
+  geometry::Pose X_WO;                ///< move: where it stands now
+  std::string description;            ///< add: YAML, as an entry of a cell file's objects
   std::optional<int> guard_vox = {};  ///< move: its guard skin from now on, 0 … 100 voxels; none: as before
 };
 const char* name_of(Operation operation);
@@ -29,10 +29,10 @@ const char* name_of(Operation operation);
 /// An object as it is served: what viewers show and reports tell.
 struct ServedObject {
   std::uint16_t id = 0;
-  runtime::ObjectConfig config;     ///< its pose is where it stands now
-  geometry::TriangleMesh mesh_O;    ///< object frame, metres
+  runtime::ObjectConfig config;   ///< its pose is where it stands now
+  geometry::TriangleMesh mesh_O;  ///< object frame, metres
   std::uint64_t mesh_hash = 0;
-  std::vector<std::string> notes;   ///< what had to be assumed about its mesh
+  std::vector<std::string> notes;  ///< what had to be assumed about its mesh
   voxel::BodyReport report;
 };
 
@@ -44,9 +44,9 @@ struct CellChange {
   voxel::WorkspaceChange workspace;
 };
 
-/// The cell as it is served: the objects of the cell file, then as commands add, move and remove them. An id that was
-/// given away is not given to another object. Touches files and child processes only to read the mesh of an object
-/// that is added. One thread; not real-time safe.
+/// The cell as it is served: the objects of the cell file, then as commands add, move and remove them. An id
+/// that was given away is not given to another object. Touches files and child processes only to read the
+/// mesh of an object that is added. One thread; not real-time safe.
 class LiveCell {
  public:
   /// `limits`: for the meshes of objects that will be added. `changes`: those that `cell` has already.
@@ -58,8 +58,10 @@ class LiveCell {
   /// Called after each object with how many are done.
   using OnObject = std::function<void(const ServedObject& object, std::size_t done)>;
   /// Activates the cell's objects, all or none: the first version. `bodies`: as load_bodies() gives them.
-  core::Expected<voxel::WorkspaceChange> activate(std::vector<runtime::CellBody> bodies, std::uint64_t version,
-                                                  const voxel::ActivationOptions& options, const OnObject& on_object);
+  core::Expected<voxel::WorkspaceChange> activate(std::vector<runtime::CellBody> bodies,
+                                                  std::uint64_t version,
+                                                  const voxel::ActivationOptions& options,
+                                                  const OnObject& on_object);
   /// Carries out a command, or says why not and what is allowed, with everything as before.
   core::Expected<CellChange> apply(const CellCommand& command, std::uint64_t version,
                                    const voxel::ActivationOptions& options);
@@ -78,7 +80,8 @@ class LiveCell {
   core::Expected<std::uint16_t> find(const CellCommand& command) const;
   CellChange add(const CellCommand& command, std::uint64_t version, const voxel::ActivationOptions& options);
   CellChange move(const CellCommand& command, std::uint64_t version, const voxel::ActivationOptions& options);
-  CellChange remove(const CellCommand& command, std::uint64_t version, const voxel::ActivationOptions& options);
+  CellChange remove(const CellCommand& command, std::uint64_t version,
+                    const voxel::ActivationOptions& options);
 
   runtime::CellConfig cell_;
   geometry::MeshImportOptions limits_;

@@ -78,7 +78,8 @@ void layers_of_sphere(State& state, int edge_vox, std::uint32_t rings, int threa
   const GridSpec grid = sphere_grid(edge_vox);
   const auto solid = voxel::voxelise(body.mesh_W, grid, voxel::voxelise_clip(grid, body.profile));
   for (auto _ : state) {
-    const auto bricks = voxel::distance_bricks(*solid, body.profile, voxel::VoxelBox::of(grid), {threads, {}});
+    const auto bricks =
+        voxel::distance_bricks(*solid, body.profile, voxel::VoxelBox::of(grid), {threads, {}});
     benchmark::DoNotOptimize(bricks.keys().data());
   }
 }
@@ -127,7 +128,8 @@ void memory_of_sphere(State& state) {
     reset_peak();
     const std::size_t before = heap_bytes();
     const auto object = activated(body, sphere_grid(512));
-    state.counters["peak_bytes_per_voxel"] = static_cast<double>(peak_heap_bytes() - before) / (512.0 * 512.0 * 512.0);
+    state.counters["peak_bytes_per_voxel"] =
+        static_cast<double>(peak_heap_bytes() - before) / (512.0 * 512.0 * 512.0);
   }
 }
 
@@ -143,8 +145,8 @@ void memory_of_cell(State& state) {
 }
 
 /// A cell of 5 m × 4 m × 4 m whose objects make up 5 % of its bricks at 1 mm, with layers of 4 mm.
-/// In memory that the process has already: clearing gigabytes anew is the system's work, and on a virtual machine, whose
-/// host may have to find them first, most of the time.
+/// In memory that the process has already: clearing gigabytes anew is the system's work, and on a virtual
+/// machine, whose host may have to find them first, most of the time.
 void huge_cell(State& state, double voxel_size_m) {
   ::mallopt(M_TRIM_THRESHOLD, -1);
   const Eigen::Vector3d size_m(5, 4, 4);
@@ -158,8 +160,8 @@ void huge_cell(State& state, double voxel_size_m) {
     const double active = static_cast<double>(cell.workspace.brick_count());
     state.counters["peak_GiB"] = static_cast<double>(peak_heap_bytes() - before) / 1073741824.0;
     state.counters["share_of_bricks"] = active / bricks[0] / bricks[1] / bricks[2];
-    state.counters["s_per_voxel"] = benchmark::Counter(active * voxel::kBrickVoxels,
-                                                       benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+    state.counters["s_per_voxel"] = benchmark::Counter(
+        active * voxel::kBrickVoxels, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
   }
 }
 
@@ -171,17 +173,23 @@ const bool kRegistered = [] {
   for (const int threads : {1, 2}) {
     const std::string suffix = "/threads:" + std::to_string(threads);
     RegisterBenchmark(("activate/512/200k" + suffix).c_str(), activate_sphere, 512, kRings200k, threads,
-                      voxel::LayerMethod::kDistance)->Unit(fast);
+                      voxel::LayerMethod::kDistance)
+        ->Unit(fast);
     RegisterBenchmark(("stl/512/200k" + suffix).c_str(), activate_stl, 512, kRings200k, threads)->Unit(fast);
-    RegisterBenchmark(("layers/512/200k" + suffix).c_str(), layers_of_sphere, 512, kRings200k, threads)->Unit(fast);
+    RegisterBenchmark(("layers/512/200k" + suffix).c_str(), layers_of_sphere, 512, kRings200k, threads)
+        ->Unit(fast);
     RegisterBenchmark(("cell/20/400x400x300" + suffix).c_str(), whole_cell, threads)->Unit(fast);
   }
-  RegisterBenchmark("activate/512/2M/threads:1", activate_sphere, 512, kRings2M, 1, voxel::LayerMethod::kDistance)
+  RegisterBenchmark("activate/512/2M/threads:1", activate_sphere, 512, kRings2M, 1,
+                    voxel::LayerMethod::kDistance)
       ->Unit(fast);
-  RegisterBenchmark("activate/256/200k/threads:1", activate_sphere, 256, kRings200k, 1, voxel::LayerMethod::kDistance)
+  RegisterBenchmark("activate/256/200k/threads:1", activate_sphere, 256, kRings200k, 1,
+                    voxel::LayerMethod::kDistance)
       ->Unit(fast);
   RegisterBenchmark("dilation/512/200k", activate_sphere, 512, kRings200k, 1, voxel::LayerMethod::kDilation)
-      ->Iterations(1)->Repetitions(4)->Unit(fast);
+      ->Iterations(1)
+      ->Repetitions(4)
+      ->Unit(fast);
   RegisterBenchmark("activate/1_of_20", activate_one_of_the_cell)->Unit(fast);
   RegisterBenchmark("move/1_of_20", move_one_of_the_cell)->Unit(fast);
   RegisterBenchmark("memory/512/200k", memory_of_sphere)->Iterations(1)->Repetitions(2)->Unit(fast);

@@ -35,8 +35,14 @@ void cell(benchmark::State& state) {
 
 const bool kRegistered = [] {
   // TBB spreads over all cores: the CPU time of the whole process counts.
-  benchmark::RegisterBenchmark("openvdb/256/200k", sphere, 256)->Iterations(1)->Repetitions(2)->MeasureProcessCPUTime();
-  benchmark::RegisterBenchmark("openvdb_cell/20/400x400x300", cell)->Iterations(1)->Repetitions(2)->MeasureProcessCPUTime();
+  benchmark::RegisterBenchmark("openvdb/256/200k", sphere, 256)
+      ->Iterations(1)
+      ->Repetitions(2)
+      ->MeasureProcessCPUTime();
+  benchmark::RegisterBenchmark("openvdb_cell/20/400x400x300", cell)
+      ->Iterations(1)
+      ->Repetitions(2)
+      ->MeasureProcessCPUTime();
   return true;
 }();
 

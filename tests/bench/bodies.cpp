@@ -102,7 +102,8 @@ std::vector<voxel::Body> large_cell() {
   std::mt19937 random(21);
   std::vector<voxel::Body> bodies;
   for (std::size_t i = 0; i < 80; ++i) {
-    const Eigen::Vector3d place_m(static_cast<double>(i % 5) + 0.5, static_cast<double>(i / 5 % 4) + 0.5, static_cast<double>(i / 20) + 0.5);
+    const Eigen::Vector3d place_m(static_cast<double>(i % 5) + 0.5, static_cast<double>(i / 5 % 4) + 0.5,
+                                  static_cast<double>(i / 20) + 0.5);
     bodies.push_back(body_of(i, thing(i + i / 5, 1.4).transformed(turned(random, place_m))));
   }
   return bodies;
@@ -128,7 +129,8 @@ Activated activate_all(const std::vector<voxel::Body>& bodies, const voxel::Grid
     cell.codes.push_back(voxel::code_table(body.profile, cell.workspace.palette()));
   }
   const std::vector<voxel::MergeEntry> entries = cell.entries(bodies);
-  voxel::merge_bricks(voxel::MergeLaw::kHighestViscosity, entries, voxel::keys_of(entries), cell.workspace, threads);
+  voxel::merge_bricks(voxel::MergeLaw::kHighestViscosity, entries, voxel::keys_of(entries), cell.workspace,
+                      threads);
   return cell;
 }
 

@@ -17,7 +17,8 @@ voxel::LayerProfile six_layers();
 voxel::Body sphere_in_box(int edge_vox, std::uint32_t rings);
 voxel::GridSpec sphere_grid(int edge_vox);
 
-/// A cell of `size_m` with `count` objects of many kinds and angles (tables, tubes, tanks, tori), always the same.
+/// A cell of `size_m` with `count` objects of many kinds and angles (tables, tubes, tanks, tori), always the
+/// same.
 std::vector<voxel::Body> cell_of(std::size_t count, const Eigen::Vector3d& size_m);
 
 /// A cell of 5 m × 4 m × 4 m with an object about each metre.

@@ -1,5 +1,5 @@
-// From the start of the real wva_server to the moment at which a consumer that joins once everything is published holds the
-// whole cell, over DDS on the loopback interface.
+// From the start of the real wva_server to the moment at which a consumer that joins once everything is
+// published holds the whole cell, over DDS on the loopback interface.
 #include <benchmark/benchmark.h>
 #include <fcntl.h>
 #include <signal.h>
@@ -25,8 +25,8 @@ using benchmark::State;
 
 double now_s() { return core::seconds(core::monotonic_ns()); }
 
-/// The shipped hot cell with voxels of another size and layers as thick as before, and a topology for it, in a folder of
-/// their own.
+/// The shipped hot cell with voxels of another size and layers as thick as before, and a topology for it, in
+/// a folder of their own.
 class Cell {
  public:
   explicit Cell(int voxel_mm) {
@@ -110,12 +110,15 @@ class Joiner {
 
  private:
   static voxel::VersionDescription description(const msg::WorkspaceVersion& v) {
-    const voxel::GridSpec grid{{v.origin_m().x(), v.origin_m().y(), v.origin_m().z()}, v.voxel_size_m(),
-                               {static_cast<int>(v.size_x_vox()), static_cast<int>(v.size_y_vox()), static_cast<int>(v.size_z_vox())}};
+    const voxel::GridSpec grid{{v.origin_m().x(), v.origin_m().y(), v.origin_m().z()},
+                               v.voxel_size_m(),
+                               {static_cast<int>(v.size_x_vox()), static_cast<int>(v.size_y_vox()),
+                                static_cast<int>(v.size_z_vox())}};
     return {v.version(), grid, v.palette(), v.brick_count(), v.content_hash()};
   }
 
-  phantom_sensing::WorkspaceKeeper workspace_{[](const std::string& problem) { throw std::runtime_error(problem); }};
+  phantom_sensing::WorkspaceKeeper workspace_{
+      [](const std::string& problem) { throw std::runtime_error(problem); }};
   dds::Participant participant_;
   dds::Reader<msg::WorkspaceVersion> versions_{
       participant_, dds::kWorkspaceVersion,
@@ -129,8 +132,10 @@ class Joiner {
 void start_to_late_joiner(State& state, int voxel_mm) {
   const Cell cell(voxel_mm);
   const int domain = 200 + static_cast<int>(getpid() % 30);
-  core::NetworkOptions network{.domain = domain, .qos_profiles = PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml",
-                               .interfaces = {"127.0.0.1"}, .shared_memory = true};
+  core::NetworkOptions network{.domain = domain,
+                               .qos_profiles = PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml",
+                               .interfaces = {"127.0.0.1"},
+                               .shared_memory = true};
   double activation_s = 0.0, published_s = 0.0, joined_s = 0.0;
   for (auto _ : state) {
     const double from_s = now_s();
@@ -151,8 +156,12 @@ void start_to_late_joiner(State& state, int voxel_mm) {
 
 [[maybe_unused]] const bool registered = [] {
   for (const int voxel_mm : {5, 2}) {
-    benchmark::RegisterBenchmark(("late_joiner/hot_cell/" + std::to_string(voxel_mm) + "mm").c_str(), start_to_late_joiner, voxel_mm)
-        ->UseManualTime()->Iterations(1)->Repetitions(5)->Unit(benchmark::kMillisecond);
+    benchmark::RegisterBenchmark(("late_joiner/hot_cell/" + std::to_string(voxel_mm) + "mm").c_str(),
+                                 start_to_late_joiner, voxel_mm)
+        ->UseManualTime()
+        ->Iterations(1)
+        ->Repetitions(5)
+        ->Unit(benchmark::kMillisecond);
   }
   return true;
 }();

@@ -59,7 +59,8 @@ void tick_in(State& state, const voxel::Workspace& world, std::size_t sensors, s
   state.SetLabel(robot::kernel::target_name());
 }
 
-void tick(State& state, std::size_t sensors, int edge_vox, std::size_t joints, const robot::SensingOptions& options = {}) {
+void tick(State& state, std::size_t sensors, int edge_vox, std::size_t joints,
+          const robot::SensingOptions& options = {}) {
   tick_in(state, balls(edge_vox), sensors, joints, options);
 }
 
@@ -72,7 +73,8 @@ void tick_of(State& state, std::size_t sensors, Content content, const robot::Se
 
 /// Where the same sensors are in the same pose, found beforehand.
 struct Places {
-  std::vector<std::int32_t> brick, word, tile_word, row_word;  // in the directory, a brick, all bricks, dense rows
+  std::vector<std::int32_t> brick, word, tile_word,
+      row_word;  // in the directory, a brick, all bricks, dense rows
   std::vector<std::uint32_t> tile_shift, row_shift;
 };
 
@@ -85,12 +87,14 @@ Places places_of(const robot::SerialArm& arm, const robot::SkinLayout& skin, con
     voxel::Index3 v = world.grid().index_of(X_WL[skin.link_of(i)] * skin.position(i));
     if (!world.grid().contains(v)) v = {0, 0, 0};
     const std::size_t at = world.directory_index({v.x >> 5, v.y >> 5, v.z >> 5});
-    const std::size_t offset = voxel::brick_offset(static_cast<std::uint32_t>(v.x) & 31U, static_cast<std::uint32_t>(v.y) & 31U,
-                                                   static_cast<std::uint32_t>(v.z) & 31U);
+    const std::size_t offset =
+        voxel::brick_offset(static_cast<std::uint32_t>(v.x) & 31U, static_cast<std::uint32_t>(v.y) & 31U,
+                            static_cast<std::uint32_t>(v.z) & 31U);
     const std::int32_t row = (v.z * size[1] + v.y) * size[0] + v.x;
     places.brick.push_back(static_cast<std::int32_t>(at));
     places.word.push_back(static_cast<std::int32_t>(offset / 4));
-    places.tile_word.push_back(static_cast<std::int32_t>(world.directory()[at] * (voxel::kBrickVoxels / 4) + offset / 4));
+    places.tile_word.push_back(
+        static_cast<std::int32_t>(world.directory()[at] * (voxel::kBrickVoxels / 4) + offset / 4));
     places.tile_shift.push_back(static_cast<std::uint32_t>(offset % 4) * 8);
     places.row_word.push_back(row / 4);
     places.row_shift.push_back(static_cast<std::uint32_t>(row % 4) * 8);
@@ -117,10 +121,11 @@ void gather(State& state, std::size_t sensors, int edge_vox, Through through) {
   }
   for (auto _ : state) {
     benchmark::DoNotOptimize(
-        through == Through::kDirectory ? bare_gather(world.directory(), world.codes(), places.brick.data(), places.word.data(),
-                                                     places.tile_shift.data(), n)
-        : through == Through::kTiles   ? bare_gather_flat(world.codes(), places.tile_word.data(), places.tile_shift.data(), n)
-                                       : bare_gather_flat(dense.data(), places.row_word.data(), places.row_shift.data(), n));
+        through == Through::kDirectory ? bare_gather(world.directory(), world.codes(), places.brick.data(),
+                                                     places.word.data(), places.tile_shift.data(), n)
+        : through == Through::kTiles
+            ? bare_gather_flat(world.codes(), places.tile_word.data(), places.tile_shift.data(), n)
+            : bare_gather_flat(dense.data(), places.row_word.data(), places.row_shift.data(), n));
   }
   count_sensors(state, n);
 }
@@ -143,8 +148,8 @@ void look_up(State& state, std::size_t sensors, int edge_vox) {
       for (Eigen::Index k = 0; k < 3; ++k) to.t[k] = t[k];
       const std::size_t first = skin.first[link], n = (skin.first[link + 1] - first) / 16 * 16;
       robot::kernel::look_up(robot::kernel::field_of(world), to,
-                             {&skin.x_m[first], &skin.y_m[first], &skin.z_m[first], &skin.weight[first], n}, &codes[first],
-                             nullptr);
+                             {&skin.x_m[first], &skin.y_m[first], &skin.z_m[first], &skin.weight[first], n},
+                             &codes[first], nullptr);
     }
     benchmark::DoNotOptimize(codes.data());
     benchmark::ClobberMemory();
@@ -184,7 +189,8 @@ void clusters(State& state, robot::ClusterSpec spec) {
 
 const bool registered = [] {
   for (const int edge : {400, 512}) {
-    for (const std::size_t sensors : {std::size_t{1000}, std::size_t{10'000}, std::size_t{24'000}, std::size_t{100'000}, std::size_t{200'000}}) {
+    for (const std::size_t sensors : {std::size_t{1000}, std::size_t{10'000}, std::size_t{24'000},
+                                      std::size_t{100'000}, std::size_t{200'000}}) {
       const std::string size = std::to_string(sensors / 1000) + "k/" + std::to_string(edge);
       RegisterBenchmark(("tick/" + size).c_str(), tick, sensors, edge, 7, robot::SensingOptions{});
       RegisterBenchmark(("look_up/" + size).c_str(), look_up, sensors, edge);
@@ -197,7 +203,8 @@ const bool registered = [] {
   RegisterBenchmark("spread/24k", spread, 24'000);
   RegisterBenchmark("tick_free/24k", tick_of, 24'000, Content::kFree, robot::SensingOptions{});
   RegisterBenchmark("tick_mixed/24k", tick_of, 24'000, Content::kMixed, robot::SensingOptions{});
-  RegisterBenchmark("tick_mixed_gradient/24k", tick_of, 24'000, Content::kMixed, robot::SensingOptions{.gradient = true});
+  RegisterBenchmark("tick_mixed_gradient/24k", tick_of, 24'000, Content::kMixed,
+                    robot::SensingOptions{.gradient = true});
   for (const std::size_t threads : {std::size_t{1}, std::size_t{2}}) {
     RegisterBenchmark(("tick_threads/1000k/" + std::to_string(threads)).c_str(), tick, 1'000'000, 400, 7,
                       robot::SensingOptions{.threads = threads})

@@ -42,11 +42,14 @@ void tick(benchmark::State& state, std::size_t sensors) {
       for (std::size_t i = skin.first[link]; i < skin.first[link + 1]; ++i) {
         const double x = skin.x_m[i], y = skin.y_m[i], z = skin.z_m[i];
         const auto index = [&](int row) {
-          return static_cast<std::int32_t>(std::floor(r(row, 0) * x + r(row, 1) * y + r(row, 2) * z + t[row]));
+          return static_cast<std::int32_t>(
+              std::floor(r(row, 0) * x + r(row, 1) * y + r(row, 2) * z + t[row]));
         };
-        const double w = skin.weight[i] * static_cast<double>(accessor.getValue(openvdb::Coord(index(0), index(1), index(2))));
+        const double w = skin.weight[i] *
+                         static_cast<double>(accessor.getValue(openvdb::Coord(index(0), index(1), index(2))));
         m[0] += w, m[1] += w * x, m[2] += w * y, m[3] += w * z;
-        m[4] += w * x * x, m[5] += w * x * y, m[6] += w * x * z, m[7] += w * y * y, m[8] += w * y * z, m[9] += w * z * z;
+        m[4] += w * x * x, m[5] += w * x * y, m[6] += w * x * z, m[7] += w * y * y, m[8] += w * y * z,
+            m[9] += w * z * z;
       }
       sums[link].mu = m[0];
       sums[link].mu_d = X_WL[link].rotation * Eigen::Vector3d(m[1], m[2], m[3]);
@@ -61,7 +64,8 @@ void tick(benchmark::State& state, std::size_t sensors) {
 
 const bool kRegistered = [] {
   for (const std::size_t sensors : {std::size_t{1000}, std::size_t{10'000}, std::size_t{100'000}})
-    benchmark::RegisterBenchmark(("openvdb_tick/" + std::to_string(sensors / 1000) + "k/400").c_str(), tick, sensors);
+    benchmark::RegisterBenchmark(("openvdb_tick/" + std::to_string(sensors / 1000) + "k/400").c_str(), tick,
+                                 sensors);
   return true;
 }();
 

@@ -57,15 +57,17 @@ voxel::Workspace make_balls(int edge_vox) {
         const int code = distance <= 0.0 ? 7 : 6 - static_cast<int>(distance / 0.02);
         if (code <= 0) continue;
         const auto brick = workspace.make_brick({x >> 5, y >> 5, z >> 5});
-        brick.mu_code[voxel::brick_offset(static_cast<std::uint32_t>(x) & 31U, static_cast<std::uint32_t>(y) & 31U,
-                                          static_cast<std::uint32_t>(z) & 31U)] = static_cast<std::uint8_t>(code);
+        brick.mu_code[voxel::brick_offset(
+            static_cast<std::uint32_t>(x) & 31U, static_cast<std::uint32_t>(y) & 31U,
+            static_cast<std::uint32_t>(z) & 31U)] = static_cast<std::uint8_t>(code);
       }
     }
   }
   return workspace;
 }
 
-const voxel::Workspace& made_once(std::map<int, voxel::Workspace>& made, int edge_vox, voxel::Workspace (*make)(int)) {
+const voxel::Workspace& made_once(std::map<int, voxel::Workspace>& made, int edge_vox,
+                                  voxel::Workspace (*make)(int)) {
   const auto found = made.find(edge_vox);
   return found != made.end() ? found->second : made.emplace(edge_vox, make(edge_vox)).first->second;
 }
@@ -103,7 +105,8 @@ robot::SerialArm tube_arm(std::size_t joints) {
 
 robot::SkinLayout tube_skin(const robot::SerialArm& arm, std::size_t sensors) {
   const double share = kReach_m / static_cast<double>(arm.joint_count());
-  const double pitch_m = std::sqrt(2.0 * std::numbers::pi * kRadius_m * kReach_m / static_cast<double>(sensors));
+  const double pitch_m =
+      std::sqrt(2.0 * std::numbers::pi * kRadius_m * kReach_m / static_cast<double>(sensors));
   std::vector<robot::LinkSkin> skin;
   for (std::size_t i = 1; i < arm.links().size(); ++i) {
     robot::SkinSegment tube;
@@ -116,7 +119,8 @@ robot::SkinLayout tube_skin(const robot::SerialArm& arm, std::size_t sensors) {
       arm, skin, {.voxel_size_m = kVoxel_m, .pitch_vox = pitch_m / kVoxel_m, .max_sensors = 4'000'000}));
 }
 
-robot::SkinLayout cluster_skin(const robot::SerialArm& arm, std::size_t sensors, const robot::ClusterSpec& cluster) {
+robot::SkinLayout cluster_skin(const robot::SerialArm& arm, std::size_t sensors,
+                               const robot::ClusterSpec& cluster) {
   const double share = kReach_m / static_cast<double>(arm.joint_count());
   std::vector<robot::LinkSkin> skin;
   for (std::size_t i = 1; i < arm.links().size(); ++i) {

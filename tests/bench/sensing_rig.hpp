@@ -10,10 +10,12 @@
 
 namespace phantom::bench {
 
-/// Cube of `edge_vox` voxels of 5 mm around the arm, with balls in six layers of 20 mm in about a fifth of it.
+/// Cube of `edge_vox` voxels of 5 mm around the arm, with balls in six layers of 20 mm in about a fifth of
+/// it.
 const voxel::Workspace& balls(int edge_vox);
 
-/// The same cube without anything in it, and with fluid in every voxel, of another μ than most of its neighbours'.
+/// The same cube without anything in it, and with fluid in every voxel, of another μ than most of its
+/// neighbours'.
 const voxel::Workspace& free_space(int edge_vox);
 const voxel::Workspace& mixed_fluid(int edge_vox);
 
@@ -24,7 +26,8 @@ robot::SerialArm tube_arm(std::size_t joints);
 robot::SkinLayout tube_skin(const robot::SerialArm& arm, std::size_t sensors);
 
 /// The same number of links, each with cluster sensors of reach `m` on its axis: `sensors` in all.
-robot::SkinLayout cluster_skin(const robot::SerialArm& arm, std::size_t sensors, const robot::ClusterSpec& cluster);
+robot::SkinLayout cluster_skin(const robot::SerialArm& arm, std::size_t sensors,
+                               const robot::ClusterSpec& cluster);
 
 /// A pose in the middle of the balls; `step` moves it a little, so that no tick repeats the one before.
 core::JointArray pose(std::size_t joints, int step);

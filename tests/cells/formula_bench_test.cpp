@@ -36,7 +36,8 @@ TEST(FormulaBench, EveryObjectIsActivatedWhereItsFormulaHasIt) {
       const std::int8_t* orders = activated->bricks.orders(key);
       for (std::uint32_t i = 0; i < voxel::kBrickVoxels; ++i) {
         const std::uint32_t x = i & 31, y = i >> 5 & 31, z = i >> 10;
-        const voxel::Index3 v{key.x * 32 + static_cast<std::int32_t>(x), key.y * 32 + static_cast<std::int32_t>(y),
+        const voxel::Index3 v{key.x * 32 + static_cast<std::int32_t>(x),
+                              key.y * 32 + static_cast<std::int32_t>(y),
                               key.z * 32 + static_cast<std::int32_t>(z)};
         if (!grid.contains(v)) continue;
         const std::int8_t order = orders[voxel::brick_offset(x, y, z)];
@@ -54,7 +55,8 @@ TEST(FormulaBench, EveryObjectIsActivatedWhereItsFormulaHasIt) {
 
 TEST(FormulaBench, TheSheetIsWholeAlthoughItIsThinnerThanAVoxel) {
   const auto bodies = runtime::load_bodies(cell());
-  const auto sheet = std::find_if(bodies.begin(), bodies.end(), [](const auto& b) { return b.body.name == "sheet"; });
+  const auto sheet =
+      std::find_if(bodies.begin(), bodies.end(), [](const auto& b) { return b.body.name == "sheet"; });
   ASSERT_NE(sheet, bodies.end());
   const voxel::GridSpec grid = runtime::grid_of(cell());
   const auto activated = voxel::activate_object(sheet->body, grid);

@@ -149,7 +149,8 @@ class Surroundings {
   Surroundings(double voxel_size_m, double far_m) : far_m_(far_m) {
     const auto& cell = HotCell::get().cell;
     std::vector<voxel::FieldBody> bodies;
-    for (const runtime::CellBody& object : HotCell::get().bodies) bodies.push_back({object.body.mesh_W, object.body.id});
+    for (const runtime::CellBody& object : HotCell::get().bodies)
+      bodies.push_back({object.body.mesh_W, object.body.id});
     voxel::GridSpec grid{cell.min_m, voxel_size_m, {}};
     for (int axis = 0; axis < 3; ++axis) {
       grid.size_vox[static_cast<std::size_t>(axis)] =

@@ -124,8 +124,8 @@ TEST_P(Executable, ABrokenTopologyIsNamed) {
 
 INSTANTIATE_TEST_SUITE_P(Every, Executable,
                          testing::Values("wva_server", "slave_io", "phantom_sensing", "master_io",
-                                         "audio_percept", "synthetic_viewer", "phantom_session", "dds_recorder",
-                                         "dds_spy", "workspace_survey"),
+                                         "audio_percept", "synthetic_viewer", "phantom_session",
+                                         "dds_recorder", "dds_spy", "workspace_survey"),
                          [](const auto& name) { return std::string(name.param); });
 
 // A cell whose mesh, URDF or unit is wrong ends everyone who needs it, with its place named.

@@ -104,10 +104,12 @@ core::NetworkOptions RunningSystem::network() const {
 std::string RunningSystem::output() const { return read_text(folder_ / "session.log"); }
 
 pid_t RunningSystem::process(const std::string& word) const {
-  const std::string of_session = "/proc/" + std::to_string(pid_) + "/task/" + std::to_string(pid_) + "/children";
+  const std::string of_session =
+      "/proc/" + std::to_string(pid_) + "/task/" + std::to_string(pid_) + "/children";
   std::istringstream children(read_text(of_session));
   for (pid_t child = 0; children >> child;) {
-    if (read_text("/proc/" + std::to_string(child) + "/cmdline").find(word) != std::string::npos) return child;
+    if (read_text("/proc/" + std::to_string(child) + "/cmdline").find(word) != std::string::npos)
+      return child;
   }
   return 0;
 }

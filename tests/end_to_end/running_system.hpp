@@ -11,13 +11,15 @@
 
 namespace phantom::end_to_end {
 
-/// A shipped deployment in a DDS domain (and on userspace CAN buses) of the test's own, run by phantom_session in the
-/// background, with the operator's page on a free port. Everything it writes is under folder().
+/// A shipped deployment in a DDS domain (and on userspace CAN buses) of the test's own, run by
+/// phantom_session in the background, with the operator's page on a free port. Everything it writes is under
+/// folder().
 class RunningSystem {
  public:
   /// `seconds`: the session's length once all is ready; 0: until stop(). `topology`: its file's name in
   /// deploy/topologies, without .yaml. `without`: a process that the test runs itself.
-  explicit RunningSystem(double seconds, const std::string& topology = "single_host", const std::string& without = "");
+  explicit RunningSystem(double seconds, const std::string& topology = "single_host",
+                         const std::string& without = "");
   ~RunningSystem();
 
   const std::filesystem::path& folder() const { return folder_; }

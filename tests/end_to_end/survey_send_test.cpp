@@ -24,11 +24,13 @@ struct Said {
 /// `workspace_survey …` as a person would type it, in the system's domain.
 Said survey(const std::string& words, const RunningSystem& system) {
   const std::string command = std::string(PHANTOM_BIN_DIR "/workspace_survey ") + words + " --deployment " +
-                              (system.folder() / "topology.yaml").string() + " --domain " + std::to_string(system.network().domain) + " 2>&1";
+                              (system.folder() / "topology.yaml").string() + " --domain " +
+                              std::to_string(system.network().domain) + " 2>&1";
   FILE* pipe = popen(command.c_str(), "r");
   std::string output;
   std::array<char, 4096> buffer;
-  while (const std::size_t got = fread(buffer.data(), 1, buffer.size(), pipe)) output.append(buffer.data(), got);
+  while (const std::size_t got = fread(buffer.data(), 1, buffer.size(), pipe))
+    output.append(buffer.data(), got);
   const int status = pclose(pipe);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), output};
 }
@@ -54,15 +56,20 @@ Voxels voxels_of(const voxel::Workspace& workspace, std::uint16_t object) {
 TEST(RunningDemo, ASurveyedObjectIsInTheWorkspaceWithItsGuardAndIsFeltAndARefusedOneAddsNothing) {
   RunningSystem system(0.0);
   WorkspaceObserver observer(system.network());
-  ASSERT_TRUE(eventually([&] { return observer.felt_version() != 0 && observer.felt_version() == observer.version(); }, 60.0)) << system.output();
+  ASSERT_TRUE(eventually(
+      [&] { return observer.felt_version() != 0 && observer.felt_version() == observer.version(); }, 60.0))
+      << system.output();
 
   // Where the arm comes by: in the midst of what it feels there, once more at each reach.
-  ASSERT_TRUE(eventually([&] { return observer.percept().object() != 0 && observer.percept().mu() > 0; }, 120.0)) << system.output();
+  ASSERT_TRUE(
+      eventually([&] { return observer.percept().object() != 0 && observer.percept().mu() > 0; }, 120.0))
+      << system.output();
   const auto place = observer.percept().position_m();
   char pose[96];
   std::snprintf(pose, sizeof pose, "'%.3f %.3f %.3f 0 0 20'", place.x(), place.y(), place.z() - 0.02);
   const std::string file = (system.folder() / "brick.csv").string();
-  const Said simulated = survey(std::string("simulate --part brick --pose ") + pose + " --out " + file, system);
+  const Said simulated =
+      survey(std::string("simulate --part brick --pose ") + pose + " --out " + file, system);
   ASSERT_EQ(simulated.exit_code, 0) << simulated.output;
 
   // Refused: nothing is added.
@@ -82,31 +89,38 @@ TEST(RunningDemo, ASurveyedObjectIsInTheWorkspaceWithItsGuardAndIsFeltAndARefuse
   // Accepted.
   const Said fitted = survey("fit --send --name surveyed_brick --measurements " + file, system);
   ASSERT_EQ(fitted.exit_code, 0) << fitted.output;
-  EXPECT_THAT(fitted.output, AllOf(HasSubstr("part:        brick"), HasSubstr("workspace:   added 'surveyed_brick'")));
-  ASSERT_TRUE(eventually([&] { return observer.version() > version && observer.id_of("surveyed_brick") != 0; }));
+  EXPECT_THAT(fitted.output,
+              AllOf(HasSubstr("part:        brick"), HasSubstr("workspace:   added 'surveyed_brick'")));
+  ASSERT_TRUE(
+      eventually([&] { return observer.version() > version && observer.id_of("surveyed_brick") != 0; }));
   EXPECT_EQ(observer.objects().size(), objects + 1) << "the refused ones added nothing";
   const std::uint16_t id = observer.id_of("surveyed_brick");
   const Voxels voxels = voxels_of(*observer.workspace(), id);
   EXPECT_GT(voxels.solid, 5000u) << "a litre in voxels of 5 mm";
   EXPECT_GT(voxels.guard, 1000u);
-  EXPECT_TRUE(eventually([&] { return observer.percept().object() == id && observer.percept().mu() > 0; }, 120.0))
+  EXPECT_TRUE(
+      eventually([&] { return observer.percept().object() == id && observer.percept().mu() > 0; }, 120.0))
       << "the percept is of it when the arm comes by: " << system.output();
 
   // Under the same name once more: refused by the server; moved, with a guard of its own.
   const Said again = survey("fit --send --name surveyed_brick --measurements " + file, system);
   EXPECT_EQ(again.exit_code, 1) << again.output;
   EXPECT_THAT(again.output, HasSubstr("is there already"));
-  const Said moved = survey("fit --send --move surveyed_brick --measurements " + examples + "brick.csv", system);
+  const Said moved =
+      survey("fit --send --move surveyed_brick --measurements " + examples + "brick.csv", system);
   EXPECT_EQ(moved.exit_code, 0) << moved.output;
   EXPECT_THAT(moved.output, AllOf(HasSubstr("moved 'surveyed_brick'"), HasSubstr("guard 1 voxels")));
-  EXPECT_TRUE(eventually([&] { return std::abs(observer.objects().at(id).X_WO().position_m().x() - 0.05) < 0.005; }));
+  EXPECT_TRUE(
+      eventually([&] { return std::abs(observer.objects().at(id).X_WO().position_m().x() - 0.05) < 0.005; }));
   system.stop();
   EXPECT_EQ(system.wait(), 0) << system.output();
 }
 
 TEST(WithoutAServer, SendingEndsWithThreeAndSaysSo) {
-  const std::string command = PHANTOM_BIN_DIR "/workspace_survey fit --send --timeout-s 0.5 --domain " + std::to_string(100 + getpid() % 100) +
-                              " --measurements " PHANTOM_SOURCE_DIR "/deploy/parts/measurements/brick.csv > /dev/null 2>&1";
+  const std::string command = PHANTOM_BIN_DIR "/workspace_survey fit --send --timeout-s 0.5 --domain " +
+                              std::to_string(100 + getpid() % 100) +
+                              " --measurements " PHANTOM_SOURCE_DIR
+                              "/deploy/parts/measurements/brick.csv > /dev/null 2>&1";
   const int status = std::system(command.c_str());
   EXPECT_EQ(WEXITSTATUS(status), 3);
 }

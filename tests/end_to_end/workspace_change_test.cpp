@@ -1,5 +1,5 @@
-// Objects added, moved and removed by command while the real processes run; processes that join late, die or are cut off
-// meanwhile.
+// Objects added, moved and removed by command while the real processes run; processes that join late, die or
+// are cut off meanwhile.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -32,7 +32,8 @@ Said run(const std::string& command) {
   FILE* pipe = popen((command + " 2>&1").c_str(), "r");
   std::string output;
   std::array<char, 4096> buffer;
-  while (const std::size_t got = fread(buffer.data(), 1, buffer.size(), pipe)) output.append(buffer.data(), got);
+  while (const std::size_t got = fread(buffer.data(), 1, buffer.size(), pipe))
+    output.append(buffer.data(), got);
   const int status = pclose(pipe);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), output};
 }
@@ -70,8 +71,8 @@ class Process {
 
 /// `wva_server command …` as a person would type it.
 Said command(const std::string& words, const std::string& deployment, int domain) {
-  return run(std::string(kWvaServer) + " command " + words + " --timeout-s 30 --deployment " + deployment + " --domain " +
-             std::to_string(domain));
+  return run(std::string(kWvaServer) + " command " + words + " --timeout-s 30 --deployment " + deployment +
+             " --domain " + std::to_string(domain));
 }
 
 /// The version that a command's answer names; 0: none.
@@ -85,9 +86,11 @@ TEST(RunningDemo, AnObjectMovedByCommandChangesItsBricksOnlyAndThePerceptFollows
   const std::string deployment = (system.folder() / "topology.yaml").string();
   const int domain = system.network().domain;
   WorkspaceObserver observer(system.network());
-  ASSERT_TRUE(eventually([&] { return observer.felt_version() != 0 && observer.felt_version() == observer.version(); }))
-      << system.output();
-  const voxel::Workspace before = *observer.workspace();  // a copy: who holds a version makes the next but one dear
+  ASSERT_TRUE(eventually([&] {
+    return observer.felt_version() != 0 && observer.felt_version() == observer.version();
+  })) << system.output();
+  const voxel::Workspace before =
+      *observer.workspace();  // a copy: who holds a version makes the next but one dear
   const std::size_t all = before.brick_count();
   ASSERT_TRUE(eventually([&] { return observer.id_of("pump") != 0; }));
   const std::uint16_t pump = observer.id_of("pump");
@@ -96,8 +99,9 @@ TEST(RunningDemo, AnObjectMovedByCommandChangesItsBricksOnlyAndThePerceptFollows
   double greatest_s = 0.0;
   for (int i = 1; i <= 5; ++i) {
     observer.make_ready();
-    const Said said = command("move --object pump --pose '0.4 " + std::to_string(-0.22 + 0.02 * i) + " 0.301 0 0 15'",
-                              deployment, domain);
+    const Said said =
+        command("move --object pump --pose '0.4 " + std::to_string(-0.22 + 0.02 * i) + " 0.301 0 0 15'",
+                deployment, domain);
     ASSERT_EQ(said.exit_code, 0) << said.output;
     const std::uint64_t version = version_in(said.output);
     ASSERT_GT(version, before.version);
@@ -105,7 +109,8 @@ TEST(RunningDemo, AnObjectMovedByCommandChangesItsBricksOnlyAndThePerceptFollows
         << system.output();
     greatest_s = std::max(greatest_s, *observer.delay_s(version));
     EXPECT_LT(*observer.delay_s(version), 1.0);
-    std::cout << "percept rests on the new version " << 1e3 * *observer.delay_s(version) << " ms after its arrival\n";
+    std::cout << "percept rests on the new version " << 1e3 * *observer.delay_s(version)
+              << " ms after its arrival\n";
   }
   RecordProperty("greatest_delay_ms", static_cast<int>(1e3 * greatest_s));
 
@@ -140,7 +145,8 @@ TEST(RunningDemo, AnObjectMovedByCommandChangesItsBricksOnlyAndThePerceptFollows
   EXPECT_THAT(refused.output, HasSubstr("no object 'vice'"));
   const Said listed = command("list", deployment, domain);
   EXPECT_EQ(listed.exit_code, 0) << listed.output;
-  EXPECT_THAT(listed.output, testing::AllOf(HasSubstr("ball"), HasSubstr("pump"), testing::Not(HasSubstr("vice"))));
+  EXPECT_THAT(listed.output,
+              testing::AllOf(HasSubstr("ball"), HasSubstr("pump"), testing::Not(HasSubstr("vice"))));
   WorkspaceObserver late(system.network());
   const std::uint64_t version = version_in(added.output);
   ASSERT_TRUE(eventually([&] { return late.version() == version && observer.version() == version; }));
@@ -199,13 +205,14 @@ TEST_F(Processes, APhantomThatIsKilledDuringAChangeComesBackWithTheRightVersion)
   WorkspaceObserver observer(network({"127.0.0.1"}));
   start_server(deployment);
   start_sensing(deployment);
-  ASSERT_TRUE(eventually([&] { return observer.felt_version() != 0 && observer.felt_version() == observer.version(); }));
+  ASSERT_TRUE(eventually(
+      [&] { return observer.felt_version() != 0 && observer.felt_version() == observer.version(); }));
   for (int round = 0; round < 4; ++round) {
     observer.take_bricks();
     const std::uint64_t killed = observer.felt_by();
     Process mover({"/bin/sh", "-c",
-                   std::string("exec ") + kWvaServer + " command " + move_to(-0.2 + 0.03 * round) + " --deployment " +
-                       deployment},
+                   std::string("exec ") + kWvaServer + " command " + move_to(-0.2 + 0.03 * round) +
+                       " --deployment " + deployment},
                   folder_ / ("move_" + std::to_string(round) + ".log"));
     ASSERT_TRUE(eventually([&] { return observer.bricks_heard() > 0; })) << mover.output();
     sensing_->end(SIGKILL);  // in the midst of the new version's bricks
@@ -223,7 +230,8 @@ TEST_F(Processes, AServerThatIsKilledAndStartedAnewIsFollowedAndItsBricksReplace
   WorkspaceObserver observer(network({"127.0.0.1"}));
   start_server(deployment);
   start_sensing(deployment);
-  ASSERT_TRUE(eventually([&] { return observer.felt_version() != 0 && observer.felt_version() == observer.version(); }));
+  ASSERT_TRUE(eventually(
+      [&] { return observer.felt_version() != 0 && observer.felt_version() == observer.version(); }));
   const std::uint64_t hash_of_file = observer.workspace()->content_hash();
   const Said moved = command(move_to(0.0), deployment, domain_);
   ASSERT_EQ(moved.exit_code, 0) << moved.output;
@@ -248,12 +256,13 @@ class CutOff : public Processes {
     if (geteuid() != 0 || run("ip netns add " + space_).exit_code != 0)
       GTEST_SKIP() << "needs root and network namespaces";
     const std::string in_space = "ip -n " + space_ + " ";
-    const std::string steps[] = {"ip link add " + cable_ + " type veth peer name " + far_end_ + " netns " + space_,
-                                 "ip addr add " + here_ + "/24 dev " + cable_,
-                                 "ip link set " + cable_ + " up",
-                                 in_space + "addr add " + there_ + "/24 dev " + far_end_,
-                                 in_space + "link set lo up",
-                                 in_space + "link set " + far_end_ + " up"};
+    const std::string steps[] = {
+        "ip link add " + cable_ + " type veth peer name " + far_end_ + " netns " + space_,
+        "ip addr add " + here_ + "/24 dev " + cable_,
+        "ip link set " + cable_ + " up",
+        in_space + "addr add " + there_ + "/24 dev " + far_end_,
+        in_space + "link set lo up",
+        in_space + "link set " + far_end_ + " up"};
     for (const std::string& step : steps) {
       if (const Said said = run(step); said.exit_code != 0) GTEST_SKIP() << step << ": " << said.output;
     }
@@ -278,11 +287,13 @@ class CutOff : public Processes {
 
 TEST_F(CutOff, APhantomThatIsCutOffDuringChangesEndsWithTheRightVersion) {
   // Who commands sits at the server's host: a process that begins refuses an interface whose cable is cut.
-  const std::string near = topology("near.yaml", "127.0.0.1, " + here_), far = topology("far.yaml", there_), at_hand = topology("at_hand.yaml", "127.0.0.1");
+  const std::string near = topology("near.yaml", "127.0.0.1, " + here_), far = topology("far.yaml", there_),
+                    at_hand = topology("at_hand.yaml", "127.0.0.1");
   WorkspaceObserver observer(network({"127.0.0.1", here_}));
   start_server(near);
   start_sensing(far, {"ip", "netns", "exec", space_});
-  ASSERT_TRUE(eventually([&] { return observer.felt_version() != 0 && observer.felt_version() == observer.version(); }));
+  ASSERT_TRUE(eventually(
+      [&] { return observer.felt_version() != 0 && observer.felt_version() == observer.version(); }));
   std::set<std::uint64_t> versions{observer.version()};
   const auto change = [&](const std::string& words) {
     const Said said = command(words, at_hand, domain_);

@@ -14,7 +14,8 @@ namespace phantom::end_to_end {
 /// One more participant that follows the workspace and the percepts that rest on it.
 class WorkspaceObserver {
  public:
-  explicit WorkspaceObserver(const core::NetworkOptions& network) : participant_("workspace_observer", network) {}
+  explicit WorkspaceObserver(const core::NetworkOptions& network)
+      : participant_("workspace_observer", network) {}
 
   /// The newest whole version; null before the first.
   std::shared_ptr<const voxel::Workspace> workspace() {
@@ -29,7 +30,8 @@ class WorkspaceObserver {
     const std::lock_guard lock(mutex_);
     return percept_;
   }
-  /// The workspace version that the newest percept rests on, and the process session that it came from; 0: none yet.
+  /// The workspace version that the newest percept rests on, and the process session that it came from; 0:
+  /// none yet.
   std::uint64_t felt_version() {
     const std::lock_guard lock(mutex_);
     return percept_.workspace_version();
@@ -45,7 +47,8 @@ class WorkspaceObserver {
     for (const auto& [version, at_ns] : felt_ns_) versions.insert(version);
     return versions;
   }
-  /// From the arrival of a version to the first percept that rests on it, seconds; less than none if it never came.
+  /// From the arrival of a version to the first percept that rests on it, seconds; less than none if it never
+  /// came.
   std::optional<double> delay_s(std::uint64_t version) {
     const std::lock_guard lock(mutex_);
     if (!committed_ns_.contains(version) || !felt_ns_.contains(version)) return std::nullopt;
@@ -94,7 +97,8 @@ class WorkspaceObserver {
     d.version = v.version();
     d.grid = {{v.origin_m().x(), v.origin_m().y(), v.origin_m().z()},
               v.voxel_size_m(),
-              {static_cast<int>(v.size_x_vox()), static_cast<int>(v.size_y_vox()), static_cast<int>(v.size_z_vox())}};
+              {static_cast<int>(v.size_x_vox()), static_cast<int>(v.size_y_vox()),
+               static_cast<int>(v.size_z_vox())}};
     d.palette_Pa_s_per_m = v.palette();
     d.brick_count = v.brick_count();
     d.content_hash = v.content_hash();
@@ -111,26 +115,30 @@ class WorkspaceObserver {
   std::uint32_t brick_readers_ = 0;
   dds::Participant participant_;
   dds::Reader<msg::WorkspaceBrick> brick_reader_{
-      participant_, dds::kWorkspaceBrick, under_lock<msg::WorkspaceBrick>([this](const auto& b, core::Nanoseconds) {
+      participant_, dds::kWorkspaceBrick,
+      under_lock<msg::WorkspaceBrick>([this](const auto& b, core::Nanoseconds) {
         bricks_[{b.bx(), b.by(), b.bz()}] = b.version();
         if (!assembler_.put_brick({b.bx(), b.by(), b.bz()}, b.version(), b.voxels_zstd()))
           throw std::runtime_error("a brick that is none");
       })};
   dds::Reader<msg::WorkspaceVersion> version_reader_{
       participant_, dds::kWorkspaceVersion,
-      under_lock<msg::WorkspaceVersion>([this](const auto& v, core::Nanoseconds at_ns) { commit(v, at_ns); })};
+      under_lock<msg::WorkspaceVersion>(
+          [this](const auto& v, core::Nanoseconds at_ns) { commit(v, at_ns); })};
   dds::Reader<msg::Percept> percept_reader_{
       participant_, dds::kPercept, under_lock<msg::Percept>([this](const auto& p, core::Nanoseconds at_ns) {
         percept_ = p;
         if (p.workspace_version() != 0) felt_ns_.emplace(p.workspace_version(), at_ns);
       })};
   dds::Reader<msg::WorkspaceObject> object_reader_{
-      participant_, dds::kWorkspaceObject, under_lock<msg::WorkspaceObject>([this](const auto& o, core::Nanoseconds) {
+      participant_, dds::kWorkspaceObject,
+      under_lock<msg::WorkspaceObject>([this](const auto& o, core::Nanoseconds) {
         objects_[o.id()] = o;
         if (o.mesh_hash() == 0) objects_.erase(o.id());
       })};
   dds::Reader<msg::ComponentStatus> status_reader_{
-      participant_, dds::kComponentStatus, under_lock<msg::ComponentStatus>([this](const auto& s, core::Nanoseconds) {
+      participant_, dds::kComponentStatus,
+      under_lock<msg::ComponentStatus>([this](const auto& s, core::Nanoseconds) {
         if (s.component_name() != "wva_server") return;
         for (const auto& topic : s.topics()) {
           if (topic.writer() && topic.topic() == "workspace_brick") brick_readers_ = topic.matched();

@@ -34,7 +34,8 @@ double bar_distance_m(double r_m, double theta_rad);
 /// approximate; never sabotaged.
 double ideal_coefficient(const voxel::LayerProfile& profile, double voxel_size_m, double theta_rad);
 
-/// Torque that opposes theta while it swings, at each angle: N·m, or Pa·m where the skin is normalised by a count.
+/// Torque that opposes theta while it swings, at each angle: N·m, or Pa·m where the skin is normalised by a
+/// count.
 std::vector<double> swing(const phantom_sensing::PhantomModel& model, const voxel::Workspace& workspace,
                           const std::vector<double>& angles_deg, double speed_rad_s);
 

@@ -109,11 +109,13 @@ void bad_nodes(Report& report, const Scene& scene, const Settings& settings) {
                            "Error aid on the end of the block: range of node 3 is 6 mm too long, of node 5 2 "
                            "mm too short\nstand-off 3.5 m, block of 40 × 25 × 30 cm",
                            2);
-  plot.panel("normals of the corners (figure A.15)", "number of the node", "departs from the face's normal [deg]")
+  plot.panel("normals of the corners (figure A.15)", "number of the node",
+             "departs from the face's normal [deg]")
       .series(table, "node", "normal departs [deg]", "normal of the node's two edges", Style::kBars)
       .range_y(0.0, 6.5)
       .names_x(names);
-  plot.panel("distance from the plane of the good ones", "number of the node", "off the plane, along the beam [mm]")
+  plot.panel("distance from the plane of the good ones", "number of the node",
+             "off the plane, along the beam [mm]")
       .series(table, "node", "off the plane [mm]", "range too long (+) or too short (−)", Style::kBars)
       .range_y(-3.0, 8.0)
       .names_x(names);

@@ -33,8 +33,8 @@ TeleopSetup teleop_setup(const Settings& settings, const std::string& operator_m
 void clamp_percept(TeleopSetup& setup, double cap_Nm);
 inline constexpr double kThesisClamp_Nm = 2.2 * kKgcm_Nm;  // figure 5.24
 
-/// The swing that the operator makes: theta from `from_rad`, where both arms start, to `to_rad` in `duration_s`, and the hand
-/// stays there.
+/// The swing that the operator makes: theta from `from_rad`, where both arms start, to `to_rad` in
+/// `duration_s`, and the hand stays there.
 void set_swing(TeleopSetup& setup, double to_rad, double duration_s, double from_rad = 0.0);
 
 /// What was measured in one period.

@@ -14,7 +14,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   if (voxel::decode_brick({bytes, size}, *brick)) {  // then it must come back from its own bytes
     const auto encoded = voxel::encode_brick(brick->view());
     const auto again = std::make_unique<voxel::BrickData>();
-    if (!voxel::decode_brick(encoded, *again) || std::memcmp(brick.get(), again.get(), sizeof *brick) != 0) std::abort();
+    if (!voxel::decode_brick(encoded, *again) || std::memcmp(brick.get(), again.get(), sizeof *brick) != 0)
+      std::abort();
   }
   if (size < 8) return 0;
   std::uint32_t counts[2];

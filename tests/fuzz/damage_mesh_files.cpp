@@ -1,4 +1,5 @@
-// Damages mesh files at random for a while and reads them: load_mesh() must return, in bounded time, a mesh or a reason.
+// Damages mesh files at random for a while and reads them: load_mesh() must return, in bounded time, a mesh
+// or a reason.
 //   damage_mesh_files SECONDS FOLDER_OF_MESHES [SEED]
 // Ends with 1 and keeps the file if a rule is broken.
 
@@ -29,8 +30,8 @@ struct Seed {
 };
 
 bool may_hold_a_mesh(const fs::path& path) {
-  static const std::set<std::string> others = {".bin", ".bmp", ".frag", ".glsl", ".jpg",
-                                              ".md",  ".mtl", ".png",  ".tga", ".txt", ".vert"};
+  static const std::set<std::string> others = {".bin", ".bmp", ".frag", ".glsl", ".jpg", ".md",
+                                               ".mtl", ".png", ".tga",  ".txt",  ".vert"};
   return !others.contains(path.extension().string());
 }
 
@@ -50,13 +51,22 @@ std::string damaged(std::string bytes, std::mt19937& random) {
   const auto at = [&] { return random() % bytes.size(); };
   for (int hits = 1 + static_cast<int>(random() % 8); hits > 0; --hits) {
     switch (random() % 5) {
-      case 0: bytes[at()] = static_cast<char>(random()); break;
-      case 1: bytes[at()] ^= static_cast<char>(1 << (random() % 8)); break;
-      case 2: bytes.resize(1 + at()); break;
-      case 3: bytes.insert(at(), bytes.substr(at(), random() % 64)); break;
+      case 0:
+        bytes[at()] = static_cast<char>(random());
+        break;
+      case 1:
+        bytes[at()] ^= static_cast<char>(1 << (random() % 8));
+        break;
+      case 2:
+        bytes.resize(1 + at());
+        break;
+      case 3:
+        bytes.insert(at(), bytes.substr(at(), random() % 64));
+        break;
       default: {  // a count or an offset: a great number of four bytes
         const std::size_t from = at();
-        for (std::size_t i = from; i < std::min(from + 4, bytes.size()); ++i) bytes[i] = static_cast<char>(0x7f);
+        for (std::size_t i = from; i < std::min(from + 4, bytes.size()); ++i)
+          bytes[i] = static_cast<char>(0x7f);
       }
     }
   }
@@ -93,7 +103,8 @@ int main(int count, char** words) {
     const bool fine = mesh ? mesh->all_finite() && !mesh->triangles.empty()
                            : mesh.status().message().find(path.string()) != std::string::npos;
     if (!fine || !in_time) {
-      std::fprintf(stderr, "damage_mesh_files: %s, made of %s with seed %u: %s\n", path.c_str(), from.path.c_str(), seed,
+      std::fprintf(stderr, "damage_mesh_files: %s, made of %s with seed %u: %s\n", path.c_str(),
+                   from.path.c_str(), seed,
                    in_time ? "neither a mesh nor a reason that names the file" : "took too long");
       return 1;
     }

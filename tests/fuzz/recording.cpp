@@ -40,7 +40,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::uint64_t last_ns = 0;
   MessageCursor cursor(*reader);
   for (Message message; cursor.next(message); ++count) {
-    if ((honest && message.log_time_ns < last_ns) || !reader->channels().contains(message.channel_id)) std::abort();
+    if ((honest && message.log_time_ns < last_ns) || !reader->channels().contains(message.channel_id))
+      std::abort();
     last_ns = message.log_time_ns;
     message.channel_id = *channel;
     if (!writer.write(message)) std::abort();

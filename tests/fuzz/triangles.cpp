@@ -1,4 +1,5 @@
-// Arbitrary triangles, coordinates of any bits: the mesh's bytes, the report about it, its voxels and its layers.
+// Arbitrary triangles, coordinates of any bits: the mesh's bytes, the report about it, its voxels and its
+// layers.
 
 #include <fuzzer/FuzzedDataProvider.h>
 
@@ -20,10 +21,14 @@ void demand(bool holds) {
 
 float coordinate(FuzzedDataProvider& data, int kind) {
   switch (kind) {
-    case 0: return std::bit_cast<float>(data.ConsumeIntegral<std::uint32_t>());        // anything, NaN too
-    case 1: return static_cast<float>(data.ConsumeIntegralInRange<int>(-8, 40)) * 0.5F;  // corners that coincide
-    case 2: return data.ConsumeFloatingPointInRange<float>(-50, 50);
-    default: return data.ConsumeFloatingPointInRange<float>(-30000, 30000);             // far outside the grid
+    case 0:
+      return std::bit_cast<float>(data.ConsumeIntegral<std::uint32_t>());  // anything, NaN too
+    case 1:
+      return static_cast<float>(data.ConsumeIntegralInRange<int>(-8, 40)) * 0.5F;  // corners that coincide
+    case 2:
+      return data.ConsumeFloatingPointInRange<float>(-50, 50);
+    default:
+      return data.ConsumeFloatingPointInRange<float>(-30000, 30000);  // far outside the grid
   }
 }
 
@@ -71,7 +76,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   const auto edge = data.ConsumeIntegralInRange<std::int32_t>(1, 40);
   const double sizes[] = {1.0, 0.5, 0.037, 5.0, 1e-4, 1e4};
   const voxel::GridSpec grid{{data.ConsumeIntegralInRange<int>(-20, 20) * 0.25, -3.0, 0.1},
-                             data.PickValueInArray(sizes), {edge, 1 + edge / 2, edge}};
+                             data.PickValueInArray(sizes),
+                             {edge, 1 + edge / 2, edge}};
   const geometry::TriangleMesh mesh = any_mesh(data);
 
   const auto packed = geometry::mesh_bytes(mesh);

@@ -136,8 +136,8 @@ void set(msg::MeshChunk& s) {
   s.data(octets(256 * 1024));
 }
 void set(msg::WorkspaceCommand& s) {
-  s.stamp(stamp()), s.requester("somebody"), s.object("pump"), s.id(6), s.X_WO(pose()), s.sets_guard(true), s.guard_vox(2),
-      s.description(std::string(16384, 'y'));
+  s.stamp(stamp()), s.requester("somebody"), s.object("pump"), s.id(6), s.X_WO(pose()), s.sets_guard(true),
+      s.guard_vox(2), s.description(std::string(16384, 'y'));
 }
 void set(msg::WorkspaceReply& s) {
   s.stamp(stamp()), s.command(echo()), s.object("pump"), s.id(6), s.message("moved"), s.version(long_count());

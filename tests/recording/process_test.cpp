@@ -307,8 +307,8 @@ TEST_F(ReplayedProcess, WhatWasRecordedComesAgainToTypedReadersAsIfNew) {
                                         got.push_back(alert);
                                       });
                                     });
-  // As fast as it goes, and more than the 64 alerts that a writer keeps: this reader is waited for. The recorder may have
-  // missed some on a loaded machine.
+  // As fast as it goes, and more than the 64 alerts that a writer keeps: this reader is waited for. The
+  // recorder may have missed some on a loaded machine.
   ASSERT_GT(recorded.size(), 100U);
   std::string said;
   ASSERT_EQ(run("replay", {file.string(), "--loops", "2", "--rate", "0", "--wait", "30"}, &said), 0) << said;

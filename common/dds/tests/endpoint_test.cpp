@@ -73,7 +73,8 @@ TEST(Endpoint, ALateJoinerGetsTheNewestOfEveryKey) {
   waiter.change([&] {
     for (const auto& [x, sample] : got) {
       EXPECT_EQ(sample.version(), x == 7 ? 3u : 2u);
-      EXPECT_EQ(sample.voxels_zstd(), std::vector<std::uint8_t>(x == 7 ? 0 : 5000, static_cast<std::uint8_t>(x)));
+      EXPECT_EQ(sample.voxels_zstd(),
+                std::vector<std::uint8_t>(x == 7 ? 0 : 5000, static_cast<std::uint8_t>(x)));
     }
   });
 }

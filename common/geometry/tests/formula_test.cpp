@@ -45,20 +45,31 @@ class Writer {
     }
     const std::string a = formula(depth - 1);
     switch (roll(13)) {
-      case 0: return a + "+" + formula(depth - 1);
-      case 1: return a + "-(" + formula(depth - 1) + ")";
-      case 2: return "(" + a + ")*" + formula(0);
-      case 3: return "(" + a + ")/(" + formula(depth - 1) + ")";
-      case 4: return "(" + a + ")^" + std::to_string(roll(6));
-      case 5: return "(-" + formula(0) + "^2)";
-      case 6: return "abs(" + a + ")^(" + formula(depth - 1) + ")";
-      case 7: return "min(" + a + "," + formula(depth - 1) + "," + formula(0) + ")";
-      case 8: return "max(" + a + "," + formula(depth - 1) + ")";
-      case 9: return "(" + a + ")^(-" + std::to_string(1 + roll(3)) + ")";
-      default: break;
+      case 0:
+        return a + "+" + formula(depth - 1);
+      case 1:
+        return a + "-(" + formula(depth - 1) + ")";
+      case 2:
+        return "(" + a + ")*" + formula(0);
+      case 3:
+        return "(" + a + ")/(" + formula(depth - 1) + ")";
+      case 4:
+        return "(" + a + ")^" + std::to_string(roll(6));
+      case 5:
+        return "(-" + formula(0) + "^2)";
+      case 6:
+        return "abs(" + a + ")^(" + formula(depth - 1) + ")";
+      case 7:
+        return "min(" + a + "," + formula(depth - 1) + "," + formula(0) + ")";
+      case 8:
+        return "max(" + a + "," + formula(depth - 1) + ")";
+      case 9:
+        return "(" + a + ")^(-" + std::to_string(1 + roll(3)) + ")";
+      default:
+        break;
     }
-    static const char* kNames[] = {"sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh",
-                                   "tanh", "exp", "log", "log10", "sqrt", "abs"};
+    static const char* kNames[] = {"sin",  "cos",  "tan", "asin", "acos",  "atan", "sinh",
+                                   "cosh", "tanh", "exp", "log",  "log10", "sqrt", "abs"};
     return std::string(kNames[roll(14)]) + "(" + a + ")";
   }
 
@@ -95,12 +106,14 @@ TEST(Formula, AgreesWithMuParserOnRandomFormulas) {
       if (std::isnan(other)) {
         EXPECT_TRUE(std::isnan(mine)) << text;
       } else if (std::isnan(mine)) {
-        // In C, pow(not a number, 0) is 1 and some orders of min and max pass over what is not a number; not with us.
+        // In C, pow(not a number, 0) is 1 and some orders of min and max pass over what is not a number; not
+        // with us.
         EXPECT_TRUE(text.find("^") != std::string::npos || text.find("m") != std::string::npos) << text;
       } else if (std::isinf(other)) {
         EXPECT_EQ(mine, other) << text;
       } else {
-        EXPECT_NEAR(mine, other, 1e-9 * (1 + std::abs(other))) << text << " at " << v[0] << ' ' << v[1] << ' ' << v[2];
+        EXPECT_NEAR(mine, other, 1e-9 * (1 + std::abs(other)))
+            << text << " at " << v[0] << ' ' << v[1] << ' ' << v[2];
       }
       ++compared;
     }
@@ -163,7 +176,8 @@ TEST(Formula, SaysWhetherItIsDefinedEverywhere) {
 }
 
 TEST(Formula, NamesTheFaultAndItsColumn) {
-  EXPECT_THAT(refusal("x +"), HasSubstr("column 4: the end is not expected; allowed: a number, a name, a sign or ("));
+  EXPECT_THAT(refusal("x +"),
+              HasSubstr("column 4: the end is not expected; allowed: a number, a name, a sign or ("));
   EXPECT_THAT(refusal("x + w^2"), HasSubstr("column 5: 'w' is not known; allowed: x y z pi e sin"));
   EXPECT_THAT(refusal("(x + 1"), HasSubstr("column 7: the end stands where a parenthesis must close"));
   EXPECT_THAT(refusal("x 2"), HasSubstr("column 3: '2' is not expected; allowed: an operator"));

@@ -17,7 +17,9 @@ using Eigen::Vector3d;
 class Dice {
  public:
   double uniform(double from, double to) { return std::uniform_real_distribution<double>(from, to)(random_); }
-  Vector3d point(double reach) { return {uniform(-reach, reach), uniform(-reach, reach), uniform(-reach, reach)}; }
+  Vector3d point(double reach) {
+    return {uniform(-reach, reach), uniform(-reach, reach), uniform(-reach, reach)};
+  }
   Pose pose(double reach) {
     return {rotation_from_rpy(uniform(-3, 3), uniform(-3, 3), uniform(-3, 3)), point(reach)};
   }
@@ -117,7 +119,8 @@ TEST(ImplicitSolid, CombinationsAreBooleanLogic) {
     const ImplicitPtr a = implicit_placed(plain[i], dice.pose(0.2));
     const ImplicitPtr b = implicit_placed(plain[(i + 2) % plain.size()], dice.pose(0.2));
     const ImplicitPtr c = implicit_placed(plain[(i + 4) % plain.size()], dice.pose(0.2));
-    const auto both = implicit_intersection({a, b}), any = implicit_union({a, b, c}), rest = implicit_difference({a, b, c});
+    const auto both = implicit_intersection({a, b}), any = implicit_union({a, b, c}),
+               rest = implicit_difference({a, b, c});
     const auto nested = implicit_difference({any, implicit_union({both, c})});
     for (int k = 0; k < 2000; ++k) {
       const Vector3d p = dice.point(0.6);
@@ -193,7 +196,8 @@ TEST(ImplicitSolid, VolumesAreThoseOfTheTextbook) {
     for (int x = 0; x < kSamples; ++x) {
       for (int y = 0; y < kSamples; ++y) {
         for (int z = 0; z < kSamples; ++z)
-          inside += one.solid->value(box.min_m + step.cwiseProduct(Vector3d(x + 0.5, y + 0.5, z + 0.5) + dice.point(0.5))) < 0.0;
+          inside += one.solid->value(box.min_m + step.cwiseProduct(Vector3d(x + 0.5, y + 0.5, z + 0.5) +
+                                                                   dice.point(0.5))) < 0.0;
       }
     }
     EXPECT_NEAR(inside * step.prod(), one.volume_m3, 0.004 * one.volume_m3);

@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <Eigen/Geometry>
-
 #include <cstring>
 #include <fstream>
 #include <random>
@@ -90,7 +89,8 @@ TEST_F(MeshFiles, TriangulatesPolygons) {
 std::string collada(const std::string& asset, const std::string& node) {
   return R"(<?xml version="1.0" encoding="utf-8"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
- <asset>)" + asset + R"(</asset>
+ <asset>)" +
+         asset + R"(</asset>
  <library_geometries><geometry id="g"><mesh>
   <source id="p"><float_array id="pa" count="9">0 0 0 1 0 0 0 1 0</float_array><technique_common>
    <accessor source="#pa" count="3" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
@@ -98,7 +98,8 @@ std::string collada(const std::string& asset, const std::string& node) {
   <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
   <triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>
  </mesh></geometry></library_geometries>
- <library_visual_scenes><visual_scene id="s"><node id="n">)" + node + R"(
+ <library_visual_scenes><visual_scene id="s"><node id="n">)" +
+         node + R"(
   <instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
  <scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
 }
@@ -112,8 +113,9 @@ Eigen::Vector3f normal_of(const TriangleMesh& mesh) {
 }
 
 TEST_F(MeshFiles, AppliesNodeTransforms) {
-  const auto mesh = load_mesh(write("node.dae", collada(R"(<unit name="meter" meter="1"/><up_axis>Z_UP</up_axis>)",
-                                                        "<translate>5 6 7</translate>")));
+  const auto mesh =
+      load_mesh(write("node.dae", collada(R"(<unit name="meter" meter="1"/><up_axis>Z_UP</up_axis>)",
+                                          "<translate>5 6 7</translate>")));
   ASSERT_TRUE(mesh) << mesh.status().message();
   EXPECT_TRUE(mesh->bounding_box().min_m.isApprox(Eigen::Vector3f(5, 6, 7)));
   EXPECT_TRUE(normal_of(*mesh).isApprox(Eigen::Vector3f::UnitZ()));
@@ -139,8 +141,8 @@ TEST_F(MeshFiles, TakesUnitAndUpAxisFromCollada) {
   EXPECT_TRUE(mesh->notes.empty());
   EXPECT_TRUE(mesh->vertices_m[mesh->triangles[0][0]].isApprox(Eigen::Vector3f(5, -7, 6)));
 
-  const auto x_up = load_mesh(write("x.dae", collada(R"(<unit meter="1"/><up_axis>X_UP</up_axis>)",
-                                                     "<translate>3 4 5</translate>")));
+  const auto x_up = load_mesh(
+      write("x.dae", collada(R"(<unit meter="1"/><up_axis>X_UP</up_axis>)", "<translate>3 4 5</translate>")));
   ASSERT_TRUE(x_up) << x_up.status().message();
   EXPECT_TRUE(x_up->vertices_m[x_up->triangles[0][0]].isApprox(Eigen::Vector3f(-5, 4, 3)));
 
@@ -186,8 +188,10 @@ TEST_F(MeshFiles, ReadsABinaryStlAsTheTextOfTheSame) {
     ASSERT_TRUE(from_text) << from_text.status().message();
     ASSERT_TRUE(from_bytes) << from_bytes.status().message();
     ASSERT_EQ(from_bytes->vertices_m.size(), from_text->vertices_m.size());
-    for (std::size_t i = 0; i < from_text->vertices_m.size(); ++i)  // assimp reads numbers in text to seven digits
-      EXPECT_LT((from_bytes->vertices_m[i] - from_text->vertices_m[i]).norm(), 1e-6F * from_text->vertices_m[i].norm());
+    for (std::size_t i = 0; i < from_text->vertices_m.size();
+         ++i)  // assimp reads numbers in text to seven digits
+      EXPECT_LT((from_bytes->vertices_m[i] - from_text->vertices_m[i]).norm(),
+                1e-6F * from_text->vertices_m[i].norm());
     EXPECT_EQ(from_bytes->triangles, from_text->triangles);
     EXPECT_EQ(from_bytes->format, from_text->format);
     EXPECT_EQ(from_bytes->scale, from_text->scale);

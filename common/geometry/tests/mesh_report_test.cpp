@@ -38,9 +38,10 @@ TEST(MeshReport, CountsEachDefect) {
   TriangleMesh mesh = make_sphere(0.5, 3);
   mesh.append(moved(make_sphere(0.1, 2), {3, 0, 0}));
   const std::size_t n = mesh.triangles.size();
-  mesh.triangles.push_back(mesh.triangles[7]);                                     // twice
-  mesh.triangles.push_back({mesh.triangles[9][0], mesh.triangles[9][2], mesh.triangles[9][1]});  // and its back
-  mesh.triangles.push_back({4, 4, 5});                                             // no extent
+  mesh.triangles.push_back(mesh.triangles[7]);  // twice
+  mesh.triangles.push_back(
+      {mesh.triangles[9][0], mesh.triangles[9][2], mesh.triangles[9][1]});  // and its back
+  mesh.triangles.push_back({4, 4, 5});                                      // no extent
   for (std::size_t i : {20U, 40U, 60U}) std::swap(mesh.triangles[i][0], mesh.triangles[i][1]);
   mesh.triangles.erase(mesh.triangles.begin() + 100);  // a hole
   const MeshReport report = inspect_mesh(mesh);
@@ -84,8 +85,9 @@ TEST(MeshReport, FindsASurfaceWithOneSide) {
   for (std::uint32_t i = 0; i < n; ++i) {
     const double a = 2 * std::numbers::pi * i / n, half = a / 2;
     for (const double w : {-0.2, 0.2}) {
-      strip.vertices_m.push_back(Vector3d((1 + w * std::cos(half)) * std::cos(a), (1 + w * std::cos(half)) * std::sin(a),
-                                          w * std::sin(half)).cast<float>());
+      strip.vertices_m.push_back(Vector3d((1 + w * std::cos(half)) * std::cos(a),
+                                          (1 + w * std::cos(half)) * std::sin(a), w * std::sin(half))
+                                     .cast<float>());
     }
     const std::uint32_t p = 2 * i, q = p + 1, r = i + 1 < n ? p + 2 : 1, s = i + 1 < n ? p + 3 : 0;
     strip.triangles.push_back({p, q, r});
@@ -105,8 +107,9 @@ TEST(MeshReport, FindsTrianglesThatPassThroughOneAnother) {
   apart.append(moved(make_box({1, 1, 1}), {2, 0, 0}));
   EXPECT_EQ(inspect_mesh(apart).intersecting_pairs, 0U);
   // Standing on one another touches, overlapping in a plane does not pass for touching.
-  const TriangleMesh flat{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.2F, 0.2F, 0}, {1.2F, 0.2F, 0}, {0.2F, 1.2F, 0}},
-                          {{0, 1, 2}, {3, 4, 5}}};
+  const TriangleMesh flat{
+      {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.2F, 0.2F, 0}, {1.2F, 0.2F, 0}, {0.2F, 1.2F, 0}},
+      {{0, 1, 2}, {3, 4, 5}}};
   EXPECT_EQ(inspect_mesh(flat).intersecting_pairs, 1U);
 }
 
@@ -125,16 +128,19 @@ TEST(MeshReport, StopsAtItsLimitAndSaysSo) {
   // All pairs, literally.
   std::size_t pairs = 0;
   const auto corners = [&](std::uint32_t i) {
-    return std::array<Vector3d, 3>{soup.vertices_m[3 * i].cast<double>(), soup.vertices_m[3 * i + 1].cast<double>(),
+    return std::array<Vector3d, 3>{soup.vertices_m[3 * i].cast<double>(),
+                                   soup.vertices_m[3 * i + 1].cast<double>(),
                                    soup.vertices_m[3 * i + 2].cast<double>()};
   };
   for (std::uint32_t i = 0; i < 300; ++i) {
-    for (std::uint32_t k = i + 1; k < 300; ++k) pairs += detail::triangles_cross(corners(i), corners(k)) ? 1 : 0;
+    for (std::uint32_t k = i + 1; k < 300; ++k)
+      pairs += detail::triangles_cross(corners(i), corners(k)) ? 1 : 0;
   }
   EXPECT_EQ(all.intersecting_pairs, pairs);
 }
 
-/// Two triangles pass through one another if and only if the line that their planes share runs through both at once.
+/// Two triangles pass through one another if and only if the line that their planes share runs through both
+/// at once.
 TEST(MeshReport, CrossingAgreesWithSamplesOfBothTriangles) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> place(-1, 1);
@@ -143,7 +149,8 @@ TEST(MeshReport, CrossingAgreesWithSamplesOfBothTriangles) {
     std::array<Vector3d, 3> s, t;
     for (auto& p : s) p = {place(random), place(random), place(random)};
     for (auto& p : t) p = {place(random), place(random), place(random)};
-    // Signed distances to t's plane along a fine grid over s: a change of sign within t's prism is a crossing.
+    // Signed distances to t's plane along a fine grid over s: a change of sign within t's prism is a
+    // crossing.
     const Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
     bool found = false;
     const int steps = 400;
@@ -175,7 +182,8 @@ TEST(WindingTree, AgreesWithTheSumOverAllTriangles) {
   TriangleMesh mesh = moved(make_torus(0.5, 0.2, 80, 40), {0.2, 0.1, 0});
   std::mt19937 random(5);
   for (int i = 0; i < 500; ++i)
-    mesh.triangles.erase(mesh.triangles.begin() + static_cast<std::ptrdiff_t>(random() % mesh.triangles.size()));
+    mesh.triangles.erase(mesh.triangles.begin() +
+                         static_cast<std::ptrdiff_t>(random() % mesh.triangles.size()));
   const WindingTree tree(mesh);
   std::uniform_real_distribution<double> place(-1, 1);
   double worst = 0;

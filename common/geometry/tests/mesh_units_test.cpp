@@ -28,14 +28,16 @@ TEST(MeshUnits, ReadsWhatTextFormatsDeclare) {
   EXPECT_EQ(declared_in_text("3mf Importer", "<model xml:lang=\"de\" unit=\"Centimeter\">").scale, 0.01);
   EXPECT_EQ(declared_in_text("3mf Importer", "<models unit=\"meter\"/><model a=\"unit\">").scale, 0.001);
 
-  const auto gex = declared_in_text("Open Game Engine Exchange",
-                                    "Metric (key = \"distance\") {float {0.01}}\n"
-                                    "Metric (key = \"angle\") {float {1}}\nMetric (key = \"up\") {string {\"y\"}}");
+  const auto gex =
+      declared_in_text("Open Game Engine Exchange",
+                       "Metric (key = \"distance\") {float {0.01}}\n"
+                       "Metric (key = \"angle\") {float {1}}\nMetric (key = \"up\") {string {\"y\"}}");
   EXPECT_EQ(gex.scale, 0.01);
   EXPECT_EQ(gex.up, UpAxis::kY);
 
-  EXPECT_EQ(declared_in_text("Drawing Interchange Format (DXF) Importer", "9\n$INSUNITS\n 70\n     4\n  9\n").scale,
-            0.001);
+  EXPECT_EQ(
+      declared_in_text("Drawing Interchange Format (DXF) Importer", "9\n$INSUNITS\n 70\n     4\n  9\n").scale,
+      0.001);
   EXPECT_FALSE(declared_in_text("Drawing Interchange", "9\n$INSUNITS\n 70\n0\n").scale);
   EXPECT_FALSE(declared_in_text("Drawing Interchange", "9\n$INSUNITS\n 70\n99\n").scale);
 
@@ -54,7 +56,8 @@ TEST(MeshUnits, LivesThroughAnyText) {
     std::string text = whole;
     for (int i = 0; i < 4; ++i) text[random() % text.size()] = "<>\"'={} \n9e-"[random() % 12];
     text.resize(random() % text.size());
-    for (const char* format : {"Collada", "Additive", "3mf", "Open Game Engine Exchange", "Drawing Interchange"}) {
+    for (const char* format :
+         {"Collada", "Additive", "3mf", "Open Game Engine Exchange", "Drawing Interchange"}) {
       const DeclaredFrame frame = declared_in_text(format, text);
       if (frame.scale) {
         EXPECT_TRUE(std::isfinite(*frame.scale) && *frame.scale > 0);

@@ -20,7 +20,8 @@ const std::filesystem::path kModels = "/usr/share/assimp/models";
 class ModelFiles : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (!std::filesystem::is_directory(kModels)) GTEST_SKIP() << "the package assimp-testmodels is not installed";
+    if (!std::filesystem::is_directory(kModels))
+      GTEST_SKIP() << "the package assimp-testmodels is not installed";
   }
 };
 
@@ -36,14 +37,14 @@ core::Expected<LoadedMesh> load(const std::filesystem::path& path) {
 }
 
 TEST_F(ModelFiles, EachGivesAMeshOrAReason) {
-  // Formats of which the collection has at least one model with triangles. Not among them: motions (bvh, csm),
-  // animations of other files (md5anim, lws), pictures, formats that Debian's build leaves out (m3d), and those whose
-  // models the importer itself refuses as damaged (irr, irrmesh, ter).
+  // Formats of which the collection has at least one model with triangles. Not among them: motions (bvh,
+  // csm), animations of other files (md5anim, lws), pictures, formats that Debian's build leaves out (m3d),
+  // and those whose models the importer itself refuses as damaged (irr, irrmesh, ter).
   const std::set<std::string> with_geometry = {
-      ".stl", ".obj", ".ply", ".off",   ".gltf",  ".glb", ".dae", ".zae",  ".x",       ".3mf", ".3ds",
-      ".amf", ".ac",  ".ase", ".blend", ".fbx",   ".dxf", ".ifc", ".lwo",  ".md2",     ".mdl", ".ms3d",
-      ".nff", ".q3o", ".raw", ".smd",   ".x3d",   ".b3d", ".cob", ".iqm",  ".lxo",
-      ".sib", ".xgl", ".zgl", ".ogex",    ".acc", ".hmp", ".3d",   ".md5mesh", ".mdc", ".xml"};
+      ".stl", ".obj",  ".ply", ".off",   ".gltf", ".glb",     ".dae", ".zae", ".x",   ".3mf", ".3ds",
+      ".amf", ".ac",   ".ase", ".blend", ".fbx",  ".dxf",     ".ifc", ".lwo", ".md2", ".mdl", ".ms3d",
+      ".nff", ".q3o",  ".raw", ".smd",   ".x3d",  ".b3d",     ".cob", ".iqm", ".lxo", ".sib", ".xgl",
+      ".zgl", ".ogex", ".acc", ".hmp",   ".3d",   ".md5mesh", ".mdc", ".xml"};
   std::map<std::string, int> loaded;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(kModels)) {
     if (!entry.is_regular_file()) continue;

@@ -42,23 +42,27 @@ bool closed_and_oriented(const TriangleMesh& mesh) {
 
 double farthest_off(const TriangleMesh& mesh, const ImplicitSolid& solid) {
   double most = 0.0;
-  for (const auto& vertex : mesh.vertices_m) most = std::max(most, std::abs(solid.value(vertex.cast<double>())));
+  for (const auto& vertex : mesh.vertices_m)
+    most = std::max(most, std::abs(solid.value(vertex.cast<double>())));
   return most;
 }
 
 ImplicitPtr drilled_block() {
-  const auto drill = implicit_placed(implicit_cylinder(0.05, 1.0), {rotation_from_rpy(1.2, 0, 0), {0.02, 0, 0}});
+  const auto drill =
+      implicit_placed(implicit_cylinder(0.05, 1.0), {rotation_from_rpy(1.2, 0, 0), {0.02, 0, 0}});
   return implicit_placed(implicit_difference({implicit_box({0.3, 0.2, 0.25}), drill}), kTilted);
 }
 
 TEST(Polygonise, EverySolidBecomesClosedAndFacesOutwards) {
-  const auto gyroid = Formula::parse("sin(20*x)*cos(20*y) + sin(20*y)*cos(20*z) + sin(20*z)*cos(20*x)", {"x", "y", "z"});
+  const auto gyroid =
+      Formula::parse("sin(20*x)*cos(20*y) + sin(20*y)*cos(20*z) + sin(20*z)*cos(20*x)", {"x", "y", "z"});
   ASSERT_TRUE(gyroid);
   const Box cube{Vector3d::Constant(-0.3), Vector3d::Constant(0.3)};
-  const ImplicitPtr solids[] = {implicit_placed(implicit_torus(0.2, 0.06), kTilted), drilled_block(),
-                                implicit_formula(*gyroid, cube),
-                                implicit_union({implicit_box({0.2, 0.2, 0.2}),
-                                                implicit_placed(implicit_box({0.2, 0.2, 0.2}), {Eigen::Matrix3d::Identity(), {0.2, 0.2, 0}})})};
+  const ImplicitPtr solids[] = {
+      implicit_placed(implicit_torus(0.2, 0.06), kTilted), drilled_block(), implicit_formula(*gyroid, cube),
+      implicit_union(
+          {implicit_box({0.2, 0.2, 0.2}),
+           implicit_placed(implicit_box({0.2, 0.2, 0.2}), {Eigen::Matrix3d::Identity(), {0.2, 0.2, 0}})})};
   for (const ImplicitPtr& solid : solids) {
     const TriangleMesh mesh = polygonise(Anonymous(solid)).mesh;
     EXPECT_TRUE(closed_and_oriented(mesh));
@@ -87,9 +91,11 @@ TEST(Polygonise, KeepsSharpCorners) {
   const auto box = implicit_placed(implicit_box({0.3, 0.5, 0.2}), kTilted);
   const TriangleMesh mesh = polygonise(Anonymous(box)).mesh;
   for (int corner = 0; corner < 8; ++corner) {
-    const Vector3d p = kTilted * Vector3d((corner & 1) * 0.3 - 0.15, (corner >> 1 & 1) * 0.5 - 0.25, (corner >> 2) * 0.2 - 0.1);
+    const Vector3d p = kTilted * Vector3d((corner & 1) * 0.3 - 0.15, (corner >> 1 & 1) * 0.5 - 0.25,
+                                          (corner >> 2) * 0.2 - 0.1);
     double nearest = 1e9;
-    for (const auto& vertex : mesh.vertices_m) nearest = std::min(nearest, (vertex.cast<double>() - p).norm());
+    for (const auto& vertex : mesh.vertices_m)
+      nearest = std::min(nearest, (vertex.cast<double>() - p).norm());
     EXPECT_LT(nearest, 1e-3) << "cells are 8 mm";
   }
 }
@@ -104,7 +110,8 @@ TEST(Polygonise, FindsWallsThinnerThanACellAndCutsFiner) {
 }
 
 TEST(Polygonise, KeepsThePipesWallApart) {
-  const auto tube = implicit_placed(implicit_difference({implicit_cylinder(0.05, 0.36), implicit_cylinder(0.044, 0.5)}), kTilted);
+  const auto tube = implicit_placed(
+      implicit_difference({implicit_cylinder(0.05, 0.36), implicit_cylinder(0.044, 0.5)}), kTilted);
   const Polygonised made = polygonise(*tube);
   EXPECT_TRUE(made.whole);
   const double volume_m3 = std::numbers::pi * (0.05 * 0.05 - 0.044 * 0.044) * 0.36;

@@ -16,7 +16,8 @@ TEST(RayTriangle, MeetsAPointThatWasMadeOfTheCornersWithinAndNoneWithout) {
     double u = share(random), v = share(random);
     if (u + v > 1) u = 1 - u, v = 1 - v;
     if (u + v > 0.999) continue;
-    const Eigen::Vector3d inside = a + u * (b - a) + v * (c - a), outside = a + (1.01 - v) * (b - a) + v * (c - a);
+    const Eigen::Vector3d inside = a + u * (b - a) + v * (c - a),
+                          outside = a + (1.01 - v) * (b - a) + v * (c - a);
     const double s = 0.5 + share(random);
     const auto at = ray_meets_triangle(origin, (inside - origin) / s, a, b, c);
     ASSERT_TRUE(at);

@@ -24,7 +24,8 @@ TEST(AllowedContact, MutesOneObjectOnOneLinkOrOnTheWholeArm) {
 
 TEST(AllowedContact, IsBounded) {
   AllowedContact allowed;
-  for (std::size_t i = 0; i < AllowedContact::kMost; ++i) EXPECT_TRUE(allowed.add(static_cast<std::uint16_t>(i + 1), 0));
+  for (std::size_t i = 0; i < AllowedContact::kMost; ++i)
+    EXPECT_TRUE(allowed.add(static_cast<std::uint16_t>(i + 1), 0));
   EXPECT_FALSE(allowed.add(100, 0));
   EXPECT_EQ(allowed.size(), AllowedContact::kMost);
   EXPECT_FALSE(allowed.mutes(1, 100));
@@ -55,7 +56,8 @@ TEST(AllowedContact, TheGradientSeesAMutedObjectAsFreeSpace) {
   const PrincipalGradient muted = zone.gradient(workspace, {15, 16, 16}, 5, allowed);
   EXPECT_GT(muted.pgv_W_m.x(), 0.0) << "only object 2 is left";
   EXPECT_EQ(muted.least, 0.0);
-  EXPECT_LT(zone.gradient(workspace, {15, 16, 16}, 4, allowed).pgv_W_m.x(), 0.0) << "another link still feels both";
+  EXPECT_LT(zone.gradient(workspace, {15, 16, 16}, 4, allowed).pgv_W_m.x(), 0.0)
+      << "another link still feels both";
 }
 
 }  // namespace

@@ -53,7 +53,8 @@ TEST(SpeedLimit, AsATableHoldsTheSlowerOfTwoLayers) {
   EXPECT_EQ(limit.at(20.0), 0.04);
   EXPECT_EQ(limit.at(29.0), 0.01);
   EXPECT_EQ(limit.at(99.0), 0.01);
-  for (double mu = 0.0; mu < 40.0; mu += 0.25) EXPECT_LE(limit.at(mu), line.at(mu)) << "conservative at " << mu;
+  for (double mu = 0.0; mu < 40.0; mu += 0.25)
+    EXPECT_LE(limit.at(mu), line.at(mu)) << "conservative at " << mu;
 }
 
 TEST(SpeedLimit, RefusesWhatIsNotConservative) {

@@ -15,10 +15,17 @@ using testing::HasSubstr;
 
 /// Five pipes, wide gaps outside and narrow ones near the object.
 MpcDesign design() {
-  return {0.05, 0.2, {{0.012, 0.10, 0.005}, {0.010, 0.10, 0.005}, {0.008, 0.12, 0.010}, {0.012, 0.20, 0.015}, {0.015, 0.15, 0.020}}};
+  return {0.05,
+          0.2,
+          {{0.012, 0.10, 0.005},
+           {0.010, 0.10, 0.005},
+           {0.008, 0.12, 0.010},
+           {0.012, 0.20, 0.015},
+           {0.015, 0.15, 0.020}}};
 }
 
-/// The force on the piston from first principles: flow in, pressure over each open pipe, flow shared by conductance.
+/// The force on the piston from first principles: flow in, pressure over each open pipe, flow shared by
+/// conductance.
 double literal_force_N(const MpcDesign& design, std::size_t open, double speed_m_s) {
   const double area_m2 = std::numbers::pi * std::pow(design.cylinder_diameter_m / 2, 2);
   const double flow_m3_s = speed_m_s * area_m2;
@@ -56,7 +63,8 @@ TEST(Mpc, ForceIsThatOfThePipesInParallel) {
     ASSERT_EQ(gamma.size(), 5U);
     for (std::size_t open = 1; open <= 5; ++open) {
       for (const double speed : {0.01, 0.1, 0.7})
-        EXPECT_NEAR(speed * gamma[open - 1], literal_force_N(one, open, speed), 1e-6 * speed * gamma[open - 1]);
+        EXPECT_NEAR(speed * gamma[open - 1], literal_force_N(one, open, speed),
+                    1e-6 * speed * gamma[open - 1]);
     }
   }
 }
@@ -72,7 +80,8 @@ TEST(Mpc, EqualPipesShareTheFlow) {
   // With n equal pipes γ_n = γ_1 / n: the hyperbola that the thesis's nonlinear sets follow.
   MpcDesign equal{0.05, 0.1, std::vector<MpcPipe>(6, {0.01, 0.1, 0.02})};
   const auto gamma = mpc_gamma_N_s_per_m(equal);
-  for (std::size_t n = 1; n <= 6; ++n) EXPECT_NEAR(gamma[n - 1], gamma[0] / static_cast<double>(n), 1e-9 * gamma[0]);
+  for (std::size_t n = 1; n <= 6; ++n)
+    EXPECT_NEAR(gamma[n - 1], gamma[0] / static_cast<double>(n), 1e-9 * gamma[0]);
 }
 
 TEST(Mpc, GapsBecomeWholeVoxels) {
@@ -82,7 +91,8 @@ TEST(Mpc, GapsBecomeWholeVoxels) {
   EXPECT_EQ(layers->gamma_N_s_per_m, mpc_gamma_N_s_per_m(design()));
   // The array of section 3.1.5b: γ along the stroke, a value per voxel.
   std::vector<double> along;
-  for (double x = 0.0025; x < 0.055; x += 0.005) along.push_back(mpc_gamma_at(design(), x, MpcTransition::kStepped));
+  for (double x = 0.0025; x < 0.055; x += 0.005)
+    along.push_back(mpc_gamma_at(design(), x, MpcTransition::kStepped));
   const auto& g = layers->gamma_N_s_per_m;
   EXPECT_THAT(along, ElementsAre(g[0], g[1], g[2], g[2], g[3], g[3], g[3], g[4], g[4], g[4], g[4]));
 }
@@ -92,7 +102,8 @@ TEST(Mpc, InterpolationMeetsEveryStepInItsMiddleAndFallsInBetween) {
   const auto gamma = mpc_gamma_N_s_per_m(one);
   double from = 0.0;
   for (std::size_t i = 0; i < 5; from += one.pipes[i++].gap_m) {
-    EXPECT_NEAR(mpc_gamma_at(one, from + 0.5 * one.pipes[i].gap_m, MpcTransition::kInterpolated), gamma[i], 1e-9 * gamma[i]);
+    EXPECT_NEAR(mpc_gamma_at(one, from + 0.5 * one.pipes[i].gap_m, MpcTransition::kInterpolated), gamma[i],
+                1e-9 * gamma[i]);
   }
   double before = 1e300;
   for (double x = 0.0; x < 0.055; x += 1e-5) {
@@ -133,7 +144,8 @@ TEST(Mpc, EachFaultIsNamed) {
   EXPECT_THAT(refusal(wrong), HasSubstr("no pipes"));
   wrong = design();
   wrong.pipes[2].diameter_m = 0.06;
-  EXPECT_THAT(refusal(wrong), HasSubstr("pipe 3 of diameter 0.06 m; allowed: above 0, up to the cylinder's 0.05 m"));
+  EXPECT_THAT(refusal(wrong),
+              HasSubstr("pipe 3 of diameter 0.06 m; allowed: above 0, up to the cylinder's 0.05 m"));
   wrong = design();
   wrong.pipes[1].length_m = std::nan("");
   EXPECT_THAT(refusal(wrong), HasSubstr("pipe 2 of length"));

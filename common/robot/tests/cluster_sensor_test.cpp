@@ -1,4 +1,5 @@
-// Cluster sensors against the thesis's sums, written out; the fraction of a voxel in a sphere against its volume.
+// Cluster sensors against the thesis's sums, written out; the fraction of a voxel in a sphere against its
+// volume.
 #include "common/robot/cluster_sensor.hpp"
 
 #include <gmock/gmock.h>
@@ -30,7 +31,8 @@ double counted_fraction(int x, int y, int z, double radius) {
   const int n = 100;
   int inside = 0;
   for (int i = 0; i < n * n * n; ++i) {
-    const Eigen::Vector3d p(x - 0.5 + (i % n + 0.5) / n, y - 0.5 + (i / n % n + 0.5) / n, z - 0.5 + (i / n / n + 0.5) / n);
+    const Eigen::Vector3d p(x - 0.5 + (i % n + 0.5) / n, y - 0.5 + (i / n % n + 0.5) / n,
+                            z - 0.5 + (i / n / n + 0.5) / n);
     inside += p.squaredNorm() <= radius * radius ? 1 : 0;
   }
   return inside / static_cast<double>(n * n * n);
@@ -92,7 +94,8 @@ TEST(ClusterSensor, HasTheThesissNumbersOfVoxels) {
   EXPECT_EQ(ClusterStencil({3, ClusterShape::kCube}).voxel_count(), 343U);
   EXPECT_EQ(ClusterStencil({3, ClusterShape::kSphere}).voxel_count(), 123U);
   EXPECT_EQ(ClusterStencil({1, ClusterShape::kSphere}).voxel_count(), 7U);
-  EXPECT_NEAR(ClusterStencil({3, ClusterShape::kFraction}).total_weight(), 4.0 / 3.0 * std::numbers::pi * 3.5 * 3.5 * 3.5, 1e-8);
+  EXPECT_NEAR(ClusterStencil({3, ClusterShape::kFraction}).total_weight(),
+              4.0 / 3.0 * std::numbers::pi * 3.5 * 3.5 * 3.5, 1e-8);
 }
 
 TEST(ClusterSensor, ReadsTheLiteralMean) {
@@ -111,7 +114,8 @@ TEST(ClusterSensor, ReadsTheLiteralMean) {
         const auto at = [&] { return std::uniform_int_distribution<std::int32_t>(-5, 245)(random); };
         const voxel::Index3 centre{at(), at(), at()};
         for (const auto& [table, law] : {std::pair{&plain, ResponseCurve()}, std::pair{&shaped, curve}}) {
-          const ClusterReading reading = stencil.read(world(), centre, *table), expected = literal(spec, world(), centre, law);
+          const ClusterReading reading = stencil.read(world(), centre, *table),
+                               expected = literal(spec, world(), centre, law);
           EXPECT_NEAR(reading.mean, expected.mean, 1e-11 * (1.0 + expected.mean));
           EXPECT_EQ(reading.greatest, expected.greatest);
         }
@@ -129,7 +133,8 @@ TEST(ClusterSensor, ReadsTheSameWithAPaletteTooLargeToCount) {
   std::mt19937 random(2);
   for (const voxel::BrickKey key : {voxel::BrickKey{0, 0, 0}, {1, 0, 0}, {1, 1, 1}}) {
     auto brick = workspace.make_brick(key);
-    for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i) brick.mu_code[i] = static_cast<std::uint8_t>(random() % 60);
+    for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i)
+      brick.mu_code[i] = static_cast<std::uint8_t>(random() % 60);
   }
   ResponseTable table;
   fill_response({}, many, table);
@@ -204,7 +209,8 @@ TEST(ClusterSkin, SumsAreTheLiteralOnes) {
           ViscousSums expected;
           std::size_t active = 0;
           for (std::size_t s = rig.layout.first[link]; s < rig.layout.first[link + 1]; ++s) {
-            const Eigen::Vector3d p = rig.X_WL[link] * rig.layout.position(s), d = p - rig.X_WL[link].translation_m;
+            const Eigen::Vector3d p = rig.X_WL[link] * rig.layout.position(s),
+                                  d = p - rig.X_WL[link].translation_m;
             const voxel::Index3 v = world().grid().index_of(p);
             const std::uint8_t kind = rig.layout.cluster_kind[s];
             const double mu = kind == 0 ? static_cast<double>(world().mu(v))
@@ -218,16 +224,20 @@ TEST(ClusterSkin, SumsAreTheLiteralOnes) {
             };
             g << at(4, 0, 0) - at(-4, 0, 0), at(0, 4, 0) - at(0, -4, 0), at(0, 0, 4) - at(0, 0, -4);
             g /= 0.08;
-            expected.add({w * mu, w * mu * d, w * mu * d * d.transpose(), w * g, w * d.cross(g), w * g.squaredNorm() / mu});
+            expected.add({w * mu, w * mu * d, w * mu * d * d.transpose(), w * g, w * d.cross(g),
+                          w * g.squaredNorm() / mu});
           }
-          if (normalisation == Normalisation::kActive && active > 0) expected.scale(1.0 / static_cast<double>(active));
+          if (normalisation == Normalisation::kActive && active > 0)
+            expected.scale(1.0 / static_cast<double>(active));
           const ViscousSums& sums = rig.sensing.sums()[link];
           EXPECT_NEAR(sums.mu, expected.mu, 1e-9 * expected.mu + 1e-15);
           EXPECT_LT((sums.mu_d - expected.mu_d).norm(), 1e-9 * expected.mu_d.norm() + 1e-12);
           EXPECT_LT((sums.mu_dd - expected.mu_dd).norm(), 1e-9 * expected.mu_dd.norm() + 1e-12);
           EXPECT_LT((sums.gradient - expected.gradient).norm(), 1e-9 * expected.gradient.norm() + 1e-10);
-          EXPECT_LT((sums.gradient_moment - expected.gradient_moment).norm(), 1e-9 * expected.gradient_moment.norm() + 1e-10);
-          EXPECT_NEAR(sums.gradient_square, expected.gradient_square, 1e-9 * expected.gradient_square + 1e-10);
+          EXPECT_LT((sums.gradient_moment - expected.gradient_moment).norm(),
+                    1e-9 * expected.gradient_moment.norm() + 1e-10);
+          EXPECT_NEAR(sums.gradient_square, expected.gradient_square,
+                      1e-9 * expected.gradient_square + 1e-10);
           felt += sums.mu;
         }
       }
@@ -244,15 +254,16 @@ TEST(ClusterSkin, TwentySpheresMatchSixtyPoints) {
           test_arms::moving_joint("j", "revolute", "base", "bar", "0 0 0", "0 0 0", "0 0 1", 3),
       "bar", test_arms::at(-0.3, -0.4, 1.0));
   const voxel::Workspace bar = test_worlds::make([](const Eigen::Vector3d& p) {
-    return test_worlds::layer_code(std::hypot(std::max(0.0, std::abs(p.y() - 0.1) - 0.025), std::max(0.0, std::abs(p.z() - 1.0) - 0.1)));
+    return test_worlds::layer_code(
+        std::hypot(std::max(0.0, std::abs(p.y() - 0.1) - 0.025), std::max(0.0, std::abs(p.z() - 1.0) - 0.1)));
   });
   const auto drags = [&](std::optional<ClusterSpec> cluster, int count) {
     AxisSensors axis;
     axis.to_m = {0.57, 0.0, 0.0};
     axis.count = count;
     axis.cluster = cluster;
-    const SkinLayout layout =
-        *lay_out_skin(arm, {{"bar", {}, {axis}, {}}}, {.voxel_size_m = 0.01, .normalisation = Normalisation::kCount});
+    const SkinLayout layout = *lay_out_skin(arm, {{"bar", {}, {axis}, {}}},
+                                            {.voxel_size_m = 0.01, .normalisation = Normalisation::kCount});
     SkinSensing sensing(layout, {});
     std::vector<double> drag;
     for (double q = 0.0; q < 0.85; q += 0.01) {
@@ -291,7 +302,8 @@ TEST(ClusterSkin, WorstSensorOfASlenderLinkIsWhereItsZoneMeetsTheMost) {
     rig.at(q);
     std::uint8_t greatest = 0;
     for (std::size_t s = 0; s < rig.layout.size(); ++s) {
-      const voxel::Index3 v = world().grid().index_of(rig.X_WL[rig.layout.link_of(s)] * rig.layout.position(s));
+      const voxel::Index3 v =
+          world().grid().index_of(rig.X_WL[rig.layout.link_of(s)] * rig.layout.position(s));
       greatest = std::max(greatest, literal({3, ClusterShape::kSphere}, world(), v, {}).greatest);
     }
     const WorstSensor& worst = rig.sensing.worst();

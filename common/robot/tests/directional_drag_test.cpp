@@ -32,7 +32,8 @@ JointArray reversed(JointArray v) {
   return v;
 }
 
-/// Rate at which a pose and motion drag against the link's way: Σ wμ|u|² of the link's sensors, from the sensors themselves.
+/// Rate at which a pose and motion drag against the link's way: Σ wμ|u|² of the link's sensors, from the
+/// sensors themselves.
 double literal_drag_power(const Rig& rig, std::size_t link, const JointArray& v) {
   double sum = 0.0;
   for (std::size_t s = rig.layout.first[link]; s < rig.layout.first[link + 1]; ++s) {
@@ -55,11 +56,13 @@ TEST(DirectionalDrag, SigmaHasTheSignOfTheChangeOfTheLinksViscosityAsAllJointsMo
       if (std::abs(sigma[link - 1]) < 0.4) continue;  // a voxel field is too coarse to compare faint slopes
       rig.at(q);
       // Far enough to cross voxels: 30 mm at the mean speed of the sensors that feel something.
-      const double speed = std::sqrt(literal_drag_power(rig, link, v) / rig.sensing.sums()[link].mu), time_s = 0.03 / speed;
+      const double speed = std::sqrt(literal_drag_power(rig, link, v) / rig.sensing.sums()[link].mu),
+                   time_s = 0.03 / speed;
       rig.at(advance(q, v, time_s));
       const double after = rig.sensing.sums()[link].mu;
       rig.at(advance(q, v, -time_s));
-      EXPECT_GT(sigma[link - 1] * (after - rig.sensing.sums()[link].mu), 0.0) << "trial " << trial << " link " << link;
+      EXPECT_GT(sigma[link - 1] * (after - rig.sensing.sums()[link].mu), 0.0)
+          << "trial " << trial << " link " << link;
       ++compared;
     }
   }
@@ -74,8 +77,11 @@ TEST(DirectionalDrag, GradientSumsAreTheLiteralOnes) {
   for (std::size_t link = 1; link <= 7; ++link) {
     ViscousSums expected;
     for (std::size_t s = rig.layout.first[link]; s < rig.layout.first[link + 1]; ++s) {
-      const Eigen::Vector3d d = rig.X_WL[link].rotation * rig.layout.position(s), p = rig.X_WL[link] * rig.layout.position(s);
-      const auto mu = [&](const Eigen::Vector3d& at) { return static_cast<double>(rig.world.mu(rig.world.grid().index_of(at))); };
+      const Eigen::Vector3d d = rig.X_WL[link].rotation * rig.layout.position(s),
+                            p = rig.X_WL[link] * rig.layout.position(s);
+      const auto mu = [&](const Eigen::Vector3d& at) {
+        return static_cast<double>(rig.world.mu(rig.world.grid().index_of(at)));
+      };
       if (mu(p) <= 0.0) continue;
       Eigen::Vector3d g;
       for (int axis = 0; axis < 3; ++axis) {
@@ -87,7 +93,8 @@ TEST(DirectionalDrag, GradientSumsAreTheLiteralOnes) {
     }
     const ViscousSums& actual = rig.sensing.sums()[link];
     EXPECT_LT((actual.gradient - expected.gradient).norm(), 1e-9 * expected.gradient.norm() + 1e-12);
-    EXPECT_LT((actual.gradient_moment - expected.gradient_moment).norm(), 1e-9 * expected.gradient_moment.norm() + 1e-12);
+    EXPECT_LT((actual.gradient_moment - expected.gradient_moment).norm(),
+              1e-9 * expected.gradient_moment.norm() + 1e-12);
     EXPECT_NEAR(actual.gradient_square, expected.gradient_square, 1e-9 * expected.gradient_square + 1e-12);
   }
 }
@@ -99,8 +106,10 @@ double literal_share(const DirectionalLaw& law, double sigma) {
   return 1.0 - (1.0 - law.leaving_share) * x * x * (3.0 - 2.0 * x);
 }
 
-/// B± of every joint from the sensors themselves, by the law as it is told in drag.hpp: +1 forwards, −1 backwards.
-JointArray literal_directional(const Rig& rig, const DirectionalLaw& law, const JointArray& v, double direction) {
+/// B± of every joint from the sensors themselves, by the law as it is told in drag.hpp: +1 forwards, −1
+/// backwards.
+JointArray literal_directional(const Rig& rig, const DirectionalLaw& law, const JointArray& v,
+                               double direction) {
   const double h = 0.04;  // four voxels
   JointArray result{};
   for (std::size_t joint = 0; joint < 7; ++joint) {
@@ -117,7 +126,8 @@ JointArray literal_directional(const Rig& rig, const DirectionalLaw& law, const 
         if (mu(p) <= 0.0) continue;
         Eigen::Vector3d g;
         for (int axis = 0; axis < 3; ++axis)
-          g[axis] = (mu(p + h * Eigen::Vector3d::Unit(axis)) - mu(p - h * Eigen::Vector3d::Unit(axis))) / (2 * h);
+          g[axis] =
+              (mu(p + h * Eigen::Vector3d::Unit(axis)) - mu(p - h * Eigen::Vector3d::Unit(axis))) / (2 * h);
         const double w = rig.layout.weight[s];
         const Eigen::Vector3d u = rig.arm.point_velocity_W(link, p, rig.X_WL, moving);
         own += w * mu(p) * rig.arm.point_velocity_W(link, p, rig.X_WL, unit).squaredNorm();
@@ -135,14 +145,17 @@ TEST(DirectionalDrag, IsTheLawSensorBySensor) {
   Rig rig;
   std::mt19937 random(16);
   for (int trial = 0; trial < 10; ++trial) {
-    const JointArray q = random_joints(rig.arm, random), v = trial < 2 ? JointArray{} : random_speeds(7, random);
+    const JointArray q = random_joints(rig.arm, random),
+                     v = trial < 2 ? JointArray{} : random_speeds(7, random);
     const DirectionalLaw law{.enabled = true, .leaving_share = 0.1 * trial, .full_at = 0.3 + 0.05 * trial};
     const JointArray symmetric = rig.at(q).plus;
     const DragCoefficients& drag = rig.at(q, law, v);
-    const JointArray plus = literal_directional(rig, law, v, 1.0), minus = literal_directional(rig, law, v, -1.0);
+    const JointArray plus = literal_directional(rig, law, v, 1.0),
+                     minus = literal_directional(rig, law, v, -1.0);
     for (std::size_t j = 0; j < 7; ++j) {
       EXPECT_NEAR(drag.plus[j], plus[j], 1e-8 * symmetric[j] + 1e-15) << "trial " << trial << " joint " << j;
-      EXPECT_NEAR(drag.minus[j], minus[j], 1e-8 * symmetric[j] + 1e-15) << "trial " << trial << " joint " << j;
+      EXPECT_NEAR(drag.minus[j], minus[j], 1e-8 * symmetric[j] + 1e-15)
+          << "trial " << trial << " joint " << j;
     }
   }
 }
@@ -170,24 +183,28 @@ TEST(DirectionalDrag, IsContinuousInSpeedAlsoThroughStandstill) {
   Rig rig;
   std::mt19937 random(17);
   for (int trial = 0; trial < 20; ++trial) {
-    const JointArray q = random_joints(rig.arm, random), whole = random_speeds(7, random), aside = random_speeds(7, random);
+    const JointArray q = random_joints(rig.arm, random), whole = random_speeds(7, random),
+                     aside = random_speeds(7, random);
     for (const double share : {-1.0, -0.01, -1e-4, 0.0, 1e-4, 0.01, 1.0}) {
       JointArray v{}, beside{};
       for (std::size_t j = 0; j < 7; ++j) {
         v[j] = j % 3 == 0 ? 0.0 : share * whole[j];
         beside[j] = v[j] + 1e-10 * aside[j];
       }
-      const DragCoefficients here = rig.at(q, {.enabled = true}, v), there = rig.at(q, {.enabled = true}, beside);
+      const DragCoefficients here = rig.at(q, {.enabled = true}, v),
+                             there = rig.at(q, {.enabled = true}, beside);
       for (std::size_t j = 0; j < 7; ++j) {
-        EXPECT_NEAR(here.plus[j], there.plus[j], 1e-4 * here.matrix(j, j)) << "share " << share << " joint " << j;
-        EXPECT_NEAR(here.minus[j], there.minus[j], 1e-4 * here.matrix(j, j)) << "share " << share << " joint " << j;
+        EXPECT_NEAR(here.plus[j], there.plus[j], 1e-4 * here.matrix(j, j))
+            << "share " << share << " joint " << j;
+        EXPECT_NEAR(here.minus[j], there.minus[j], 1e-4 * here.matrix(j, j))
+            << "share " << share << " joint " << j;
       }
     }
   }
 }
 
-/// How fast what a link has in fluid closes in on the nearest object, as a share of its speed, weighted by drag; and the
-/// link's share of the arm's drag power. From geometry alone.
+/// How fast what a link has in fluid closes in on the nearest object, as a share of its speed, weighted by
+/// drag; and the link's share of the arm's drag power. From geometry alone.
 struct Closing {
   double speed_share, drag_share;
 };
@@ -198,7 +215,8 @@ std::array<Closing, 8> closing(const Rig& rig, const JointArray& v) {
   for (std::size_t link = 1; link <= 7; ++link) {
     double drag = 0.0, nearing = 0.0;
     for (std::size_t s = rig.layout.first[link]; s < rig.layout.first[link + 1]; ++s) {
-      const Eigen::Vector3d p = rig.X_WL[link] * rig.layout.position(s), u = rig.arm.point_velocity_W(link, p, rig.X_WL, v);
+      const Eigen::Vector3d p = rig.X_WL[link] * rig.layout.position(s),
+                            u = rig.arm.point_velocity_W(link, p, rig.X_WL, v);
       const double m = rig.layout.weight[s] * static_cast<double>(rig.world.mu(rig.world.grid().index_of(p)));
       if (m <= 0.0) continue;
       drag += m * u.squaredNorm();
@@ -211,8 +229,8 @@ std::array<Closing, 8> closing(const Rig& rig, const JointArray& v) {
   return links;
 }
 
-/// A stretch of straight way in joint space, outside of the objects, on which all joints move and every link that is felt
-/// nears: what it has in fluid closes in with a third of its speed or more.
+/// A stretch of straight way in joint space, outside of the objects, on which all joints move and every link
+/// that is felt nears: what it has in fluid closes in with a third of its speed or more.
 struct Approach {
   JointArray start{}, v{};
   double duration_s = 0.0;
@@ -220,7 +238,8 @@ struct Approach {
 
 bool nears(Rig& rig, const JointArray& q, const JointArray& v) {
   rig.at(q);
-  if (!rig.sensing.worst().found || rig.sensing.worst().mu >= 100.0F) return false;  // nothing to feel, or in an object
+  if (!rig.sensing.worst().found || rig.sensing.worst().mu >= 100.0F)
+    return false;  // nothing to feel, or in an object
   for (const auto& [speed_share, drag_share] : closing(rig, v)) {
     if (drag_share > 0.002 && speed_share < 1.0 / 3.0) return false;
   }
@@ -244,11 +263,13 @@ std::optional<Approach> random_approach(Rig& rig, std::mt19937& random) {
 }
 
 /// Σ|τ_l| and power along the way, or back along it.
-std::pair<double, double> felt_along(Rig& rig, const Approach& path, bool back, const DirectionalLaw& law, DragMode mode) {
+std::pair<double, double> felt_along(Rig& rig, const Approach& path, bool back, const DirectionalLaw& law,
+                                     DragMode mode) {
   double torque_sum = 0.0, power = 0.0;
   for (int i = 0; i <= 30; ++i) {
     const JointArray v = back ? reversed(path.v) : path.v;
-    const JointArray torque = drag_torque(rig.at(advance(path.start, path.v, path.duration_s * i / 30), law, v), mode, v, 7);
+    const JointArray torque =
+        drag_torque(rig.at(advance(path.start, path.v, path.duration_s * i / 30), law, v), mode, v, 7);
     for (std::size_t j = 0; j < 7; ++j) torque_sum += std::abs(torque[j]), power -= torque[j] * v[j];
   }
   return {torque_sum, power};

@@ -1,5 +1,5 @@
-// The cases of the thesis's appendix C, each with its own shortcut, against the one formula that is built; what
-// drag does to energy; and what directional drag does on a way to an object and back.
+// The cases of the thesis's appendix C, each with its own shortcut, against the one formula that is built;
+// what drag does to energy; and what directional drag does on a way to an object and back.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -59,9 +59,9 @@ SerialArm case_arm() {
     rows[i].link = "link_" + std::to_string(i + 1);
     rows[i].lower = -3.0, rows[i].upper = 3.0, rows[i].max_speed = rows[i].max_effort = 1.0;
   }
-  rows[0].d_m = 0.5, rows[0].alpha_rad = quarter;  // vertical axis; the next one lies
-  rows[1].d_m = 0.45, rows[1].alpha_rad = quarter; // along its own axis
-  rows[2].a_m = 0.35, rows[3].a_m = 0.3;           // across their axes
+  rows[0].d_m = 0.5, rows[0].alpha_rad = quarter;   // vertical axis; the next one lies
+  rows[1].d_m = 0.45, rows[1].alpha_rad = quarter;  // along its own axis
+  rows[2].a_m = 0.35, rows[3].a_m = 0.3;            // across their axes
   return *SerialArm::from_dh(rows, DhConvention::kClassic, test_arms::at(-0.25, -0.05, 0.3));
 }
 
@@ -80,7 +80,8 @@ std::vector<LinkSkin> case_skin(const SerialArm& arm) {
 JointArray random_joints(const SerialArm& arm, std::mt19937& random) {
   JointArray q{};
   for (std::size_t i = 0; i < arm.joint_count(); ++i) {
-    q[i] = std::uniform_real_distribution(std::max(-2.0, arm.joints()[i].lower), std::min(2.0, arm.joints()[i].upper))(random);
+    q[i] = std::uniform_real_distribution(std::max(-2.0, arm.joints()[i].lower),
+                                          std::min(2.0, arm.joints()[i].upper))(random);
   }
   return q;
 }
@@ -140,8 +141,8 @@ TEST(AppendixC, LinkOrthogonalToItsJoint) {
   EXPECT_GT(greatest, 0.0);
 }
 
-/// Any axis (5.35, 5.36, c.14–c.16): the foot I of the normal on the axis; with sensors on the links' axes in one
-/// plane with the joint's, sin ξ times the way along the links.
+/// Any axis (5.35, 5.36, c.14–c.16): the foot I of the normal on the axis; with sensors on the links' axes in
+/// one plane with the joint's, sin ξ times the way along the links.
 TEST(AppendixC, SpinAboutAGeneralisedAxis) {
   Rig rig(case_arm(), case_skin(case_arm()));
   std::mt19937 random(3);
@@ -293,15 +294,16 @@ ThereAndBack reach(Rig& rig, const JointArray& far, const JointArray& near, bool
     for (double& speed : v) speed = -speed;
     const JointArray back = drag_torque(drag, mode, v, rig.arm.joint_count());
     for (std::size_t j = 0; j < rig.arm.joint_count(); ++j) {
-      power.approach += there[j] * v[j];  // v is turned round by now: positive where drag opposes the approach
+      power.approach +=
+          there[j] * v[j];  // v is turned round by now: positive where drag opposes the approach
       power.retreat -= back[j] * v[j];
     }
   }
   return power;
 }
 
-/// The suspended arm's whole skin nears one of the balls, by one joint at a time: swung at the shoulder and at the
-/// elbow, and carried by the gantry.
+/// The suspended arm's whole skin nears one of the balls, by one joint at a time: swung at the shoulder and
+/// at the elbow, and carried by the gantry.
 TEST(DirectionalDrag, LeavingTheWayItCameCostsLessThanATenthAndTheSameWhenSymmetric) {
   Rig rig(test_arms::suspended(test_arms::at(0.1, 0.1, 1.75)), test_worlds::tubes(), Normalisation::kArea);
   int ways = 0;

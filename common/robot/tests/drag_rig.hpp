@@ -13,10 +13,12 @@ namespace phantom::robot::drag_rig {
 using core::JointArray;
 
 struct Rig {
-  explicit Rig(Normalisation normalisation = Normalisation::kArea, const Eigen::Vector3d& shift = Eigen::Vector3d::Zero(),
-               bool gradient = true)
-      : arm(test_arms::suspended({geometry::rotation_from_rpy(0.1, -0.2, 0.3), Eigen::Vector3d(0.05, -0.1, 1.5) + shift})),
-        layout(*lay_out_skin(arm, test_worlds::tubes(), {.voxel_size_m = 0.01, .normalisation = normalisation})),
+  explicit Rig(Normalisation normalisation = Normalisation::kArea,
+               const Eigen::Vector3d& shift = Eigen::Vector3d::Zero(), bool gradient = true)
+      : arm(test_arms::suspended(
+            {geometry::rotation_from_rpy(0.1, -0.2, 0.3), Eigen::Vector3d(0.05, -0.1, 1.5) + shift})),
+        layout(
+            *lay_out_skin(arm, test_worlds::tubes(), {.voxel_size_m = 0.01, .normalisation = normalisation})),
         world(test_worlds::balls(shift)),
         sensing(layout, {.gradient = gradient, .gradient_reach_vox = 4}) {}
 

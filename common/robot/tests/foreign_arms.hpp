@@ -33,14 +33,14 @@ inline std::vector<Foreign> all() {
            joint(3, "revolute", "0 -0.1197 0.425", "0 0 0", "0 1 0") +
            joint(4, "revolute", "0 0 0.39225", "0 1.570796325 0", "0 1 0") +
            joint(5, "revolute", "0 0.093 0", "0 0 0", "0 0 1") +
-           joint(6, "revolute", "0 0 0.09465", "0 0 0", "0 1 0") +
-           tool(6, "0 0.0823 0", "0 0 1.570796325")},
+           joint(6, "revolute", "0 0 0.09465", "0 0 0", "0 1 0") + tool(6, "0 0.0823 0", "0 0 1.570796325")},
       // Seven revolute joints, every frame turned by a quarter (the Panda's dimensions).
       {"seven_revolute", "tip",
        base + joint(1, "revolute", "0 0 0.333", "0 0 0", "0 0 1") +
            joint(2, "revolute", "0 0 0", "-1.57079632679 0 0", "0 0 1", R"(lower="-1.76" upper="1.76")") +
            joint(3, "revolute", "0 -0.316 0", "1.57079632679 0 0", "0 0 1") +
-           joint(4, "revolute", "0.0825 0 0", "1.57079632679 0 0", "0 0 1", R"(lower="-3.07" upper="-0.07")") +
+           joint(4, "revolute", "0.0825 0 0", "1.57079632679 0 0", "0 0 1",
+                 R"(lower="-3.07" upper="-0.07")") +
            joint(5, "revolute", "-0.0825 0.384 0", "-1.57079632679 0 0", "0 0 1") +
            joint(6, "revolute", "0 0 0", "1.57079632679 0 0", "0 0 1", R"(lower="-0.01" upper="3.75")") +
            joint(7, "revolute", "0.088 0 0", "1.57079632679 0 0", "0 0 1") +

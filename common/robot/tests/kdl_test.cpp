@@ -29,7 +29,8 @@ JointArray random_joints(const SerialArm& arm, std::mt19937& random) {
   return q;
 }
 
-/// The tip frame's pose and Jacobian (linear rows, then angular), ours against KDL's, in random configurations.
+/// The tip frame's pose and Jacobian (linear rows, then angular), ours against KDL's, in random
+/// configurations.
 void compare(const SerialArm& arm, const std::string& tip, const KDL::Chain& chain, unsigned seed) {
   ASSERT_EQ(chain.getNrOfJoints(), arm.joint_count());
   const auto [link, X_link_tip] = *arm.find_frame(tip);
@@ -88,8 +89,9 @@ KDL::Chain kdl_of(const std::vector<DhRow>& rows, DhConvention convention) {
     if (convention == DhConvention::kClassic) {
       chain.addSegment(KDL::Segment{joint, KDL::Frame::DH(row.a_m, row.alpha_rad, row.d_m, row.theta_rad)});
     } else {
-      chain.addSegment(KDL::Segment{KDL::Joint(KDL::Joint::None),
-                        KDL::Frame::DH_Craig1989(row.a_m, row.alpha_rad, row.d_m, row.theta_rad)});
+      chain.addSegment(
+          KDL::Segment{KDL::Joint(KDL::Joint::None),
+                       KDL::Frame::DH_Craig1989(row.a_m, row.alpha_rad, row.d_m, row.theta_rad)});
       chain.addSegment(KDL::Segment(joint));
     }
   }
@@ -122,7 +124,8 @@ TEST_P(DhTable, EveryRowsFrameAgreesWithKdl) {
     arm->link_poses(q, X_part);
     whole->link_poses(q, X_whole);
     const auto [link, X_link_row] = *whole->find_frame(part.back().link);
-    EXPECT_TRUE((X_whole[link] * X_link_row).translation_m.isApprox((X_part[n] * X_link_row).translation_m, 1e-12));
+    EXPECT_TRUE(
+        (X_whole[link] * X_link_row).translation_m.isApprox((X_part[n] * X_link_row).translation_m, 1e-12));
     // The axis of a link ends where its row's frame (classic) stands.
     if (GetParam() == DhConvention::kClassic) {
       EXPECT_TRUE(arm->link_axis_m(n).second.isApprox(X_link_row.translation_m, 1e-12));
@@ -130,7 +133,8 @@ TEST_P(DhTable, EveryRowsFrameAgreesWithKdl) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Conventions, DhTable, testing::Values(DhConvention::kClassic, DhConvention::kModified),
+INSTANTIATE_TEST_SUITE_P(Conventions, DhTable,
+                         testing::Values(DhConvention::kClassic, DhConvention::kModified),
                          [](const auto& convention) {
                            return convention.param == DhConvention::kClassic ? "Classic" : "Modified";
                          });

@@ -39,7 +39,8 @@ class LiteralMemory {
 
 TEST(MuMemory, IsTheWeightedMeanOfTheVoxelsPassed) {
   std::mt19937 random(1);
-  for (const MemoryWeights& weights : {MemoryWeights{1}, MemoryWeights{1, 1, 1}, MemoryWeights(10, 1.0), kFading}) {
+  for (const MemoryWeights& weights :
+       {MemoryWeights{1}, MemoryWeights{1, 1, 1}, MemoryWeights(10, 1.0), kFading}) {
     MuMemory memory(3, weights);
     std::vector<LiteralMemory> literal(3, LiteralMemory(weights));
     std::array<std::uint32_t, 3> voxel{};
@@ -47,7 +48,8 @@ TEST(MuMemory, IsTheWeightedMeanOfTheVoxelsPassed) {
     for (int step = 0; step < 500; ++step) {
       for (std::size_t s = 0; s < 3; ++s) {
         if (step == 0 || random() % 3 == 0) voxel[s] += 1, mu[s] = static_cast<float>(random() % 8) * 4.5F;
-        EXPECT_NEAR(memory.sense(s, voxel[s], mu[s]), literal[s].sense(voxel[s], static_cast<double>(mu[s])), 1e-12);
+        EXPECT_NEAR(memory.sense(s, voxel[s], mu[s]), literal[s].sense(voxel[s], static_cast<double>(mu[s])),
+                    1e-12);
       }
     }
   }
@@ -63,7 +65,7 @@ TEST(MuMemory, StandingStillWritesNothingButFollowsAChangedField) {
   memory.sense(0, 1, 10.0F);
   EXPECT_DOUBLE_EQ(memory.sense(0, 2, 20.0F), 15.0);
   for (int i = 0; i < 5; ++i) EXPECT_DOUBLE_EQ(memory.sense(0, 2, 20.0F), 15.0);  // time does not count
-  EXPECT_DOUBLE_EQ(memory.sense(0, 2, 40.0F), 25.0);                            // an object came nearer
+  EXPECT_DOUBLE_EQ(memory.sense(0, 2, 40.0F), 25.0);                              // an object came nearer
   memory.forget();
   EXPECT_DOUBLE_EQ(memory.sense(0, 3, 7.0F), 7.0);  // no delay after a start
 }
@@ -89,7 +91,8 @@ TEST(MuMemory, SmoothsTheThesissLayers) {
 }
 
 TEST(MuMemory, RefusesWeightsThatCannotBe) {
-  for (const MemoryWeights& bad : {MemoryWeights{}, MemoryWeights{0.0, 1.0}, MemoryWeights{1.0, -0.1}, MemoryWeights(17, 1.0)})
+  for (const MemoryWeights& bad :
+       {MemoryWeights{}, MemoryWeights{0.0, 1.0}, MemoryWeights{1.0, -0.1}, MemoryWeights(17, 1.0)})
     EXPECT_THROW(MuMemory(1, bad), std::invalid_argument);
 }
 

@@ -2,9 +2,9 @@
 #include "common/robot/sensing_kernel.hpp"
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include <cmath>
-#include <hwy/targets.h>
 #include <random>
 #include <set>
 #include <string>
@@ -39,7 +39,8 @@ struct Case {
     for (auto* values : {&x, &y, &z}) {
       for (std::size_t i = 0; i < count; ++i) values->push_back(place(random));
     }
-    for (std::size_t i = 0; i < count; ++i) weight.push_back(positive(random)), mu.push_back(positive(random));
+    for (std::size_t i = 0; i < count; ++i)
+      weight.push_back(positive(random)), mu.push_back(positive(random));
     points = {x.data(), y.data(), z.data(), weight.data(), count};
     const Eigen::Matrix3d turn = geometry::rotation_from_rpy(0.4, -0.7, 1.1) / 0.01;
     for (Eigen::Index k = 0; k < 9; ++k) to.r[k] = turn(k / 3, k % 3);
@@ -91,8 +92,10 @@ TEST(SensingKernel, ItsTwinLooksUpWhatTheWorkspaceHolds) {
   scalar::look_up(c.field, c.to, c.points, codes.data(), nullptr);
   for (std::size_t i = 0; i < codes.size(); ++i) {
     const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> r(c.to.r);
-    const Eigen::Vector3d v = r * Eigen::Vector3d(c.x[i], c.y[i], c.z[i]) + Eigen::Vector3d(c.to.t[0], c.to.t[1], c.to.t[2]);
-    EXPECT_EQ(codes[i], c.world.mu_code({static_cast<std::int32_t>(std::floor(v.x())), static_cast<std::int32_t>(std::floor(v.y())),
+    const Eigen::Vector3d v =
+        r * Eigen::Vector3d(c.x[i], c.y[i], c.z[i]) + Eigen::Vector3d(c.to.t[0], c.to.t[1], c.to.t[2]);
+    EXPECT_EQ(codes[i], c.world.mu_code({static_cast<std::int32_t>(std::floor(v.x())),
+                                         static_cast<std::int32_t>(std::floor(v.y())),
                                          static_cast<std::int32_t>(std::floor(v.z()))}));
   }
 }
@@ -121,7 +124,8 @@ TEST(SensingKernel, SumsAgreeWithItsTwin) {
   scalar::add_moments(c.points, c.mu.data(), expected_given);
   on_every_target([&] {
     // Every way to hold a palette: in one, two or four registers, or in memory.
-    for (const std::size_t palette_size : {std::size_t{7}, std::size_t{12}, std::size_t{24}, std::size_t{50}, std::size_t{256}}) {
+    for (const std::size_t palette_size :
+         {std::size_t{7}, std::size_t{12}, std::size_t{24}, std::size_t{50}, std::size_t{256}}) {
       Moments moments{};
       std::vector<std::uint8_t> got(c.points.count);
       sense(c.field, c.to, c.points, c.offsets, c.palette.data(), palette_size, got.data(), moments);
@@ -134,19 +138,22 @@ TEST(SensingKernel, SumsAgreeWithItsTwin) {
   });
 }
 
-/// A tube of points a third of a voxel apart, as a skin has them, carried to `place`; with `straight`, the points of whole
-/// lines lie on borders of voxels, or so near to one that floats cannot tell the side.
+/// A tube of points a third of a voxel apart, as a skin has them, carried to `place`; with `straight`, the
+/// points of whole lines lie on borders of voxels, or so near to one that floats cannot tell the side.
 void lay_tube(Case& c, const Eigen::Vector3d& place, bool straight, bool alike) {
   std::mt19937 random(4);
   std::uniform_int_distribution<int> nudge(-3, 3);
   for (std::size_t i = 0; i < c.points.count; ++i) {
-    const double angle = 2.0 * M_PI * static_cast<double>(i % 40) / 40.0, along = 0.0033 * static_cast<double>(i / 40);
-    c.x[i] = straight ? 0.01 * static_cast<double>(i % 13) + 1e-10 * std::pow(10.0, i % 5) * nudge(random) : 0.03 * std::cos(angle);
+    const double angle = 2.0 * M_PI * static_cast<double>(i % 40) / 40.0,
+                 along = 0.0033 * static_cast<double>(i / 40);
+    c.x[i] = straight ? 0.01 * static_cast<double>(i % 13) + 1e-10 * std::pow(10.0, i % 5) * nudge(random)
+                      : 0.03 * std::cos(angle);
     c.y[i] = straight ? 0.0025 * static_cast<double>(i % 40) : 0.03 * std::sin(angle);
     c.z[i] = along;
     if (alike) c.weight[i] = 0.7;
   }
-  const Eigen::Matrix3d turn = straight ? Eigen::Matrix3d::Identity() : geometry::rotation_from_rpy(0.4, -0.7, 1.1);
+  const Eigen::Matrix3d turn =
+      straight ? Eigen::Matrix3d::Identity() : geometry::rotation_from_rpy(0.4, -0.7, 1.1);
   for (Eigen::Index k = 0; k < 9; ++k) c.to.r[k] = turn(k / 3, k % 3) / 0.01;
   const Eigen::Vector3d origin = (place - c.world.grid().origin_m) / 0.01;
   for (Eigen::Index k = 0; k < 3; ++k) c.to.t[k] = origin[k];
@@ -159,8 +166,13 @@ TEST(SensingKernel, NeighboursFoundInFloatsAreWhereDoublesFindThem) {
   for (const bool straight : {false, true}) {
     for (const bool alike : {false, true}) {
       // Amid the balls, at borders of bricks, on the grid's last voxels, beyond them.
-      for (const Eigen::Vector3d& place : {Eigen::Vector3d(0.25, 0.15, 0.85), {-0.24, 0.08, 0.6}, {0.08, 0.08, 0.44}, {0.0, -0.4, 0.9},
-                                           {1.15, 0.1, 1.0}, {0.1, 0.1, -0.23}, {3.0, 0.0, 1.0}}) {
+      for (const Eigen::Vector3d& place : {Eigen::Vector3d(0.25, 0.15, 0.85),
+                                           {-0.24, 0.08, 0.6},
+                                           {0.08, 0.08, 0.44},
+                                           {0.0, -0.4, 0.9},
+                                           {1.15, 0.1, 1.0},
+                                           {0.1, 0.1, -0.23},
+                                           {3.0, 0.0, 1.0}}) {
         lay_tube(c, place, straight, alike);
         Moments expected{};
         std::vector<std::uint8_t> codes(c.points.count);
@@ -169,9 +181,11 @@ TEST(SensingKernel, NeighboursFoundInFloatsAreWhereDoublesFindThem) {
         on_every_target([&] {
           Moments moments{};
           std::vector<std::uint8_t> got(c.points.count);
-          sense(c.field, c.to, c.points, c.offsets, c.palette.data(), c.world.palette().size(), got.data(), moments);
+          sense(c.field, c.to, c.points, c.offsets, c.palette.data(), c.world.palette().size(), got.data(),
+                moments);
           EXPECT_EQ(got, codes);
-          for (int k = 0; k < 10; ++k) EXPECT_NEAR(moments.sum[k], expected.sum[k], 1e-11 * expected.sum[0]) << "sum " << k;
+          for (int k = 0; k < 10; ++k)
+            EXPECT_NEAR(moments.sum[k], expected.sum[k], 1e-11 * expected.sum[0]) << "sum " << k;
         });
       }
     }
@@ -184,7 +198,8 @@ TEST(SensingKernel, LargePalettesAreLookedUpRight) {
   // A μ of its own for every code, and codes all over the range.
   for (std::size_t code = 0; code < 256; ++code) c.palette[code] = static_cast<float>(code * code) * 0.37F;
   std::mt19937 random(2);
-  for (const std::size_t palette_size : {std::size_t{16}, std::size_t{32}, std::size_t{64}, std::size_t{256}}) {
+  for (const std::size_t palette_size :
+       {std::size_t{16}, std::size_t{32}, std::size_t{64}, std::size_t{256}}) {
     for (const voxel::BrickKey key : c.world.bricks()) {
       auto brick = c.world.make_brick(key);
       for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i)
@@ -195,7 +210,8 @@ TEST(SensingKernel, LargePalettesAreLookedUpRight) {
     scalar::sense(field_of(c.world), c.to, c.points, c.palette.data(), codes.data(), expected);
     on_every_target([&] {
       Moments moments{};
-      sense(field_of(c.world), c.to, c.points, c.offsets, c.palette.data(), palette_size, codes.data(), moments);
+      sense(field_of(c.world), c.to, c.points, c.offsets, c.palette.data(), palette_size, codes.data(),
+            moments);
       expect_close(moments.sum, expected.sum, 10, expected.sum[0]);
     });
   }
@@ -212,7 +228,8 @@ TEST(SensingKernel, GradientsAgreeWithItsTwin) {
       EXPECT_GT(expected.sum[6], 0.0);
       on_every_target([&] {
         GradientSums sums{};
-        add_gradients(c.field, c.to, c.points, c.palette.data(), c.world.palette().size(), codes.data(), mu, reach, sums);
+        add_gradients(c.field, c.to, c.points, c.palette.data(), c.world.palette().size(), codes.data(), mu,
+                      reach, sums);
         for (int k = 0; k < 7; ++k) {
           const double scale = std::abs(expected.sum[6]) + (k >= 3 && k < 6 ? 1e3 : 10.0);
           EXPECT_NEAR(sums.sum[k], expected.sum[k], 1e-10 * scale) << "sum " << k;
@@ -250,7 +267,8 @@ TEST(SensingKernel, CountsCodesOfMaskedTiles) {
     for (std::size_t t = 0; t < n; ++t) {
       tiles.push_back(&bytes[64 * t]);
       masks.push_back(t == 0 ? ~std::uint64_t{0} : random());
-      for (std::size_t i = 0; i < 64; ++i) expected[tiles[t][i]] += (masks[t] >> i & 1U) != 0 && tiles[t][i] != 0 ? 1U : 0U;
+      for (std::size_t i = 0; i < 64; ++i)
+        expected[tiles[t][i]] += (masks[t] >> i & 1U) != 0 && tiles[t][i] != 0 ? 1U : 0U;
     }
     masks.push_back(~std::uint64_t{0});  // not to be counted
     const auto check = [&](auto count) {

@@ -59,7 +59,8 @@ TEST(PolygonSegment, SensorsAreTheThesissInterpolation) {
         const double angle = segment.spin_rad + point.psi_rad;
         return Eigen::Vector3d(x, point.r_m * std::cos(angle), point.r_m * std::sin(angle));
       };
-      const Eigen::Vector3d ptp = corner(segment.from_polygon[p], 0.1), pbp = corner(segment.to_polygon[p], 0.4);
+      const Eigen::Vector3d ptp = corner(segment.from_polygon[p], 0.1),
+                            pbp = corner(segment.to_polygon[p], 0.4);
       const Eigen::Vector3d css = ptp + static_cast<double>(k) / 40.0 * (pbp - ptp);
       EXPECT_LT((layout.position(5 * k + p) - css).norm(), 1e-12) << "k " << k << " p " << p;
     }
@@ -83,7 +84,8 @@ TEST(PolygonSegment, WithoutABottomIsOfTypeA) {
 TEST(PolygonSegment, AutoKeepsThePitchAroundAndAlongAndTheAreaOfItsFacets) {
   SkinSegment square;
   square.from_m = {0, 0, 0}, square.to_m = {0.3, 0, 0};
-  for (int i = 0; i < 4; ++i) square.from_polygon.push_back({0.05 * std::numbers::sqrt2, std::numbers::pi * (0.25 + 0.5 * i)});
+  for (int i = 0; i < 4; ++i)
+    square.from_polygon.push_back({0.05 * std::numbers::sqrt2, std::numbers::pi * (0.25 + 0.5 * i)});
   const SkinLayout layout = lay_out({"upper", {square}, {}, {}});
   EXPECT_NEAR(total_area(layout), 4 * 0.1 * 0.3, 1e-12);
   // 100 mm at a pitch below 4.95 mm are 21 spans a side; 300 mm are 61.
@@ -101,7 +103,8 @@ TEST(PolygonSegment, AutoKeepsThePitchAroundAndAlongAndTheAreaOfItsFacets) {
   SkinSegment frustum = square;
   frustum.to_polygon = square.from_polygon;
   for (PolygonPoint& corner : frustum.to_polygon) corner.r_m *= 0.5;
-  EXPECT_NEAR(total_area(lay_out({"upper", {frustum}, {}, {}})), 4 * 0.5 * (0.1 + 0.05) * std::hypot(0.3, 0.025), 1e-12);
+  EXPECT_NEAR(total_area(lay_out({"upper", {frustum}, {}, {}})),
+              4 * 0.5 * (0.1 + 0.05) * std::hypot(0.3, 0.025), 1e-12);
 }
 
 TEST(PolygonSegment, ManyCornersAreTheRoundSegment) {
@@ -126,7 +129,8 @@ TEST(PolygonSegment, StandsAtItsOffsetOnTheLinksAxis) {
   ASSERT_TRUE(place_along_link_axis(arm, "upper", 0.05, 0.2, segment));  // the next joint is 0.4 m along x
   EXPECT_TRUE(segment.from_m.isApprox(Eigen::Vector3d(0.05, 0, 0)));
   EXPECT_TRUE(segment.to_m.isApprox(Eigen::Vector3d(0.25, 0, 0)));
-  ASSERT_TRUE(place_along_link_axis(arm, "tip", 0.05, 0.2, segment));  // fixed to "lower", 0.3 m from its joint
+  ASSERT_TRUE(
+      place_along_link_axis(arm, "tip", 0.05, 0.2, segment));  // fixed to "lower", 0.3 m from its joint
   EXPECT_TRUE(segment.from_m.isApprox(Eigen::Vector3d(-0.25, 0, 0)));
   EXPECT_FALSE(place_along_link_axis(arm, "hand", 0.05, 0.2, segment));
 }
@@ -137,12 +141,14 @@ TEST(PolygonSegmentRefuses, WhatBreaksThePitchRuleOrIsNoPolygon) {
   EXPECT_THAT(refusal({"upper", {segment}, {}, {}}),
               HasSubstr("link 'upper': segments[0]: from_polygon: corners 0 and 1 are"));
   segment.sides = 6;
-  EXPECT_THAT(refusal({"upper", {segment}, {}, {}}), HasSubstr("sides: 6; allowed: 5, the number of corners, or auto"));
+  EXPECT_THAT(refusal({"upper", {segment}, {}, {}}),
+              HasSubstr("sides: 6; allowed: 5, the number of corners, or auto"));
   segment = tapering();
   segment.to_polygon.pop_back();
   EXPECT_THAT(refusal({"upper", {segment}, {}, {}}), HasSubstr("to_polygon: 4 corners; allowed: 5"));
   segment.from_polygon.resize(2);
-  EXPECT_THAT(refusal({"upper", {segment}, {}, {}}), HasSubstr("from_polygon: 2 corners; allowed: 3 or more"));
+  EXPECT_THAT(refusal({"upper", {segment}, {}, {}}),
+              HasSubstr("from_polygon: 2 corners; allowed: 3 or more"));
   segment = tapering();
   segment.from_polygon[2].psi_rad = std::nan("");
   EXPECT_THAT(refusal({"upper", {segment}, {}, {}}), HasSubstr("from_polygon: corner 2"));
@@ -178,7 +184,9 @@ TEST(AxisSensors, StandWhereTheThesisPutsThem) {
     const SkinLayout layout = lay_out({"upper", {}, {line(K)}, {}}, {.normalisation = Normalisation::kCount});
     ASSERT_EQ(layout.size(), static_cast<std::size_t>(K));
     for (int k = 1; k <= K; ++k) {
-      EXPECT_LT((layout.position(static_cast<std::size_t>(k - 1)) - Eigen::Vector3d(0.4 * k / K, 0, 0)).norm(), 1e-12);
+      EXPECT_LT(
+          (layout.position(static_cast<std::size_t>(k - 1)) - Eigen::Vector3d(0.4 * k / K, 0, 0)).norm(),
+          1e-12);
       EXPECT_DOUBLE_EQ(layout.weight[static_cast<std::size_t>(k - 1)], 1.0 / K);
     }
   }
@@ -191,8 +199,8 @@ TEST(AxisSensors, BothNormalisationsAreTheThesiss) {
   const double LL = 0.4;
   for (const int K : {10, 20, 40, 60, 90}) {
     for (const Normalisation normalisation : {Normalisation::kCount, Normalisation::kActive}) {
-      const SkinLayout layout =
-          *lay_out_skin(arm, {{"upper", {}, {line(K)}, {}}}, {.voxel_size_m = 0.01, .normalisation = normalisation});
+      const SkinLayout layout = *lay_out_skin(arm, {{"upper", {}, {line(K)}, {}}},
+                                              {.voxel_size_m = 0.01, .normalisation = normalisation});
       SkinSensing sensing(layout, {});
       double greatest = 0.0;
       for (double q = -3.0; q < 3.0; q += 0.1) {
@@ -223,7 +231,8 @@ TEST(AxisSensors, BothNormalisationsAreTheThesiss) {
 TEST(AxisSensors, AutoKeepsAPitchBelowOneVoxelOrTheReach) {
   AxisSensors axis = line(1);
   axis.count.reset();
-  EXPECT_EQ(lay_out({"upper", {}, {axis}, {}}, {.normalisation = Normalisation::kNone}).size(), 81U);  // 0.4 / 4.95 mm
+  EXPECT_EQ(lay_out({"upper", {}, {axis}, {}}, {.normalisation = Normalisation::kNone}).size(),
+            81U);  // 0.4 / 4.95 mm
   axis.cluster = ClusterSpec{3, ClusterShape::kSphere};
   const SkinLayout spheres = lay_out({"upper", {}, {axis}, {}});
   EXPECT_EQ(spheres.size(), 27U);
@@ -335,7 +344,8 @@ TEST(MeshSkin, FeelsWhatTheStructuredSkinOfTheSameShapeFeels) {
   const std::uint32_t n = 180;
   for (std::uint32_t i = 0; i < n; ++i) {
     const auto angle = static_cast<float>(2 * std::numbers::pi * i / n);
-    for (const float x : {0.0F, 0.3F}) mesh.vertices_m.emplace_back(x, 0.04F * std::cos(angle), 0.04F * std::sin(angle));
+    for (const float x : {0.0F, 0.3F})
+      mesh.vertices_m.emplace_back(x, 0.04F * std::cos(angle), 0.04F * std::sin(angle));
     const std::uint32_t next = (i + 1) % n;
     mesh.triangles.push_back({2 * i, 2 * i + 1, 2 * next});
     mesh.triangles.push_back({2 * next, 2 * i + 1, 2 * next + 1});
@@ -354,24 +364,28 @@ TEST(MeshSkin, FeelsWhatTheStructuredSkinOfTheSameShapeFeels) {
     }
     return drag;
   };
-  const auto structured = drags({"upper", {tube}, {}, {}}), sampled = drags({"upper", {}, {}, {{mesh, 1.0, std::nullopt}}});
+  const auto structured = drags({"upper", {tube}, {}, {}}),
+             sampled = drags({"upper", {}, {}, {{mesh, 1.0, std::nullopt}}});
   const double greatest = *std::max_element(structured.begin(), structured.end());
   ASSERT_GT(greatest, 0.0);
   for (std::size_t i = 0; i < structured.size(); ++i) EXPECT_NEAR(sampled[i], structured[i], 0.02 * greatest);
 }
 
 TEST(MeshSkinRefuses, WhatHasNoSurfaceOrTooMuch) {
-  EXPECT_THAT(refusal({"upper", {}, {}, {{{}, 1.0, std::nullopt}}}), HasSubstr("link 'upper': meshes[0]: has no surface"));
+  EXPECT_THAT(refusal({"upper", {}, {}, {{{}, 1.0, std::nullopt}}}),
+              HasSubstr("link 'upper': meshes[0]: has no surface"));
   geometry::TriangleMesh broken = ball();
   broken.triangles[3][1] = 1'000'000;
   EXPECT_THAT(refusal({"upper", {}, {}, {{broken, 1.0, std::nullopt}}}), HasSubstr("vertex that is missing"));
   broken = ball();
   broken.vertices_m[5].x() = std::nanf("");
   EXPECT_THAT(refusal({"upper", {}, {}, {{broken, 1.0, std::nullopt}}}), HasSubstr("not finite"));
-  EXPECT_THAT(refusal({"upper", {}, {}, {{geometry::make_box({50, 50, 50}), 1.0, std::nullopt}}}), HasSubstr("is too large"));
+  EXPECT_THAT(refusal({"upper", {}, {}, {{geometry::make_box({50, 50, 50}), 1.0, std::nullopt}}}),
+              HasSubstr("is too large"));
   SkinOptions options;
   options.max_sensors = 100;
-  EXPECT_THAT(refusal({"upper", {}, {}, {{ball(), 1.0, std::nullopt}}}, options), HasSubstr("needs more sensors than the 100"));
+  EXPECT_THAT(refusal({"upper", {}, {}, {{ball(), 1.0, std::nullopt}}}, options),
+              HasSubstr("needs more sensors than the 100"));
 }
 
 }  // namespace

@@ -121,7 +121,8 @@ TEST(SkinSensing, ALinkWhosePoseIsNotFiniteFeelsNothing) {
       LinkPoses broken = X_WL;
       (turned ? broken[2].rotation(1, 0) : broken[2].translation_m.x()) = bad;
       sensing.sense(broken, 7, world);
-      if (turned && bad == 1e300) continue;  // finite, though no rotation: it only must not read out of bounds
+      if (turned && bad == 1e300)
+        continue;  // finite, though no rotation: it only must not read out of bounds
       EXPECT_EQ(sensing.sums()[2].mu, 0.0) << bad;
       EXPECT_EQ(sensing.sums()[3].mu, whole[3].mu) << bad;
     }
@@ -137,7 +138,8 @@ TEST(SkinSensing, MutedObjectsAreNotFeltByThatLinkUntilTheyAreAgain) {
   axis.cluster = ClusterSpec{2, ClusterShape::kSphere};
   skin[2].axes.push_back(axis);
   const SkinLayout layout = *lay_out_skin(arm, skin, {.voxel_size_m = 0.01});
-  const voxel::Workspace world = test_worlds::make([](const Eigen::Vector3d&) { return std::uint8_t{5}; });  // all object 1
+  const voxel::Workspace world =
+      test_worlds::make([](const Eigen::Vector3d&) { return std::uint8_t{5}; });  // all object 1
   SkinSensing sensing(layout, {});
   LinkPoses X_WL;
   arm.link_poses({}, X_WL);

@@ -145,7 +145,9 @@ TEST(SkinRefuses, UnknownLinksAndShapesThatCannotBe) {
 TEST(SkinRefuses, TooManySensorsAndNone) {
   SkinOptions options;
   options.max_sensors = 1000;
-  EXPECT_THAT(refusal({{"upper", {cone()}}}, options), HasSubstr("link 'upper': segments[0]: needs more sensors than the 1000 that are still allowed"));
+  EXPECT_THAT(
+      refusal({{"upper", {cone()}}}, options),
+      HasSubstr("link 'upper': segments[0]: needs more sensors than the 1000 that are still allowed"));
   EXPECT_THAT(refusal({}), HasSubstr("no sensors"));
   EXPECT_THAT(refusal({{"base", {cone()}}}), HasSubstr("at least one part on a moving link"));
 }

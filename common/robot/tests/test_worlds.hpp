@@ -51,9 +51,10 @@ inline const std::vector<Eigen::Vector4d> kBalls{
 
 /// The one whose surface is nearest.
 inline const Eigen::Vector4d& nearest_ball(const Eigen::Vector3d& p) {
-  return *std::min_element(kBalls.begin(), kBalls.end(), [&p](const Eigen::Vector4d& a, const Eigen::Vector4d& b) {
-    return (p - a.head<3>()).norm() - a[3] < (p - b.head<3>()).norm() - b[3];
-  });
+  return *std::min_element(kBalls.begin(), kBalls.end(),
+                           [&p](const Eigen::Vector4d& a, const Eigen::Vector4d& b) {
+                             return (p - a.head<3>()).norm() - a[3] < (p - b.head<3>()).norm() - b[3];
+                           });
 }
 
 /// Balls scattered through the suspended arm's reach.

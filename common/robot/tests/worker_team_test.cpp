@@ -30,7 +30,8 @@ void expect_each_part_once(WorkerTeam& team, std::size_t jobs, std::size_t most_
   for (std::size_t job = 1; job <= jobs; ++job) {
     for (std::size_t part = 0; part < job * 7919 % (most_parts + 1); ++part) ++expected[part];
   }
-  for (std::size_t part = 0; part < most_parts; ++part) EXPECT_EQ(slots[part].calls, expected[part]) << "part " << part;
+  for (std::size_t part = 0; part < most_parts; ++part)
+    EXPECT_EQ(slots[part].calls, expected[part]) << "part " << part;
 }
 
 TEST(WorkerTeam, DoesEachPartOfEachJobOnceWithAnyNumberOfThreads) {
@@ -44,7 +45,8 @@ TEST(WorkerTeam, DoesEachPartOfEachJobOnceWithAnyNumberOfThreads) {
 TEST(WorkerTeam, WakesWorkersThatHaveParked) {
   WorkerTeam team(3);
   for (int job = 0; job < 30; ++job) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));  // long enough to park, if they are quick; nothing rests on it
+    std::this_thread::sleep_for(
+        std::chrono::milliseconds(2));  // long enough to park, if they are quick; nothing rests on it
     std::vector<Slot> slots(20);
     team.run(slots.size(), [&slots](std::size_t part) { slots[part].calls = part + 1; });
     for (std::size_t part = 0; part < slots.size(); ++part) ASSERT_EQ(slots[part].calls, part + 1);
@@ -72,7 +74,8 @@ TEST(WorkerTeam, AJobOfTooManyPartsIsDoneByTheCallerAlone) {
   WorkerTeam team(2);
   std::size_t calls = 0;
   const auto caller = std::this_thread::get_id();
-  team.run(WorkerTeam::kMostParts + 1, [&](std::size_t) { calls += std::this_thread::get_id() == caller ? 1U : 0U; });
+  team.run(WorkerTeam::kMostParts + 1,
+           [&](std::size_t) { calls += std::this_thread::get_id() == caller ? 1U : 0U; });
   EXPECT_EQ(calls, WorkerTeam::kMostParts + 1);
 }
 
@@ -86,7 +89,8 @@ TEST(WorkerTeam, UsesNoHeapInAJob) {
       ++slots[part].calls;
     });
   }
-  EXPECT_EQ(std::accumulate(slots.begin(), slots.end(), std::size_t{0}, [](std::size_t n, const Slot& s) { return n + s.calls; }),
+  EXPECT_EQ(std::accumulate(slots.begin(), slots.end(), std::size_t{0},
+                            [](std::size_t n, const Slot& s) { return n + s.calls; }),
             5000U);
 }
 

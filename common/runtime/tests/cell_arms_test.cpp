@@ -43,8 +43,11 @@ void expect_axes(const std::string& arm_name, const std::vector<Axis>& table) {
 }
 
 TEST(ShippedArms, HaveTheThesissRangesAndSpeeds) {
-  expect_axes("suspended_arm", {{0, 1.8, 0.02}, {-180, 180, 10}, {-60, 60, 10}, {-90, 90, 10}, {-45, 60, 10}, {-180, 180, 20}});
-  expect_axes("cartesian_probe", {{0, 0.72, 0.24}, {0, 0.676, 0.156}, {0, 0.442, 0.156}, {-75, 180, 50}, {0, 90, 50}});
+  expect_axes(
+      "suspended_arm",
+      {{0, 1.8, 0.02}, {-180, 180, 10}, {-60, 60, 10}, {-90, 90, 10}, {-45, 60, 10}, {-180, 180, 20}});
+  expect_axes("cartesian_probe",
+              {{0, 0.72, 0.24}, {0, 0.676, 0.156}, {0, 0.442, 0.156}, {-75, 180, 50}, {0, 90, 50}});
   expect_axes("active_joystick", {{-150, 150, 18000}, {-180, 90, 18000}});
 }
 
@@ -83,10 +86,11 @@ class ArmFile : public testing::Test {
   void SetUp() override {
     folder_ = std::filesystem::temp_directory_path() / ("phantom_arms_" + std::to_string(getpid()));
     std::filesystem::create_directories(folder_);
-    std::ofstream(folder_ / "cell.yaml") << "name: bench\n"
-                                            "workspace: {min_m: [-1, -1, 0], max_m: [1, 1, 1.5], voxel_size_m: 0.01}\n"
-                                            "profile: {thickness_vox: [4], mu_Pa_s_per_m: [32]}\n"
-                                            "arms: [{name: arm, file: arm.yaml, mount: {xyz_m: [0, 0, 0.5]}}]\n";
+    std::ofstream(folder_ / "cell.yaml")
+        << "name: bench\n"
+           "workspace: {min_m: [-1, -1, 0], max_m: [1, 1, 1.5], voxel_size_m: 0.01}\n"
+           "profile: {thickness_vox: [4], mu_Pa_s_per_m: [32]}\n"
+           "arms: [{name: arm, file: arm.yaml, mount: {xyz_m: [0, 0, 0.5]}}]\n";
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
@@ -105,7 +109,8 @@ class ArmFile : public testing::Test {
   }
   void expect_refused(const std::string& from, const std::string& to, const std::string& message) {
     EXPECT_THAT([&] { load(from, to); }, ThrowsMessage<ConfigError>(HasSubstr(message))) << to;
-    EXPECT_THAT([&] { load(from, to); }, ThrowsMessage<ConfigError>(HasSubstr("arm.yaml"))) << "names the arm's own file";
+    EXPECT_THAT([&] { load(from, to); }, ThrowsMessage<ConfigError>(HasSubstr("arm.yaml")))
+        << "names the arm's own file";
   }
 
   static constexpr const char* kArm = R"(dh:
@@ -135,7 +140,8 @@ TEST_F(ArmFile, LoadsWithUnits) {
   EXPECT_EQ(arm.skin[1].axes[0].cluster->shape, robot::ClusterShape::kFraction);
   EXPECT_EQ(arm.skin[1].axes[0].tip_reach_vox, 1);
   const auto skin = load_skin(arm, load_arm(arm));
-  EXPECT_NEAR((skin[0].segments[0].to_m - skin[0].segments[0].from_m).norm(), 0.2, 1e-12) << "placed along the axis";
+  EXPECT_NEAR((skin[0].segments[0].to_m - skin[0].segments[0].from_m).norm(), 0.2, 1e-12)
+      << "placed along the axis";
 }
 
 TEST_F(ArmFile, AnEndlessJointNeedsNoRange) {
@@ -152,7 +158,8 @@ TEST_F(ArmFile, EachFaultIsNamed) {
   expect_refused("type: prismatic", "type: screw", "allowed: revolute, prismatic");
   expect_refused("home: [0, 0.1]", "home: [0]", "home: has 1 values; allowed: 2");
   expect_refused("home: [0, 0.1]", "home: [0, 0.5]", "is outside of its limits; allowed: 0.0");
-  expect_refused("torque_constants_Nm_A: [0.3, 0]", "torque_constants_Nm_A: [0.3]", "has 1 values; allowed: 2");
+  expect_refused("torque_constants_Nm_A: [0.3, 0]", "torque_constants_Nm_A: [0.3]",
+                 "has 1 values; allowed: 2");
   expect_refused("psi_deg: [0, 120, 240]", "psi_deg: [0, 120]", "has 2 values for 3 of r_m");
   expect_refused("offset_m: 0.05", "from_m: [0, 0, 0]", "one way to place a segment");
   expect_refused("length_m: 0.2,", "length_m: 0.2, from_radius_m: 0.1,", "stands beside a radius");
@@ -161,10 +168,12 @@ TEST_F(ArmFile, EachFaultIsNamed) {
   expect_refused("reach_vox: 3,", "reach_vox: 16,", "1 to 15 voxels");
   expect_refused("count: 30", "count: 0", "allowed: 1 to 100000 sensors");
   expect_refused("axes: [{from_m: [0, 0, 0]", "axes: [{from_m: [0, 0, 0.2]", "is the same point as from_m");
-  expect_refused("  - link: slide\n    axes", "  - link: slide\n    lines", "at least one of segments, axes, meshes");
+  expect_refused("  - link: slide\n    axes", "  - link: slide\n    lines",
+                 "at least one of segments, axes, meshes");
   expect_refused("axes: [", "meshes: [{mesh: gone.stl}]\n    axes: [", "'gone.stl' is not a file");
   expect_refused("axes: [", "meshes: [{gain: 1}]\n    axes: [", "has no visual meshes");
-  expect_refused("interest_points: [", "interest_points: [{name: end, link: slide, position_m: [0, 0, 0]}, ", "stands twice");
+  expect_refused("interest_points: [", "interest_points: [{name: end, link: slide, position_m: [0, 0, 0]}, ",
+                 "stands twice");
   expect_refused("home:", "colour: red\nhome:", "unknown key");
 }
 

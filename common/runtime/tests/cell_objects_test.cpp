@@ -63,8 +63,11 @@ class CellObjects : public testing::Test {
 TEST_F(CellObjects, ReadsEveryPrimitive) {
   EXPECT_NEAR(read("primitive: {sphere: {radius_m: 0.1}}").solid_O->value({0, 0, 0}), -0.1, 1e-12);
   EXPECT_NEAR(read("primitive: {box: {size_m: [0.2, 0.4, 0.6]}}").solid_O->value({0, 0, 0}), -0.1, 1e-12);
-  EXPECT_NEAR(read("primitive: {cylinder: {radius_m: 0.3, height_m: 0.4}}").solid_O->value({0, 0, 0}), -0.2, 1e-12);
-  EXPECT_NEAR(read("primitive: {torus: {ring_radius_m: 0.3, tube_radius_m: 0.1}}").solid_O->value({0.3, 0, 0}), -0.1, 1e-12);
+  EXPECT_NEAR(read("primitive: {cylinder: {radius_m: 0.3, height_m: 0.4}}").solid_O->value({0, 0, 0}), -0.2,
+              1e-12);
+  EXPECT_NEAR(
+      read("primitive: {torus: {ring_radius_m: 0.3, tube_radius_m: 0.1}}").solid_O->value({0.3, 0, 0}), -0.1,
+      1e-12);
   const ObjectConfig cone = read("primitive: {cone: {radius_m: 0.2, height_m: 0.4}}");
   EXPECT_TRUE(inside(cone, 0.19, 0, -0.199));
   EXPECT_FALSE(inside(cone, 0.02, 0, 0.199));
@@ -95,48 +98,68 @@ pose: {xyz_m: [0, 0, 0.5]})");
 }
 
 TEST_F(CellObjects, ScaleIsAboutTheObjectsOrigin) {
-  const ObjectConfig object = read("implicit: {f: \"x^2 + y^2 + z^2 - 1\", min_m: [-1, -1, -1], max_m: [1, 1, 1]}\nscale: 0.1");
+  const ObjectConfig object =
+      read("implicit: {f: \"x^2 + y^2 + z^2 - 1\", min_m: [-1, -1, -1], max_m: [1, 1, 1]}\nscale: 0.1");
   EXPECT_TRUE(inside(object, 0.099, 0, 0));
   EXPECT_FALSE(inside(object, 0.101, 0, 0));
 }
 
 TEST_F(CellObjects, EachFaultOfAShapeIsNamed) {
   EXPECT_THAT(refused(""), HasSubstr("one of mesh, polyhedron, primitive, csg, implicit"));
-  EXPECT_THAT(refused("mesh: a.stl\nprimitive: {sphere: {radius_m: 1}}"), HasSubstr("primitive: stands beside mesh"));
+  EXPECT_THAT(refused("mesh: a.stl\nprimitive: {sphere: {radius_m: 1}}"),
+              HasSubstr("primitive: stands beside mesh"));
   EXPECT_THAT(refused("mesh: gone.stl"), HasSubstr("mesh: 'gone.stl' is not a file"));
-  EXPECT_THAT(refused("primitive: {ball: {radius_m: 1}}"), HasSubstr("primitive: names no shape; allowed: one of sphere"));
-  EXPECT_THAT(refused("primitive: {sphere: {radius_m: 1}, box: {size_m: [1, 1, 1]}}"), HasSubstr("stands beside"));
-  EXPECT_THAT(refused("primitive: {sphere: {radius_m: 0}}"), HasSubstr("primitive.sphere.radius_m: '0' is out of range"));
-  EXPECT_THAT(refused("primitive: {sphere: {radius: 1}}"), HasSubstr("primitive.sphere.radius_m: is missing"));
-  EXPECT_THAT(refused("primitive: {sphere: {radius_m: 1, colour: 2}}"), HasSubstr("primitive.sphere.colour: unknown key"));
+  EXPECT_THAT(refused("primitive: {ball: {radius_m: 1}}"),
+              HasSubstr("primitive: names no shape; allowed: one of sphere"));
+  EXPECT_THAT(refused("primitive: {sphere: {radius_m: 1}, box: {size_m: [1, 1, 1]}}"),
+              HasSubstr("stands beside"));
+  EXPECT_THAT(refused("primitive: {sphere: {radius_m: 0}}"),
+              HasSubstr("primitive.sphere.radius_m: '0' is out of range"));
+  EXPECT_THAT(refused("primitive: {sphere: {radius: 1}}"),
+              HasSubstr("primitive.sphere.radius_m: is missing"));
+  EXPECT_THAT(refused("primitive: {sphere: {radius_m: 1, colour: 2}}"),
+              HasSubstr("primitive.sphere.colour: unknown key"));
   EXPECT_THAT(refused("primitive: {box: {size_m: [1, 1]}}"), HasSubstr("needs three lengths"));
-  EXPECT_THAT(refused("primitive: {prism: {corners_m: [0, 0, 1, 1, 2, 2], height_m: 1}}"), HasSubstr("are in line"));
-  EXPECT_THAT(refused("primitive: {prism: {corners_m: [0, 0, 1, 1], height_m: 1}}"), HasSubstr("needs three corners"));
+  EXPECT_THAT(refused("primitive: {prism: {corners_m: [0, 0, 1, 1, 2, 2], height_m: 1}}"),
+              HasSubstr("are in line"));
+  EXPECT_THAT(refused("primitive: {prism: {corners_m: [0, 0, 1, 1], height_m: 1}}"),
+              HasSubstr("needs three corners"));
   EXPECT_THAT(refused("csg: {difference: []}"), HasSubstr("csg.difference: is empty"));
   EXPECT_THAT(refused("csg: {union: {sphere: {radius_m: 1}}}"), HasSubstr("a list of mappings"));
-  EXPECT_THAT(refused("csg: {union: [{sphere: {radius_m: 1}, pos: 2}]}"), HasSubstr("csg.union[0].pos: unknown key (did you mean pose?)"));
+  EXPECT_THAT(refused("csg: {union: [{sphere: {radius_m: 1}, pos: 2}]}"),
+              HasSubstr("csg.union[0].pos: unknown key (did you mean pose?)"));
   EXPECT_THAT(refused("implicit: {f: \"x + w\", min_m: [0, 0, 0], max_m: [1, 1, 1]}"),
               HasSubstr("implicit.f: 'x + w' is not a formula: column 5: 'w' is not known"));
-  EXPECT_THAT(refused("implicit: {f: x, min_m: [0, 0, 0], max_m: [1, 0, 1]}"), HasSubstr("is not above min_m"));
+  EXPECT_THAT(refused("implicit: {f: x, min_m: [0, 0, 0], max_m: [1, 0, 1]}"),
+              HasSubstr("is not above min_m"));
   EXPECT_THAT(refused("implicit: {f: x, min_m: [0, 0, 0], max_m: [1, 1e5, 1]}"), HasSubstr("out of range"));
   EXPECT_THAT(refused("implicit: {f: x}"), HasSubstr("implicit.min_m: is missing"));
-  EXPECT_THAT(refused("primitive: {sphere: {radius_m: 1}}\nmesh_scale: 0.1"), HasSubstr("mesh_scale: unknown key"));
-  EXPECT_THAT(refused("primitive: {sphere: {radius_m: 1}}\nscale: 0"), HasSubstr("scale: '0' is out of range"));
+  EXPECT_THAT(refused("primitive: {sphere: {radius_m: 1}}\nmesh_scale: 0.1"),
+              HasSubstr("mesh_scale: unknown key"));
+  EXPECT_THAT(refused("primitive: {sphere: {radius_m: 1}}\nscale: 0"),
+              HasSubstr("scale: '0' is out of range"));
 }
 
 TEST_F(CellObjects, APolyhedronIsAMeshInTheTextWithAGuardOfItsOwn) {
-  const std::string corners = "vertices_m: [0, 0, 0, 0.1, 0, 0, 0, 0.1, 0, 0, 0, 0.1]", triangles = "triangles: [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]";
-  const ObjectConfig object = read("polyhedron: {" + corners + ", " + triangles + "}\nscale: 2\nguard_vox: 3");
+  const std::string corners = "vertices_m: [0, 0, 0, 0.1, 0, 0, 0, 0.1, 0, 0, 0, 0.1]",
+                    triangles = "triangles: [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]";
+  const ObjectConfig object =
+      read("polyhedron: {" + corners + ", " + triangles + "}\nscale: 2\nguard_vox: 3");
   EXPECT_EQ(object.profile.guard_vox, 3);
   EXPECT_EQ(object.profile.thickness_vox, cell_.profile.thickness_vox) << "the layers stay the cell's";
   const CellBody body = load_body(object, cell_);
   EXPECT_NEAR(geometry::enclosed_volume_m3(body.mesh_O), 0.008 / 6, 1e-9);
   EXPECT_EQ(body.body.profile.guard_vox, 3);
-  EXPECT_THAT(refused("polyhedron: {vertices_m: [0, 0, 0, 1], " + triangles + "}"), AllOf(HasSubstr("vertices_m"), HasSubstr("at least 4 corners")));
-  EXPECT_THAT(refused("polyhedron: {" + corners + ", triangles: [0, 2, 1]}"), AllOf(HasSubstr("triangles"), HasSubstr("at least 4 triangles")));
-  EXPECT_THAT(refused("polyhedron: {" + corners + ", triangles: [0, 2, 4, 0, 1, 3, 0, 3, 2, 1, 2, 3]}"), AllOf(HasSubstr("triangles"), HasSubstr("0 to 3")));
-  EXPECT_THAT(refused("polyhedron: {" + corners + ", " + triangles + "}\nguard_vox: -1"), HasSubstr("guard_vox"));
-  EXPECT_THAT(refused("polyhedron: {" + corners + ", " + triangles + "}\nmesh: a.stl"), HasSubstr("stands beside"));
+  EXPECT_THAT(refused("polyhedron: {vertices_m: [0, 0, 0, 1], " + triangles + "}"),
+              AllOf(HasSubstr("vertices_m"), HasSubstr("at least 4 corners")));
+  EXPECT_THAT(refused("polyhedron: {" + corners + ", triangles: [0, 2, 1]}"),
+              AllOf(HasSubstr("triangles"), HasSubstr("at least 4 triangles")));
+  EXPECT_THAT(refused("polyhedron: {" + corners + ", triangles: [0, 2, 4, 0, 1, 3, 0, 3, 2, 1, 2, 3]}"),
+              AllOf(HasSubstr("triangles"), HasSubstr("0 to 3")));
+  EXPECT_THAT(refused("polyhedron: {" + corners + ", " + triangles + "}\nguard_vox: -1"),
+              HasSubstr("guard_vox"));
+  EXPECT_THAT(refused("polyhedron: {" + corners + ", " + triangles + "}\nmesh: a.stl"),
+              HasSubstr("stands beside"));
 }
 
 TEST_F(CellObjects, NestingHasAnEnd) {
@@ -146,8 +169,9 @@ TEST_F(CellObjects, NestingHasAnEnd) {
 }
 
 TEST_F(CellObjects, ATextIsReadAsStrictlyAsAFile) {
-  EXPECT_THAT(refused("primitive: {sphere: {radius_m: 1}}\ncolor: [1, 0, 0]"),
-              AllOf(HasSubstr("cell.yaml: object:3"), HasSubstr("color: unknown key (did you mean colour?)")));
+  EXPECT_THAT(
+      refused("primitive: {sphere: {radius_m: 1}}\ncolor: [1, 0, 0]"),
+      AllOf(HasSubstr("cell.yaml: object:3"), HasSubstr("color: unknown key (did you mean colour?)")));
   EXPECT_THAT(refused("primitive: ["), HasSubstr("not valid YAML"));
   EXPECT_EQ(read("primitive: {sphere: {radius_m: 1}}").profile.mu_Pa_s_per_m, cell_.profile.mu_Pa_s_per_m);
 }
@@ -167,7 +191,8 @@ TEST_F(CellObjects, ProfilesByThesisSet) {
 TEST_F(CellObjects, ProfilesByMultiplePassCylinder) {
   const std::string pipes = "mpc: {cylinder_diameter_m: 0.05, fluid_viscosity_Pa_s: 0.1, gamma: ";
   const std::string three =
-      ", pipes: [{diameter_m: 0.01, length_m: 0.1, gap_m: 0.01}, {diameter_m: 0.01, length_m: 0.1, gap_m: 0.01},"
+      ", pipes: [{diameter_m: 0.01, length_m: 0.1, gap_m: 0.01}, {diameter_m: 0.01, length_m: 0.1, gap_m: "
+      "0.01},"
       " {diameter_m: 0.01, length_m: 0.1, gap_m: 0.02}]}";
   const auto stepped = profile(pipes + "stepped" + three);
   EXPECT_THAT(stepped.thickness_vox, ElementsAre(2, 2, 4));
@@ -202,25 +227,38 @@ TEST_F(CellObjects, ProfilesSayHowLayersAreMade) {
 }
 
 TEST_F(CellObjects, EachFaultOfAProfileIsNamed) {
-  EXPECT_THAT(profile_refused("set: steep"), HasSubstr("profile.set: 'steep' is not known; allowed: linear, nonlinear,"));
+  EXPECT_THAT(profile_refused("set: steep"),
+              HasSubstr("profile.set: 'steep' is not known; allowed: linear, nonlinear,"));
   EXPECT_THAT(profile_refused("set: linear, mpc: {}"), HasSubstr("profile.mpc: stands beside set"));
   EXPECT_THAT(profile_refused("method: distance"), HasSubstr("profile.thickness_vox: is missing"));
-  EXPECT_THAT(profile_refused("set: linear, thickness_vox: [1]"), HasSubstr("profile.thickness_vox: unknown key"));
+  EXPECT_THAT(profile_refused("set: linear, thickness_vox: [1]"),
+              HasSubstr("profile.thickness_vox: unknown key"));
   EXPECT_THAT(profile_refused("set: linear, element: cube"), HasSubstr("belongs to method: dilation"));
-  EXPECT_THAT(profile_refused("set: linear, method: guess"), HasSubstr("allowed: distance, surface, dilation"));
-  EXPECT_THAT(profile_refused("set: linear, method: dilation, element: round"), HasSubstr("allowed: cube, sphere, sphere-contained"));
+  EXPECT_THAT(profile_refused("set: linear, method: guess"),
+              HasSubstr("allowed: distance, surface, dilation"));
+  EXPECT_THAT(profile_refused("set: linear, method: dilation, element: round"),
+              HasSubstr("allowed: cube, sphere, sphere-contained"));
   EXPECT_THAT(profile_refused("set: linear, mu_skin_Pa_s_per_m: 20"), HasSubstr("below the first layer's"));
-  EXPECT_THAT(profile_refused("set: linear, inside: {thickness_vox: [2], mu_Pa_s_per_m: [30]}"), HasSubstr("does not rise inwards"));
-  EXPECT_THAT(profile_refused("set: linear, inside: {thickness_vox: [2, 2], mu_Pa_s_per_m: [40]}"), HasSubstr("inside the body"));
-  EXPECT_THAT(profile_refused("function: {mu: \"10 + d\", reach_m: 0.1}"), HasSubstr("allowed: a function that falls with d"));
-  EXPECT_THAT(profile_refused("function: {mu: \"1 - 20*d\", reach_m: 0.1}"), HasSubstr("allowed: 1e-6 to 1e6"));
-  EXPECT_THAT(profile_refused("function: {mu: \"log(d - 1)\", reach_m: 0.1}"), HasSubstr("has no value at d = 0.002500 m"));
-  EXPECT_THAT(profile_refused("function: {mu: \"exp(-x)\", reach_m: 0.1}"), HasSubstr("'x' is not known; allowed: d pi e"));
+  EXPECT_THAT(profile_refused("set: linear, inside: {thickness_vox: [2], mu_Pa_s_per_m: [30]}"),
+              HasSubstr("does not rise inwards"));
+  EXPECT_THAT(profile_refused("set: linear, inside: {thickness_vox: [2, 2], mu_Pa_s_per_m: [40]}"),
+              HasSubstr("inside the body"));
+  EXPECT_THAT(profile_refused("function: {mu: \"10 + d\", reach_m: 0.1}"),
+              HasSubstr("allowed: a function that falls with d"));
+  EXPECT_THAT(profile_refused("function: {mu: \"1 - 20*d\", reach_m: 0.1}"),
+              HasSubstr("allowed: 1e-6 to 1e6"));
+  EXPECT_THAT(profile_refused("function: {mu: \"log(d - 1)\", reach_m: 0.1}"),
+              HasSubstr("has no value at d = 0.002500 m"));
+  EXPECT_THAT(profile_refused("function: {mu: \"exp(-x)\", reach_m: 0.1}"),
+              HasSubstr("'x' is not known; allowed: d pi e"));
   EXPECT_THAT(profile_refused("function: {mu: \"exp(-d)\", reach_m: 2}"), HasSubstr("98 layers at most"));
-  EXPECT_THAT(profile_refused("mpc: {cylinder_diameter_m: 0.05, fluid_viscosity_Pa_s: 0.1, pipes: [{diameter_m: 0.1, length_m: 0.1, gap_m: 0.01}]}"),
+  EXPECT_THAT(profile_refused("mpc: {cylinder_diameter_m: 0.05, fluid_viscosity_Pa_s: 0.1, pipes: "
+                              "[{diameter_m: 0.1, length_m: 0.1, gap_m: 0.01}]}"),
               HasSubstr("pipe 1 of diameter 0.1 m; allowed: above 0, up to the cylinder's"));
-  EXPECT_THAT(profile_refused("mpc: {cylinder_diameter_m: 0.05, fluid_viscosity_Pa_s: 0.1}"), HasSubstr("no pipes"));
-  EXPECT_THAT(profile_refused("thickness_vox: [300], mu_Pa_s_per_m: [10]"), HasSubstr("allowed: at most 254"));
+  EXPECT_THAT(profile_refused("mpc: {cylinder_diameter_m: 0.05, fluid_viscosity_Pa_s: 0.1}"),
+              HasSubstr("no pipes"));
+  EXPECT_THAT(profile_refused("thickness_vox: [300], mu_Pa_s_per_m: [10]"),
+              HasSubstr("allowed: at most 254"));
 }
 
 TEST_F(CellObjects, BodiesByFormulaCarryFormulaAndSurface) {
@@ -245,11 +283,13 @@ TEST_F(CellObjects, BodiesThatCannotBeAreRefusedByName) {
   };
   EXPECT_THAT(refusal("primitive: {sphere: {radius_m: 0.1}}\npose: {xyz_m: [5, 0, 0]}"),
               AllOf(HasSubstr("'part'"), HasSubstr("outside of the workspace"), HasSubstr("x 4.9 to 5.1")));
-  EXPECT_THAT(refusal("implicit: {f: \"x^2 + 1\", min_m: [0, 0, 0], max_m: [1, 1, 1]}"), HasSubstr("holds nothing"));
+  EXPECT_THAT(refusal("implicit: {f: \"x^2 + 1\", min_m: [0, 0, 0], max_m: [1, 1, 1]}"),
+              HasSubstr("holds nothing"));
 }
 
 TEST_F(CellObjects, RealBodiesStandWhereTheirDeviationPutsThem) {
-  cell_.objects.push_back(read("primitive: {sphere: {radius_m: 0.1}}\nreal_deviation: {xyz_m: [0.01, 0, 0]}"));
+  cell_.objects.push_back(
+      read("primitive: {sphere: {radius_m: 0.1}}\nreal_deviation: {xyz_m: [0.01, 0, 0]}"));
   EXPECT_NEAR(load_real_bodies(cell_).at(0).mesh_W.bounding_box().max_m.x(), 0.11, 1e-4);
   EXPECT_NEAR(load_bodies(cell_).at(0).body.mesh_W.bounding_box().max_m.x(), 0.1, 1e-4);
 }

@@ -75,10 +75,12 @@ TEST(PeriodicLoop, SaysAtItsStartThatRealTimePriorityWasRefused) {
   }();
   PeriodicLoop loop("test", 0.001, {.fifo_priority = 1});
   std::string notice;
-  std::thread([&] { loop.run([&](double) {
-    notice = loop.notice();
-    return false;
-  }); }).join();
+  std::thread([&] {
+    loop.run([&](double) {
+      notice = loop.notice();
+      return false;
+    });
+  }).join();
   EXPECT_EQ(notice.empty(), granted) << notice;
   if (!granted) {
     EXPECT_NE(notice.find("CAP_SYS_NICE"), std::string::npos);

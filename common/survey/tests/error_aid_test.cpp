@@ -19,10 +19,12 @@ Measurement seven_corners(const HeadErrors& stated, const std::map<std::string, 
   HeadErrors none;
   none.range_m = none.pan_rad = none.tilt_rad = none.targeting_m = 0.0;
   std::mt19937_64 random(1);
-  auto targetings = *simulate_targetings(part, X_WO, visible_faces(part, X_WO, head.X_WH.translation_m, options), head, none, random);
+  auto targetings = *simulate_targetings(
+      part, X_WO, visible_faces(part, X_WO, head.X_WH.translation_m, options), head, none, random);
   EXPECT_EQ(targetings.size(), 7u);
   for (Targeting& t : targetings) {
-    if (const auto error = range_error_m.find(t.node); error != range_error_m.end()) t.reading->range_m += error->second;
+    if (const auto error = range_error_m.find(t.node); error != range_error_m.end())
+      t.reading->range_m += error->second;
   }
   return *register_nodes(head, stated, targetings);
 }
@@ -58,7 +60,8 @@ TEST(ErrorAid, TheThesissTwoBadRangesAreFoundWithAnInstrumentThatCanTellThem) {
   EXPECT_NEAR(check.nodes[2].off_plane_m, 0.006, 1e-4);
   EXPECT_NEAR(check.nodes[4].off_plane_m, -0.002, 1e-4);
   const auto said = advice(m, m.faces[0], check);
-  EXPECT_THAT(said, testing::Contains(testing::HasSubstr("measure node '3' again: its range is 6.0 mm too long")));
+  EXPECT_THAT(said,
+              testing::Contains(testing::HasSubstr("measure node '3' again: its range is 6.0 mm too long")));
   EXPECT_THAT(said, testing::Contains(testing::HasSubstr("node '5' again: its range is 2.0 mm too short")));
 }
 
@@ -76,13 +79,15 @@ TEST(ErrorAid, OfFourCornersNobodyCanTellWhichIsBad) {
   std::mt19937_64 random(1);
   VisibleOptions options;
   options.most_faces = 1;
-  auto targetings = *simulate_targetings(part, {}, visible_faces(part, {}, head.X_WH.translation_m, options), head, none, random);
+  auto targetings = *simulate_targetings(part, {}, visible_faces(part, {}, head.X_WH.translation_m, options),
+                                         head, none, random);
   ASSERT_EQ(targetings.size(), 4u);
   targetings[1].reading->range_m += 0.02;
   const Measurement m = *register_nodes(head, HeadErrors{}, targetings);
   const FaceCheck check = check_face(m, m.faces[0]);
   EXPECT_EQ(check.alternatives.size(), 3u);
-  EXPECT_THAT(advice(m, m.faces[0], check), testing::Contains(testing::HasSubstr("or, explaining it as well: ")));
+  EXPECT_THAT(advice(m, m.faces[0], check),
+              testing::Contains(testing::HasSubstr("or, explaining it as well: ")));
   targetings.resize(3);
   const Measurement three = *register_nodes(head, HeadErrors{}, targetings);
   EXPECT_FALSE(check_face(three, three.faces[0]).redundant) << "three corners always lie on a plane";

@@ -25,11 +25,15 @@ Exact exact(const PartModel& part, const geometry::Pose& X_WO) {
   const RangeHead head = test_head();
   std::mt19937_64 random(1);
   const auto faces = visible_faces(part, X_WO, head.X_WH.translation_m);
-  Exact e{X_WO, *register_nodes(head, {}, *simulate_targetings(part, X_WO, faces, head, no_errors(), random)), {}};
+  Exact e{X_WO,
+          *register_nodes(head, {}, *simulate_targetings(part, X_WO, faces, head, no_errors(), random)),
+          {}};
   for (const MeasuredNode& node : e.measurement.nodes) {
     std::uint32_t nearest = 0;
     for (std::uint32_t i = 0; i < part.nodes_O_m.size(); ++i) {
-      if ((X_WO * part.nodes_O_m[i] - node.p_W_m).norm() < (X_WO * part.nodes_O_m[nearest] - node.p_W_m).norm()) nearest = i;
+      if ((X_WO * part.nodes_O_m[i] - node.p_W_m).norm() <
+          (X_WO * part.nodes_O_m[nearest] - node.p_W_m).norm())
+        nearest = i;
     }
     e.map.push_back(nearest);
   }
@@ -47,11 +51,14 @@ TEST(Fit, WithoutErrorsTheFourStepsAndTheRefinementGiveThePoseItself) {
       const Exact e = exact(part, random_pose(random));
       for (const MeasuredFace& face : e.measurement.faces) {
         if (face.nodes.size() < 3) continue;
-        const auto X = fit_four_steps(part, e.measurement, face, e.map, largest_triangle(corners_of(e.measurement, face)), best_anchor(e.measurement, face));
+        const auto X = fit_four_steps(part, e.measurement, face, e.map,
+                                      largest_triangle(corners_of(e.measurement, face)),
+                                      best_anchor(e.measurement, face));
         EXPECT_LT(apart(X, e.X_WO), 1e-6) << part.name;
       }
       geometry::Pose start = e.X_WO;  // 20° and 5 cm off
-      start.rotation = geometry::rotation_about(Eigen::Vector3d(1, 2, -1).normalized(), 0.35) * start.rotation;
+      start.rotation =
+          geometry::rotation_about(Eigen::Vector3d(1, 2, -1).normalized(), 0.35) * start.rotation;
       start.translation_m += Eigen::Vector3d(0.03, -0.04, 0.01);
       const auto fit = refine(part, e.measurement, e.map, start);
       ASSERT_TRUE(fit) << fit.status().message();
@@ -76,7 +83,8 @@ TEST(Fit, TheDisplacementsJacobianIsThatOfFiniteDifferences) {
   }
 }
 
-// The covariance against a literal one: how the fitted pose answers to each node's coordinates, by differences.
+// The covariance against a literal one: how the fitted pose answers to each node's coordinates, by
+// differences.
 TEST(Fit, TheCovarianceIsThatOfThePropagatedNodesByFiniteDifferences) {
   std::mt19937_64 random(9);
   for (const char* name : {"v_groove_block", "bar", "wedge"}) {
@@ -91,7 +99,8 @@ TEST(Fit, TheCovarianceIsThatOfThePropagatedNodesByFiniteDifferences) {
         Measurement more = e.measurement, less = e.measurement;
         more.nodes[node].p_W_m[axis] += kStep;
         less.nodes[node].p_W_m[axis] -= kStep;
-        const geometry::Pose a = refine(part, less, e.map, e.X_WO)->X_WO, b = refine(part, more, e.map, e.X_WO)->X_WO;
+        const geometry::Pose a = refine(part, less, e.map, e.X_WO)->X_WO,
+                             b = refine(part, more, e.map, e.X_WO)->X_WO;
         const Eigen::AngleAxisd turn(Eigen::Matrix3d(b.rotation * a.rotation.transpose()));
         const Eigen::Vector3d centre_O = fit.X_WO.inverse() * fit.centre_W_m;
         by_node.col(axis) << turn.angle() * turn.axis(), b * centre_O - a * centre_O;
@@ -109,9 +118,11 @@ TEST(Fit, ThreeNodesInLineAreRefused) {
   NodeMap two(e.map.size(), kNotMapped);
   two[0] = e.map[0];
   two[1] = e.map[1];
-  EXPECT_THAT(refine(part, e.measurement, two, {}).status().message(), testing::HasSubstr("2 nodes do not determine a pose"));
+  EXPECT_THAT(refine(part, e.measurement, two, {}).status().message(),
+              testing::HasSubstr("2 nodes do not determine a pose"));
   PartModel line = part;
-  for (std::size_t i = 0; i < line.nodes_O_m.size(); ++i) line.nodes_O_m[i] = Eigen::Vector3d(0.1 * static_cast<double>(i), 0, 0);
+  for (std::size_t i = 0; i < line.nodes_O_m.size(); ++i)
+    line.nodes_O_m[i] = Eigen::Vector3d(0.1 * static_cast<double>(i), 0, 0);
   EXPECT_THAT(refine(line, e.measurement, e.map, {}).status().message(), testing::HasSubstr("one line"));
 }
 
@@ -123,12 +134,15 @@ TEST(Fit, GuardVoxelsCoverTheDisplacement) {
   EXPECT_EQ(guard_voxels(0.0101, 0.005), 3);
 }
 
-// A.5.1: the larger triangle gives the better orientation, the refinement over all nodes a better one than both.
+// A.5.1: the larger triangle gives the better orientation, the refinement over all nodes a better one than
+// both.
 TEST(Fit, TheLargerTriangleIsBetterAndTheRefinementBetterStill) {
   const PartModel& part = part_named("v_groove_block");
   const RangeHead head = test_head();
   geometry::Pose X_WO;
-  X_WO.rotation = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), head.X_WH.translation_m.normalized()).toRotationMatrix();
+  X_WO.rotation =
+      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), head.X_WH.translation_m.normalized())
+          .toRotationMatrix();
   VisibleOptions one;
   one.most_faces = 1;
   const Exact truth = exact(part, X_WO);
@@ -141,7 +155,9 @@ TEST(Fit, TheLargerTriangleIsBetterAndTheRefinementBetterStill) {
     for (const MeasuredNode& node : m.nodes) {
       std::uint32_t nearest = 0;
       for (std::uint32_t i = 0; i < part.nodes_O_m.size(); ++i) {
-        if ((X_WO * part.nodes_O_m[i] - node.p_W_m).norm() < (X_WO * part.nodes_O_m[nearest] - node.p_W_m).norm()) nearest = i;
+        if ((X_WO * part.nodes_O_m[i] - node.p_W_m).norm() <
+            (X_WO * part.nodes_O_m[nearest] - node.p_W_m).norm())
+          nearest = i;
       }
       map.push_back(nearest);
     }

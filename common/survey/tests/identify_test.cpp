@@ -11,7 +11,8 @@ namespace {
 
 std::set<std::string> names(const Identification& identification) {
   std::set<std::string> found;
-  for (const Candidate& candidate : identification.candidates) found.insert(shipped_library()[candidate.part].name);
+  for (const Candidate& candidate : identification.candidates)
+    found.insert(shipped_library()[candidate.part].name);
   return found;
 }
 
@@ -43,7 +44,8 @@ TEST(Identify, ThePartThatWasMeasuredIsAmongTheCandidatesAndMoreFacesNeverMakeMo
       std::set<std::string> before;
       for (std::size_t count = 1; count <= m.faces.size(); ++count) {
         const auto now = names(identify(shipped_library(), first_faces(m, count)));
-        for (const std::string& name : now) EXPECT_TRUE(count == 1 || before.contains(name)) << name << " came with face " << count;
+        for (const std::string& name : now)
+          EXPECT_TRUE(count == 1 || before.contains(name)) << name << " came with face " << count;
         before = now;
       }
       found += before.contains(part.name);
@@ -73,7 +75,8 @@ TEST(Identify, AFaceSeenFromBehindIsNoFace) {
   const PartModel& wedge = part_named("wedge");
   for (const BorderLoop& loop : wedge.loops) {
     if (loop.nodes.size() != 3) continue;
-    const bool faces_head = wedge.faces[loop.face].normal_O.dot(test_head().X_WH.translation_m - wedge.nodes_O_m[loop.nodes[0]]) > 0;
+    const bool faces_head = wedge.faces[loop.face].normal_O.dot(test_head().X_WH.translation_m -
+                                                                wedge.nodes_O_m[loop.nodes[0]]) > 0;
     const Measurement m = chain(wedge, loop.nodes, true);
     for (const Candidate& candidate : identify(shipped_library(), m).candidates) {
       for (const Placement& placement : candidate.placements) {
@@ -81,7 +84,8 @@ TEST(Identify, AFaceSeenFromBehindIsNoFace) {
         bool seen = false;  // the same three corners bound one face only
         for (const BorderLoop& l : shipped_library()[candidate.part].loops) {
           const auto& part = shipped_library()[candidate.part];
-          if (l.nodes.size() == 3 && std::set(l.nodes.begin(), l.nodes.end()) == std::set(placement.map.begin(), placement.map.end()))
+          if (l.nodes.size() == 3 && std::set(l.nodes.begin(), l.nodes.end()) ==
+                                         std::set(placement.map.begin(), placement.map.end()))
             seen = part.faces[l.face].normal_O.dot(eye_O - part.nodes_O_m[l.nodes[0]]) > 0;
         }
         EXPECT_TRUE(seen);
@@ -113,14 +117,17 @@ TEST(Identify, PosesThatOccupyDifferentSpaceAreRefusedAndAFurtherEdgeTellsThemAp
   const BorderLoop* tread = nullptr;
   for (const BorderLoop& loop : steps.loops) {
     const auto edges = loop.edge_m;
-    if (loop.nodes.size() == 4 && std::abs(edges[0] * edges[1] - 0.06 * 0.12) < 1e-6 && steps.faces[loop.face].normal_O.y() > 0.9) tread = &loop;
+    if (loop.nodes.size() == 4 && std::abs(edges[0] * edges[1] - 0.06 * 0.12) < 1e-6 &&
+        steps.faces[loop.face].normal_O.y() > 0.9)
+      tread = &loop;
   }
   ASSERT_NE(tread, nullptr);
   geometry::Pose X_WO;
   X_WO.rotation = geometry::rotation_from_rpy(90 * kDegree, 0, 0);  // its y upwards
   std::vector<Targeting> targetings;
   for (std::size_t i = 0; i < 4; ++i)
-    targetings.push_back({"tread", true, std::to_string(i + 1), *aim(head, X_WO * steps.nodes_O_m[tread->nodes[i]]), {}});
+    targetings.push_back(
+        {"tread", true, std::to_string(i + 1), *aim(head, X_WO * steps.nodes_O_m[tread->nodes[i]]), {}});
   const auto result = survey_object({steps}, *register_nodes(head, {}, targetings));
   EXPECT_FALSE(result.object);
   EXPECT_GE(result.choice.placements.size(), 3u);
@@ -147,11 +154,13 @@ TEST(Survey, OneBadRangeIsRefusedAndNamed) {
   const RangeHead head = test_head();
   geometry::Pose X_WO;
   X_WO.rotation = geometry::rotation_from_rpy(90 * kDegree, 0, 20 * kDegree);
-  auto targetings = *simulate_targetings(part, X_WO, visible_faces(part, X_WO, head.X_WH.translation_m), head, {}, random);
+  auto targetings =
+      *simulate_targetings(part, X_WO, visible_faces(part, X_WO, head.X_WH.translation_m), head, {}, random);
   targetings[0].reading->range_m += 0.012;
   const auto result = survey_object(shipped_library(), *register_nodes(head, {}, targetings));
   EXPECT_FALSE(result.object);
-  EXPECT_THAT(result.advice, testing::Contains(testing::HasSubstr("measure node '1' again"))) << result.refusal;
+  EXPECT_THAT(result.advice, testing::Contains(testing::HasSubstr("measure node '1' again")))
+      << result.refusal;
 }
 
 TEST(Measurement, BadOnesAreNamed) {
@@ -161,17 +170,26 @@ TEST(Measurement, BadOnesAreNamed) {
     const auto m = register_nodes(head, {}, targetings);
     return m ? check_measurement(*m).message() : m.status().message();
   };
-  EXPECT_THAT(said({{"A", true, "1", at(0, 0), {}}, {"A", true, "2", at(0.1, 0), {}}, {"A", true, "3", at(0.0005, 0), {}}}),
+  EXPECT_THAT(said({{"A", true, "1", at(0, 0), {}},
+                    {"A", true, "2", at(0.1, 0), {}},
+                    {"A", true, "3", at(0.0005, 0), {}}}),
               testing::HasSubstr("nodes '1' and '3' are on one spot: 0.5 mm apart"));
-  EXPECT_THAT(said({{"A", true, "1", at(0, 0), {}}, {"A", true, "2", at(0.1, 0), {}}, {"A", true, "3", at(0.2, 0.001), {}}}),
+  EXPECT_THAT(said({{"A", true, "1", at(0, 0), {}},
+                    {"A", true, "2", at(0.1, 0), {}},
+                    {"A", true, "3", at(0.2, 0.001), {}}}),
               testing::HasSubstr("face 'A' has all its corners in one line (1, 2, 3)"));
-  EXPECT_THAT(said({{"A", true, "1", at(0, 0), {}}, {"A", true, "2", at(0.1, 0), {}}}), testing::HasSubstr("has 2 corners; allowed: at least 3"));
-  EXPECT_THAT(said({{"A", false, "1", at(0, 0), {}}}), testing::HasSubstr("has 1 corners; allowed: at least 2"));
-  EXPECT_THAT(said({{"A", true, "1", Reading{0.0, 0, 1}, "points.csv:2"}}), testing::HasSubstr("points.csv:2: node '1': range 0 m"));
+  EXPECT_THAT(said({{"A", true, "1", at(0, 0), {}}, {"A", true, "2", at(0.1, 0), {}}}),
+              testing::HasSubstr("has 2 corners; allowed: at least 3"));
+  EXPECT_THAT(said({{"A", false, "1", at(0, 0), {}}}),
+              testing::HasSubstr("has 1 corners; allowed: at least 2"));
+  EXPECT_THAT(said({{"A", true, "1", Reading{0.0, 0, 1}, "points.csv:2"}}),
+              testing::HasSubstr("points.csv:2: node '1': range 0 m"));
   EXPECT_THAT(said({{"A", true, "1", Reading{std::nan(""), 0, 1}, {}}}), testing::HasSubstr("range nan m"));
   EXPECT_THAT(said({{"A", true, "1", std::nullopt, {}}}), testing::HasSubstr("has no reading"));
-  EXPECT_THAT(said({{"A", true, "1", at(0, 0), {}}, {"A", false, "2", at(0.1, 0), {}}}), testing::HasSubstr("whole in one row and a part in another"));
-  EXPECT_THAT(said({{"A", true, "1", at(0, 0), {}}, {"A", true, "1", at(0.05, 0), {}}}), testing::HasSubstr("node '1': measured again 50.0 mm away"));
+  EXPECT_THAT(said({{"A", true, "1", at(0, 0), {}}, {"A", false, "2", at(0.1, 0), {}}}),
+              testing::HasSubstr("whole in one row and a part in another"));
+  EXPECT_THAT(said({{"A", true, "1", at(0, 0), {}}, {"A", true, "1", at(0.05, 0), {}}}),
+              testing::HasSubstr("node '1': measured again 50.0 mm away"));
   EXPECT_THAT(survey_object(shipped_library(), {}).refusal, testing::HasSubstr("nothing was measured"));
 }
 
@@ -184,7 +202,9 @@ TEST(Measurement, ReadingsOfOneCornerAreAveragedAndACopyIsNoOtherReading) {
   ASSERT_TRUE(twice);
   EXPECT_EQ(twice->nodes[0].times, 2);
   EXPECT_NEAR((twice->nodes[0].p_W_m - spot_W_m(head, first)).norm(), 0.001, 1e-6);
-  const auto copy = register_nodes(head, {}, {{"A", true, "1", first, {}}, {"B", true, "1", first, {}}, {"C", true, "1", std::nullopt, {}}});
+  const auto copy = register_nodes(
+      head, {},
+      {{"A", true, "1", first, {}}, {"B", true, "1", first, {}}, {"C", true, "1", std::nullopt, {}}});
   EXPECT_EQ(copy->nodes[0].times, 1);
   EXPECT_EQ(copy->faces.size(), 3u);
   EXPECT_NEAR(copy->nodes[0].covariance_m2.trace(), 2 * twice->nodes[0].covariance_m2.trace(), 1e-8);

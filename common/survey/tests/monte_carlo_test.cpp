@@ -1,5 +1,5 @@
-// The promise of the survey, over many simulated measurements: at 3.5 m with ±2.5 mm, what it accepts is where it says, as
-// well as it says.
+// The promise of the survey, over many simulated measurements: at 3.5 m with ±2.5 mm, what it accepts is
+// where it says, as well as it says.
 #include <gmock/gmock.h>
 
 #include <Eigen/Geometry>
@@ -15,13 +15,15 @@ namespace {
 
 struct Tally {
   int runs = 0, accepted = 0, wrong_part = 0, within_two_voxels = 0, within_stated = 0;
-  double squared_error = 0.0;               // (θ, d)ᵀ Σ⁻¹ (θ, d), summed
-  std::array<int, 4> below{};               // how many lie below χ²₆'s quantiles
-  double worst_m = 0.0, stated_m = 0.0;     // greatest displacement; greatest stated
+  double squared_error = 0.0;            // (θ, d)ᵀ Σ⁻¹ (θ, d), summed
+  std::array<int, 4> below{};            // how many lie below χ²₆'s quantiles
+  double worst_m = 0.0, stated_m = 0.0;  // greatest displacement; greatest stated
 };
-constexpr std::array<double, 4> kShares{0.10, 0.50, 0.90, 0.99}, kQuantiles{2.204131, 5.348121, 10.644641, 16.811894};
+constexpr std::array<double, 4> kShares{0.10, 0.50, 0.90, 0.99},
+    kQuantiles{2.204131, 5.348121, 10.644641, 16.811894};
 
-/// Distance of the true shape from the model's, over the symmetries of the part that were found: the least worst node.
+/// Distance of the true shape from the model's, over the symmetries of the part that were found: the least
+/// worst node.
 struct Error {
   double displacement_m = 1e9;
   Eigen::Matrix<double, 6, 1> theta_d = Eigen::Matrix<double, 6, 1>::Zero();
@@ -36,7 +38,8 @@ Error error_of(const PartModel& part, const SurveyResult& result, const geometry
     if (m >= least.displacement_m) continue;
     least.displacement_m = m;
     const Eigen::AngleAxisd turn(Eigen::Matrix3d(true_WO.rotation * X.rotation.transpose()));
-    least.theta_d << turn.angle() * turn.axis(), true_WO * (X.inverse() * placement.fit->centre_W_m) - placement.fit->centre_W_m;
+    least.theta_d << turn.angle() * turn.axis(),
+        true_WO * (X.inverse() * placement.fit->centre_W_m) - placement.fit->centre_W_m;
   }
   return least;
 }
@@ -72,21 +75,26 @@ class EveryPart : public testing::TestWithParam<std::string> {};
 
 TEST_P(EveryPart, WhatIsAcceptedLiesWithinTwoVoxelsOfACentimetreAndWithinWhatIsStated) {
   const PartModel& part = part_named(GetParam());
-  const auto seed = 1000 + static_cast<std::uint64_t>(std::find(shipped_names().begin(), shipped_names().end(), part.name) - shipped_names().begin());
+  const auto seed =
+      1000 + static_cast<std::uint64_t>(std::find(shipped_names().begin(), shipped_names().end(), part.name) -
+                                        shipped_names().begin());
   const Tally t = run(part, ErrorLaw::kUniform, 400, seed);
-  std::printf("%-15s accepted %d of %d, wrong part %d, within 2 voxels %d, within stated %d; worst %.1f mm, stated up to %.1f mm, NEES/6 %.3f\n",
-              part.name.c_str(), t.accepted, t.runs, t.wrong_part, t.within_two_voxels, t.within_stated, 1e3 * t.worst_m,
-              1e3 * t.stated_m, t.squared_error / std::max(1, t.accepted) / 6);
+  std::printf(
+      "%-15s accepted %d of %d, wrong part %d, within 2 voxels %d, within stated %d; worst %.1f mm, stated "
+      "up to %.1f mm, NEES/6 %.3f\n",
+      part.name.c_str(), t.accepted, t.runs, t.wrong_part, t.within_two_voxels, t.within_stated,
+      1e3 * t.worst_m, 1e3 * t.stated_m, t.squared_error / std::max(1, t.accepted) / 6);
   EXPECT_GT(t.accepted, t.runs / 4);
   EXPECT_EQ(t.wrong_part, 0);
   EXPECT_GE(t.within_two_voxels, 0.99 * t.accepted);
   // Stated for 99 %: five standard deviations of a binomial below it.
   EXPECT_GE(t.within_stated, 0.99 * t.accepted - 5 * std::sqrt(0.0099 * t.accepted));
 }
-INSTANTIATE_TEST_SUITE_P(Survey, EveryPart, testing::ValuesIn(shipped_names()), [](const auto& name) { return name.param; });
+INSTANTIATE_TEST_SUITE_P(Survey, EveryPart, testing::ValuesIn(shipped_names()),
+                         [](const auto& name) { return name.param; });
 
-// Normalised squared errors follow χ² of six degrees: mean 6, and as many below each quantile as it says. Normal errors, so
-// that the law is exact.
+// Normalised squared errors follow χ² of six degrees: mean 6, and as many below each quantile as it says.
+// Normal errors, so that the law is exact.
 TEST(Calibration, NormalisedSquaredErrorsFollowChiSquare) {
   Tally sum;
   std::uint64_t seed = 2000;  // another one for each part: errors of their own
@@ -105,7 +113,8 @@ TEST(Calibration, NormalisedSquaredErrorsFollowChiSquare) {
   EXPECT_NEAR(sum.squared_error / n, 6.0, 4 * std::sqrt(12.0 / n));
   for (std::size_t i = 0; i < kShares.size(); ++i)
     EXPECT_NEAR(sum.below[i] / n, kShares[i], 4 * std::sqrt(kShares[i] * (1 - kShares[i]) / n)) << kShares[i];
-  EXPECT_NEAR(sum.within_stated / n, 0.99, 4 * std::sqrt(0.0099 / n) + 0.002) << "neither too proud nor too modest";
+  EXPECT_NEAR(sum.within_stated / n, 0.99, 4 * std::sqrt(0.0099 / n) + 0.002)
+      << "neither too proud nor too modest";
 }
 
 }  // namespace

@@ -53,10 +53,13 @@ TEST(PartModel, EveryShippedPartsBordersTurnOnceAndItsAreaIsThatOfItsMesh) {
 
 TEST(PartModel, DuplicateVerticesDegenerateTrianglesAndTJunctionsChangeNothing) {
   const geometry::TriangleMesh box = geometry::make_box({0.3, 0.2, 0.1});
-  geometry::TriangleMesh soup;  // three vertices of its own for each triangle, some off by rounding, one edge split
+  geometry::TriangleMesh
+      soup;  // three vertices of its own for each triangle, some off by rounding, one edge split
   for (std::size_t i = 0; i < box.triangles.size(); ++i) {
     const auto base = static_cast<std::uint32_t>(soup.vertices_m.size());
-    for (const std::uint32_t v : box.triangles[i]) soup.vertices_m.push_back(box.vertices_m[v] + Eigen::Vector3f::Constant(1e-7F * static_cast<float>(i % 3)));
+    for (const std::uint32_t v : box.triangles[i])
+      soup.vertices_m.push_back(box.vertices_m[v] +
+                                Eigen::Vector3f::Constant(1e-7F * static_cast<float>(i % 3)));
     if (i == 0) {
       soup.vertices_m.push_back(0.5F * (soup.vertices_m[base] + soup.vertices_m[base + 1]));
       soup.triangles.push_back({base, base + 3, base + 2});
@@ -78,7 +81,8 @@ TEST(PartModel, AHoleIsABorderOfItsOwnAndFacetsOfACurveAreFacesOfTheirOwn) {
   // A square plate with a square hole: a frame of eight triangles on top.
   geometry::TriangleMesh frame;
   for (const float s : {0.1F, 0.05F}) {
-    for (const auto& [x, y] : {std::pair{-s, -s}, {s, -s}, {s, s}, {-s, s}}) frame.vertices_m.emplace_back(x, y, 0.0F);
+    for (const auto& [x, y] : {std::pair{-s, -s}, {s, -s}, {s, s}, {-s, s}})
+      frame.vertices_m.emplace_back(x, y, 0.0F);
   }
   for (std::uint32_t i = 0; i < 4; ++i) {
     const std::uint32_t j = (i + 1) % 4;
@@ -88,7 +92,8 @@ TEST(PartModel, AHoleIsABorderOfItsOwnAndFacetsOfACurveAreFacesOfTheirOwn) {
   const PartModel part = make_part("frame", frame);
   ASSERT_EQ(part.faces.size(), 1u);
   ASSERT_EQ(part.loops.size(), 2u);
-  EXPECT_EQ(std::count_if(part.loops.begin(), part.loops.end(), [](const auto& loop) { return loop.hole; }), 1);
+  EXPECT_EQ(std::count_if(part.loops.begin(), part.loops.end(), [](const auto& loop) { return loop.hole; }),
+            1);
   for (const BorderLoop& loop : part.loops) EXPECT_NEAR(sorted_edges(loop)[0], loop.hole ? 0.1 : 0.2, 1e-6);
   const PartModel drum = make_part("drum", geometry::make_cylinder(0.1, 0.2, 48));
   EXPECT_EQ(drum.faces.size(), 50u) << "48 facets and two ends";

@@ -13,12 +13,14 @@ using std::numbers::pi;
 TEST(RangeHead, ABeamWithoutOffsetPointsWherePanAndTiltSay) {
   RangeHead head;
   head.X_WH.translation_m = {1, 2, 3};
-  EXPECT_TRUE(spot_W_m(head, {4.0, 0.0, pi / 2}).isApprox(Eigen::Vector3d(5, 2, 3), 1e-12)) << "horizontal, along x";
+  EXPECT_TRUE(spot_W_m(head, {4.0, 0.0, pi / 2}).isApprox(Eigen::Vector3d(5, 2, 3), 1e-12))
+      << "horizontal, along x";
   EXPECT_TRUE(spot_W_m(head, {4.0, pi / 2, pi / 2}).isApprox(Eigen::Vector3d(1, 6, 3), 1e-12)) << "along y";
   EXPECT_TRUE(spot_W_m(head, {2.0, 0.0, 0.0}).isApprox(Eigen::Vector3d(1, 2, 1), 1e-12)) << "straight down";
 }
 
-// The offset's geometry built of vectors: the arm of length r at angle ψ from backwards, the beam at right angles to it.
+// The offset's geometry built of vectors: the arm of length r at angle ψ from backwards, the beam at right
+// angles to it.
 TEST(RangeHead, TheOffsetsCorrectionIsThatOfTheArmAndABeamAtRightAnglesToIt) {
   RangeHead head;
   head.beam_offset_m = 0.08;
@@ -78,10 +80,12 @@ TEST_P(Law, TheStatedCovarianceIsThatOfTheSpots) {
     found += off * off.transpose() / kRuns;
   }
   // Standard error of an entry of a sample's covariance: at most √(2/n) of the variances.
-  EXPECT_LT((found - stated).cwiseAbs().maxCoeff(), 5 * std::sqrt(2.0 / kRuns) * stated.diagonal().maxCoeff());
+  EXPECT_LT((found - stated).cwiseAbs().maxCoeff(),
+            5 * std::sqrt(2.0 / kRuns) * stated.diagonal().maxCoeff());
   EXPECT_NEAR((stated.inverse() * found).trace(), 3.0, 5 * std::sqrt(6.0 / kRuns));
 }
-INSTANTIATE_TEST_SUITE_P(Every, Law, testing::Values(ErrorLaw::kUniform, ErrorLaw::kNormal, ErrorLaw::kExtreme));
+INSTANTIATE_TEST_SUITE_P(Every, Law,
+                         testing::Values(ErrorLaw::kUniform, ErrorLaw::kNormal, ErrorLaw::kExtreme));
 
 TEST(RangeHead, ReadingsThatAreNoneAreNamed) {
   const RangeHead head;

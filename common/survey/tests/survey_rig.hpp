@@ -20,13 +20,15 @@ inline PartModel shipped_part(const std::string& name) {
   geometry::MeshImportOptions options;
   options.scale = 0.001;
   options.y_up = false;
-  const auto mesh = geometry::load_mesh(std::string(PHANTOM_SOURCE_DIR) + "/deploy/parts/" + name + ".obj", options);
+  const auto mesh =
+      geometry::load_mesh(std::string(PHANTOM_SOURCE_DIR) + "/deploy/parts/" + name + ".obj", options);
   if (!mesh) throw std::runtime_error(mesh.status().message());
   return make_part(name, *mesh);
 }
 
 inline const std::vector<std::string>& shipped_names() {
-  static const std::vector<std::string> names = {"v_groove_block", "cube", "bar", "brick", "wedge", "angle_bracket", "stepped_block", "hexagon"};
+  static const std::vector<std::string> names = {
+      "v_groove_block", "cube", "bar", "brick", "wedge", "angle_bracket", "stepped_block", "hexagon"};
   return names;
 }
 
@@ -59,14 +61,17 @@ inline RangeHead test_head() {
 inline geometry::Pose random_pose(std::mt19937_64& random) {
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> place(-0.1, 0.1);
-  const Eigen::Vector4d q = Eigen::Vector4d(normal(random), normal(random), normal(random), normal(random)).normalized();
+  const Eigen::Vector4d q =
+      Eigen::Vector4d(normal(random), normal(random), normal(random), normal(random)).normalized();
   return {geometry::rotation_from_quaternion(q), {place(random), place(random), place(random)}};
 }
 
 /// What a person would measure of a part at a pose.
-inline Measurement measure(const PartModel& part, const geometry::Pose& X_WO, const RangeHead& head, const HeadErrors& errors,
-                           std::mt19937_64& random, const VisibleOptions& options = {}) {
-  const auto targetings = simulate_targetings(part, X_WO, visible_faces(part, X_WO, head.X_WH.translation_m, options), head, errors, random);
+inline Measurement measure(const PartModel& part, const geometry::Pose& X_WO, const RangeHead& head,
+                           const HeadErrors& errors, std::mt19937_64& random,
+                           const VisibleOptions& options = {}) {
+  const auto targetings = simulate_targetings(
+      part, X_WO, visible_faces(part, X_WO, head.X_WH.translation_m, options), head, errors, random);
   if (!targetings) throw std::runtime_error(targetings.status().message());
   const auto measurement = register_nodes(head, errors, *targetings);
   if (!measurement) throw std::runtime_error(measurement.status().message());

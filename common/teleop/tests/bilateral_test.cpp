@@ -25,7 +25,8 @@ TEST(Bilateral, EveryLawIsItsLineOfTheTable) {
     for (std::size_t j = 0; j < 2; ++j) {
       const double exchange = gains.k_p[j] * (master.position[j] - slave.position[j]) +
                               gains.k_v[j] * (master.velocity[j] - slave.velocity[j]);
-      const double f_as = effort.loop_torque_Nm[j], f_e = -effort.external_torque_Nm[j];  // what the arm exerts
+      const double f_as = effort.loop_torque_Nm[j],
+                   f_e = -effort.external_torque_Nm[j];  // what the arm exerts
       double f_am = 0.0;
       if (law == BilateralLaw::kSctfb) f_am = f_as;
       if (law == BilateralLaw::kPfff) f_am = f_e;
@@ -46,7 +47,8 @@ TEST(Bilateral, TheForceShareScalesTheForceOfLawEAlone) {
     return feedback_torque(law, master, slave, effort, gains, 0.3, 2);
   };
   for (std::size_t j = 0; j < 2; ++j) {
-    EXPECT_NEAR(torque_of(BilateralLaw::kPeff, 0.1)[j] - torque_of(BilateralLaw::kPe, 0.1)[j], 0.3 * 0.1 * effort.external_torque_Nm[j], 1e-12);
+    EXPECT_NEAR(torque_of(BilateralLaw::kPeff, 0.1)[j] - torque_of(BilateralLaw::kPe, 0.1)[j],
+                0.3 * 0.1 * effort.external_torque_Nm[j], 1e-12);
     EXPECT_EQ(torque_of(BilateralLaw::kPfff, 0.1)[j], torque_of(BilateralLaw::kPfff, 1.0)[j]);
   }
 }

@@ -64,7 +64,8 @@ OperatorParameters hand_parameters() {
   return p;
 }
 
-Outcome reach_the_wall(bool percept_on, BilateralLaw law, int network_delay_ticks, double force_share = 0.05) {
+Outcome reach_the_wall(bool percept_on, BilateralLaw law, int network_delay_ticks,
+                       double force_share = 0.05) {
   const auto arm = robot::test_arms::planar();
   const HalfSpace wall(-Eigen::Vector3d::UnitY(), -0.30);
   SlavePlantParameters sp;
@@ -161,7 +162,8 @@ Outcome reach_the_wall(bool percept_on, BilateralLaw law, int network_delay_tick
       out.feedback_at_contact_Nm = std::max(out.feedback_at_contact_Nm, std::abs(feedback[0]));
     }
     EXPECT_TRUE(std::isfinite(slave.true_position()[0]));
-    if (t > 5.0) last_low_Nm = std::min(last_low_Nm, feedback[0]), last_high_Nm = std::max(last_high_Nm, feedback[0]);
+    if (t > 5.0)
+      last_low_Nm = std::min(last_low_Nm, feedback[0]), last_high_Nm = std::max(last_high_Nm, feedback[0]);
   }
   out.last_swing_Nm = last_high_Nm - last_low_Nm;
   return out;
@@ -197,7 +199,8 @@ TEST(ClosedLoop, ContactIsFeltInEveryLawButPositionForward) {
 TEST(ClosedLoop, ContactComesToRestInEveryLaw) {
   for (const auto law : {BilateralLaw::kSctfb, BilateralLaw::kPfff, BilateralLaw::kPe, BilateralLaw::kPeff}) {
     for (const int delay : {0, 2, 5}) {
-      EXPECT_LT(reach_the_wall(true, law, delay).last_swing_Nm, 0.3) << name_of(law) << ", delay of " << delay << " ms";
+      EXPECT_LT(reach_the_wall(true, law, delay).last_swing_Nm, 0.3)
+          << name_of(law) << ", delay of " << delay << " ms";
     }
   }
   // A strong arm's whole force on a weak master hammers between the caps: why there is a force share.

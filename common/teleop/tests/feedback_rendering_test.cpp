@@ -45,7 +45,8 @@ TEST(FeedbackRendering, EveryLawSettlesAtItsOwnGain) {
     in.law = law;
     const auto out = run(renderer, in, 1.0);
     EXPECT_EQ(out.law, law);
-    EXPECT_NEAR(out.torque_Nm[0], std::max(-4.0, expected_Nm[static_cast<std::size_t>(law)]), 1e-9) << name_of(law);
+    EXPECT_NEAR(out.torque_Nm[0], std::max(-4.0, expected_Nm[static_cast<std::size_t>(law)]), 1e-9)
+        << name_of(law);
   }
 }
 
@@ -60,7 +61,8 @@ TEST(FeedbackRendering, NothingThatIsSwitchedMakesAJump) {
   double before_Nm = 0.0;
   // 1/A moves by at most 1/ramp_up, authority by 1/ramp_down, contact by (ratio − 1)/rise: of a torque whose
   // unscaled value is at most 20 N·m and which is capped at 4.
-  const double most_Nm = kDt * (4.0 / p.ramp_down_s + 3.0 * 20.0 / p.ramp_up_s + 2.0 * 4.0 / p.contact_rise_s) + 1e-9;
+  const double most_Nm =
+      kDt * (4.0 / p.ramp_down_s + 3.0 * 20.0 / p.ramp_up_s + 2.0 * 4.0 / p.contact_rise_s) + 1e-9;
   for (int i = 0; i < 60000; ++i) {
     if (i % 97 == 0) in.law = static_cast<BilateralLaw>(choose(5));
     if (i % 61 == 0) in.inverse_a = choose(2) == 0 ? kLawsOwnGain : 0.1 * choose(10);

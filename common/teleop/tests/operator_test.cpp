@@ -254,14 +254,16 @@ TEST(ReachScript, ASlaveThatCannotComeIsMetAndTheReachGivenUp) {
   OperatorModel model(hand(OperatorKind::kMinimumJerk), {});
   ReachScript script(two_reaches(), model);
   const auto tick = [&](bool go) {
-    plant.step(model.step(plant.true_position(), plant.true_velocity(), go || script.meeting(), kDt), {}, kDt);
+    plant.step(model.step(plant.true_position(), plant.true_velocity(), go || script.meeting(), kDt), {},
+               kDt);
   };
   while (plant.true_position()[0] < 0.5) {
     script.step(plant.true_position(), true, false, kDt);
     tick(true);
   }
   ASSERT_EQ(script.phase(), ReachPhase::kIn);
-  for (int i = 0; i < 500; ++i) script.step(plant.true_position(), false, true, kDt), tick(false);  // the slave is lost
+  for (int i = 0; i < 500; ++i)
+    script.step(plant.true_position(), false, true, kDt), tick(false);  // the slave is lost
   // Heard again, it comes within two seconds or is met.
   for (int i = 0; i < 1900; ++i) script.meet(at(0.4), kDt), tick(false);
   EXPECT_FALSE(script.meeting());

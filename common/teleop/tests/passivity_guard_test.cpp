@@ -34,7 +34,8 @@ double deflection_after(bool guarded, int delay_ticks, double stiffness) {
   for (int i = 0; i < 10000; ++i) {
     const double spring_Nm = -stiffness * late.front();
     late.pop_front();
-    const double torque_Nm = guard.step(first(std::clamp(spring_Nm, -4.0, 4.0)), first(q), first(v), 1.0, kDt)[0];
+    const double torque_Nm =
+        guard.step(first(std::clamp(spring_Nm, -4.0, 4.0)), first(q), first(v), 1.0, kDt)[0];
     v += kDt / 0.05 * torque_Nm;
     q += kDt * v;
     late.push_back(q);
@@ -46,7 +47,7 @@ double deflection_after(bool guarded, int delay_ticks, double stiffness) {
 TEST(PassivityGuard, ALateSpringOscillatesWithoutItAndSettlesWithIt) {
   for (const int delay : {2, 5, 10, 20}) {
     SCOPED_TRACE(delay);
-    EXPECT_GT(deflection_after(false, delay, 30.0), 0.1);   // grows, or never dies
+    EXPECT_GT(deflection_after(false, delay, 30.0), 0.1);  // grows, or never dies
     EXPECT_LT(deflection_after(true, delay, 30.0), 0.02);
   }
 }
@@ -73,7 +74,8 @@ TEST(PassivityGuard, AnEnergyThatTheAllowanceCoversPasses) {
   EXPECT_NEAR(guard.energy_J(0), -0.4, 1e-9);
 }
 
-// Property: whatever the torque, what is given beyond the allowance is bounded, and the guard itself never jerks.
+// Property: whatever the torque, what is given beyond the allowance is bounded, and the guard itself never
+// jerks.
 TEST(PassivityGuard, TheBalanceNeverFallsFarBelowTheAllowance) {
   constexpr double kLimit = 8.0, kTorque_Nm = 3.0;
   std::mt19937 random(4);
@@ -87,7 +89,8 @@ TEST(PassivityGuard, TheBalanceNeverFallsFarBelowTheAllowance) {
     const double damping_Nm = torque_Nm - active_Nm;
     ASSERT_LE(damping_Nm * v, 1e-12);
     ASSERT_LE(std::abs(damping_Nm), kLimit * std::abs(v) + 1e-12);
-    const double most_Nm = kLimit * (kDt / PassivityGuard::kEngage_s * std::abs(v) + std::abs(v - v_before)) + 1e-9;
+    const double most_Nm =
+        kLimit * (kDt / PassivityGuard::kEngage_s * std::abs(v) + std::abs(v - v_before)) + 1e-9;
     ASSERT_LE(std::abs(damping_Nm - damping_before_Nm), most_Nm);
     damping_before_Nm = damping_Nm, v_before = v;
     q += kDt * v;

@@ -81,9 +81,11 @@ TEST(Activation, LayersBeyondTheGridStillReachIn) {
 
 TEST(Activation, PartByPartIsThatOfTheWhole) {
   const GridSpec grid{{-0.05, -0.3, 0.0}, 0.01, {100, 70, 75}};  // part of it lies beyond
-  geometry::TriangleMesh open = geometry::make_torus(0.3, 0.06).transformed({Eigen::Matrix3d::Identity(), {0.2, 0.1, 0.3}});
+  geometry::TriangleMesh open =
+      geometry::make_torus(0.3, 0.06).transformed({Eigen::Matrix3d::Identity(), {0.2, 0.1, 0.3}});
   open.triangles.resize(open.triangles.size() - 40);
-  for (const auto& mesh : {geometry::make_sphere(0.35, 4).transformed({Eigen::Matrix3d::Identity(), {0.3, 0, 0.3}}), open}) {
+  for (const auto& mesh :
+       {geometry::make_sphere(0.35, 4).transformed({Eigen::Matrix3d::Identity(), {0.3, 0, 0.3}}), open}) {
     Body body{"body", 1, mesh, kProfile};
     for (const LayerMethod method : {LayerMethod::kDistance, LayerMethod::kDilation, LayerMethod::kSurface}) {
       body.profile.method = method;
@@ -95,7 +97,8 @@ TEST(Activation, PartByPartIsThatOfTheWhole) {
       ASSERT_TRUE(whole && parts);
       EXPECT_EQ(whole->bricks.keys(), parts->bricks.keys());
       std::size_t different = 0;
-      twin::for_each(VoxelBox::of(grid), [&](Index3 v) { different += whole->bricks.at(v) != parts->bricks.at(v) ? 1 : 0; });
+      twin::for_each(VoxelBox::of(grid),
+                     [&](Index3 v) { different += whole->bricks.at(v) != parts->bricks.at(v) ? 1 : 0; });
       EXPECT_EQ(different, 0U);
       EXPECT_EQ(whole->report.boundary_voxels, parts->report.boundary_voxels);
       EXPECT_EQ(whole->report.interior_voxels, parts->report.interior_voxels);

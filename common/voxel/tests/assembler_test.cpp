@@ -186,8 +186,7 @@ TEST(WorkspaceAssembler, FollowsAnySequenceOfChangesInAnyOrderOfArrival) {
     std::vector<std::pair<std::shared_ptr<const Workspace>, std::uint64_t>> readers;
     for (int round = 0; round < 12; ++round) {
       if (random() % 2 == 0) assembler.prepare();
-      if (random() % 2 == 0)
-        readers.emplace_back(assembler.current(), assembler.current()->content_hash());
+      if (random() % 2 == 0) readers.emplace_back(assembler.current(), assembler.current()->content_hash());
       if (random() % 3 == 0) readers.clear();
       const auto before = assembler.current();
       const Change change = change_some(server, random);

@@ -32,7 +32,8 @@ TriangleMesh both(TriangleMesh a, const TriangleMesh& b) {
 /// Voxels inside `bad` that are neither inside nor on the boundary of `good`.
 std::size_t leaked(const SolidVoxels& bad, const SolidVoxels& good) {
   std::size_t count = 0;
-  twin::for_each(kAll, [&](Index3 v) { count += twin::is_inside(bad, v) && !twin::is_solid(good, v) ? 1 : 0; });
+  twin::for_each(kAll,
+                 [&](Index3 v) { count += twin::is_inside(bad, v) && !twin::is_solid(good, v) ? 1 : 0; });
   return count;
 }
 
@@ -120,7 +121,8 @@ TEST(BadMesh, RepeatedTrianglesDoNotMatter) {
 }
 
 TEST(BadMesh, APlateOfTwoFacesInOnePlaceHasNoInside) {
-  TriangleMesh sheet{{{-0.2F, -0.2F, 0.003F}, {0.2F, -0.2F, 0.003F}, {0.0F, 0.2F, 0.003F}}, {{0, 1, 2}, {0, 2, 1}}};
+  TriangleMesh sheet{{{-0.2F, -0.2F, 0.003F}, {0.2F, -0.2F, 0.003F}, {0.0F, 0.2F, 0.003F}},
+                     {{0, 1, 2}, {0, 2, 1}}};
   const auto solid = solid_of(sheet);
   EXPECT_EQ(solid.inside.count(), 0U);
   EXPECT_GT(solid.boundary.count(), 100U);
@@ -160,7 +162,8 @@ TEST(BadMesh, MissingTrianglesDoNotMatterAwayFromThem) {
   for (const std::size_t missing : {1U, 20U, 200U}) {
     TriangleMesh open = mesh;
     for (std::size_t i = 0; i < missing; ++i)
-      open.triangles.erase(open.triangles.begin() + static_cast<std::ptrdiff_t>(random() % open.triangles.size()));
+      open.triangles.erase(open.triangles.begin() +
+                           static_cast<std::ptrdiff_t>(random() % open.triangles.size()));
     const auto solid = solid_of(open);
     EXPECT_FALSE(solid.report.closed);
     expect_same_away_from_the_surface(solid, whole, 4);
@@ -204,8 +207,9 @@ TEST(BadMesh, TJunctionsDoNotMatter) {
 }
 
 TEST(BadMesh, ASheetDoesNotFlood) {
-  TriangleMesh floor{{{-0.35F, -0.35F, 0.0F}, {0.35F, -0.35F, 0.0F}, {0.35F, 0.35F, 0.02F}, {-0.35F, 0.35F, 0.0F}},
-                     {{0, 1, 2}, {0, 2, 3}}};
+  TriangleMesh floor{
+      {{-0.35F, -0.35F, 0.0F}, {0.35F, -0.35F, 0.0F}, {0.35F, 0.35F, 0.02F}, {-0.35F, 0.35F, 0.0F}},
+      {{0, 1, 2}, {0, 2, 3}}};
   const auto solid = solid_of(floor);
   twin::for_each(kAll, [&](Index3 v) {
     if (twin::is_inside(solid, v)) {
@@ -221,7 +225,8 @@ TEST(BadMesh, ArbitraryTrianglesNeverReachOutsideTheirBox) {
     TriangleMesh soup;
     for (int i = 0; i < 60; ++i) soup.vertices_m.emplace_back(place(random), place(random), place(random));
     for (int i = 0; i < 100; ++i)
-      soup.triangles.push_back({static_cast<std::uint32_t>(random() % 60), static_cast<std::uint32_t>(random() % 60),
+      soup.triangles.push_back({static_cast<std::uint32_t>(random() % 60),
+                                static_cast<std::uint32_t>(random() % 60),
                                 static_cast<std::uint32_t>(random() % 60)});
     const auto one = solid_of(soup), two = solid_of(soup, 3);
     EXPECT_EQ(one.inside.words(), two.inside.words());
@@ -265,8 +270,8 @@ TriangleMesh random_body(std::mt19937& random) {
   std::uniform_real_distribution<double> place(-0.12, 0.12), size(0.03, 0.2), angle(-3, 3);
   TriangleMesh body;
   for (int part = 0; part < 4; ++part) {
-    const TriangleMesh shape =
-        part % 2 == 0 ? geometry::make_box({size(random), size(random), size(random)}) : geometry::make_sphere(size(random), 2);
+    const TriangleMesh shape = part % 2 == 0 ? geometry::make_box({size(random), size(random), size(random)})
+                                             : geometry::make_sphere(size(random), 2);
     body.append(shape.transformed({geometry::rotation_from_rpy(angle(random), angle(random), angle(random)),
                                    {place(random), place(random), place(random)}}));
   }

@@ -7,8 +7,8 @@
 #include "common/voxel/tests/literal_twins.hpp"
 #include "common/voxel/voxelise.hpp"
 
-// The boundary against its literal statement: a closed triangle and a closed voxel meet unless one of thirteen
-// directions separates them, in whole numbers of 1/16384 voxel.
+// The boundary against its literal statement: a closed triangle and a closed voxel meet unless one of
+// thirteen directions separates them, in whole numbers of 1/16384 voxel.
 
 namespace phantom::voxel {
 namespace {
@@ -24,14 +24,17 @@ std::array<Wide, 3> cross(const Point& a, const Point& b) {
 }
 
 bool separated(const std::array<Wide, 3>& direction, const std::array<Point, 3>& t, const Point& low) {
-  const auto along = [&](const Point& p) { return direction[0] * p[0] + direction[1] * p[1] + direction[2] * p[2]; };
+  const auto along = [&](const Point& p) {
+    return direction[0] * p[0] + direction[1] * p[1] + direction[2] * p[2];
+  };
   Wide t_min = along(t[0]), t_max = t_min, cube_min = along(low), cube_max = cube_min;
   for (const Point& p : t) {
     t_min = std::min(t_min, along(p));
     t_max = std::max(t_max, along(p));
   }
   for (int corner = 0; corner < 8; ++corner) {
-    const Wide value = along({low[0] + (corner & 1) * kSub, low[1] + (corner >> 1 & 1) * kSub, low[2] + (corner >> 2) * kSub});
+    const Wide value = along(
+        {low[0] + (corner & 1) * kSub, low[1] + (corner >> 1 & 1) * kSub, low[2] + (corner >> 2) * kSub});
     cube_min = std::min(cube_min, value);
     cube_max = std::max(cube_max, value);
   }
@@ -75,7 +78,8 @@ void expect_as_twin(const std::vector<std::array<Point, 3>>& triangles, std::int
   ASSERT_TRUE(solid) << solid.status().message();
   std::size_t wrong = 0;
   twin::for_each(VoxelBox::of(grid), [&](Index3 v) {
-    const bool expected = std::any_of(triangles.begin(), triangles.end(), [&](const auto& t) { return meets(t, v); });
+    const bool expected =
+        std::any_of(triangles.begin(), triangles.end(), [&](const auto& t) { return meets(t, v); });
     wrong += expected != twin::is_boundary(*solid, v) ? 1 : 0;
   });
   EXPECT_EQ(wrong, 0U);
@@ -111,10 +115,13 @@ std::vector<std::array<Point, 3>> many_small_triangles(int round, std::int32_t e
   for (auto& t : triangles) {
     const std::int64_t extent = random() % 9 == 0 ? 4 * kSub : random() % 2 == 0 ? kSub : kSub / 3;
     Point centre;
-    for (auto& c : centre) c = static_cast<std::int64_t>(random() % static_cast<std::uint64_t>((edge + 2) * kSub)) - kSub;
+    for (auto& c : centre)
+      c = static_cast<std::int64_t>(random() % static_cast<std::uint64_t>((edge + 2) * kSub)) - kSub;
     for (Point& p : t) {
       for (std::size_t axis = 0; axis < 3; ++axis)
-        p[axis] = (centre[axis] + static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(2 * extent)) - extent) / grain * grain;
+        p[axis] = (centre[axis] +
+                   static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(2 * extent)) - extent) /
+                  grain * grain;
     }
     if (random() % 8 == 0) t[2] = t[1];
     const auto flat = static_cast<std::size_t>(round % 3);
@@ -140,10 +147,10 @@ TEST(BoundaryTwin, SliversAndSegmentsAndPoints) {
     for (Point& p : t) {
       for (auto& c : p) c = static_cast<std::int64_t>(random() % (20 * kSub)) / 64 * 64;
     }
-    if (round % 4 == 0) t[2] = t[1];                                // a segment
-    if (round % 4 == 1) t[2] = t[1] = t[0];                         // a point
-    if (round % 4 == 2) t[2] = {t[1][0] + 64, t[1][1], t[1][2]};    // a sliver
-    if (round % 4 == 3) t[0][2] = t[1][2] = t[2][2] = 7 * kSub;     // on the border of a layer
+    if (round % 4 == 0) t[2] = t[1];                              // a segment
+    if (round % 4 == 1) t[2] = t[1] = t[0];                       // a point
+    if (round % 4 == 2) t[2] = {t[1][0] + 64, t[1][1], t[1][2]};  // a sliver
+    if (round % 4 == 3) t[0][2] = t[1][2] = t[2][2] = 7 * kSub;   // on the border of a layer
     expect_as_twin({t}, 20);
   }
 }
@@ -156,7 +163,8 @@ TEST(BoundaryTwin, TrianglesMuchLargerThanTheGrid) {
     for (Point& p : t) {
       for (auto& c : p) c = (static_cast<std::int64_t>(random() % 12001) - 6000) * kSub;
     }
-    // Shifted so that the plane passes through the grid, and on every other round right through a voxel corner.
+    // Shifted so that the plane passes through the grid, and on every other round right through a voxel
+    // corner.
     const Point middle{(t[0][0] + t[1][0] + t[2][0]) / 3, (t[0][1] + t[1][1] + t[2][1]) / 3,
                        (t[0][2] + t[1][2] + t[2][2]) / 3};
     for (Point& p : t) {
@@ -177,7 +185,8 @@ TEST(BoundaryTwin, WholeMeshes) {
       std::array<Point, 3> snapped;
       for (std::size_t k = 0; k < 3; ++k) {
         for (std::size_t axis = 0; axis < 3; ++axis)
-          snapped[k][axis] = std::llround(mesh.vertices_m[t[k]][static_cast<Eigen::Index>(axis)] * 1024.0) * 16;
+          snapped[k][axis] =
+              std::llround(mesh.vertices_m[t[k]][static_cast<Eigen::Index>(axis)] * 1024.0) * 16;
       }
       triangles.push_back(snapped);
     }

@@ -20,10 +20,12 @@ LayerProfile layers(ShapingElement element, std::vector<int> thickness, int guar
   return profile;
 }
 
-constexpr ShapingElement kElements[] = {ShapingElement::kCube, ShapingElement::kSphere, ShapingElement::kSphereContained};
+constexpr ShapingElement kElements[] = {ShapingElement::kCube, ShapingElement::kSphere,
+                                        ShapingElement::kSphereContained};
 const VoxelBox kGrid{{0, 0, 0}, {150, 100, 100}};
 
-void expect_like_the_twin(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& part = kGrid) {
+void expect_like_the_twin(const SolidVoxels& solid, const LayerProfile& profile,
+                          const VoxelBox& part = kGrid) {
   ASSERT_TRUE(check_profile(profile)) << check_profile(profile).message();
   const ObjectVoxels expected = twin::dilation(solid, profile);
   for (const int threads : {1, 3}) {
@@ -88,7 +90,8 @@ TEST(Dilation, DoesNotDependOnPartsNorOnWhatLiesBeyondTheGrid) {
 
 TEST(Dilation, SharesBricksThatAreInteriorThroughout) {
   const GridSpec grid{Eigen::Vector3d::Zero(), 0.01, {160, 160, 160}};
-  const auto mesh = geometry::make_box({1.2F, 1.2F, 1.2F}).transformed({Eigen::Matrix3d::Identity(), {0.8, 0.8, 0.8}});
+  const auto mesh =
+      geometry::make_box({1.2F, 1.2F, 1.2F}).transformed({Eigen::Matrix3d::Identity(), {0.8, 0.8, 0.8}});
   const LayerProfile profile = layers(ShapingElement::kSphere, {2, 2});
   const SolidVoxels solid = *voxelise(mesh, grid, voxelise_clip(grid, profile));
   const ObjectBricks bricks = dilation_bricks(solid, profile, VoxelBox::of(grid));
@@ -99,8 +102,9 @@ TEST(Dilation, SharesBricksThatAreInteriorThroughout) {
 
 TEST(Dilation, EndsWhenToldTo) {
   int asked = 0;
-  const auto bricks = dilation_bricks(scattered_solid(1, {9, 9, 9}, 9), layers(ShapingElement::kCube, {1, 1, 1}), kGrid,
-                                      {1, [&](double) { return ++asked < 2; }});
+  const auto bricks =
+      dilation_bricks(scattered_solid(1, {9, 9, 9}, 9), layers(ShapingElement::kCube, {1, 1, 1}), kGrid,
+                      {1, [&](double) { return ++asked < 2; }});
   EXPECT_TRUE(bricks.keys().empty());
   EXPECT_EQ(asked, 2);
 }

@@ -10,16 +10,16 @@ namespace {
 
 constexpr double kVoxel_m = 0.01;
 
-std::vector<LayerFidelity> fidelity_of(const geometry::TriangleMesh& mesh, LayerMethod method, ShapingElement element, int m,
-                                       int guard = 0) {
+std::vector<LayerFidelity> fidelity_of(const geometry::TriangleMesh& mesh, LayerMethod method,
+                                       ShapingElement element, int m, int guard = 0) {
   LayerProfile profile{{m, m, m}, {30.0F, 20.0F, 10.0F}, 100.0F, guard, method, element};
   const auto activated = activate_alone({"body", 1, mesh, profile}, kVoxel_m);
   EXPECT_TRUE(activated);
   return measure_fidelity(mesh, profile, activated->first, 2);
 }
 
-// A cube whose faces lie on borders between voxels is the solid of its own voxels but for one layer of them at the upper
-// sides, where a face on a border belongs to the voxel above.
+// A cube whose faces lie on borders between voxels is the solid of its own voxels but for one layer of them
+// at the upper sides, where a face on a border belongs to the voxel above.
 TEST(Fidelity, OfACubeOnTheLatticeIsKnownInEveryDirection) {
   const auto cube = geometry::make_box({0.2, 0.2, 0.2});
   const auto layers = fidelity_of(cube, LayerMethod::kDistance, ShapingElement::kCube, 4);
@@ -40,7 +40,8 @@ TEST(Fidelity, OfACubeOnTheLatticeIsKnownInEveryDirection) {
 }
 
 TEST(Fidelity, TellsACubeElementFromASphere) {
-  const auto sphere = geometry::make_sphere(0.15, 5).transformed({Eigen::Matrix3d::Identity(), {0.003, 0.004, 0.001}});
+  const auto sphere =
+      geometry::make_sphere(0.15, 5).transformed({Eigen::Matrix3d::Identity(), {0.003, 0.004, 0.001}});
   const auto cube = fidelity_of(sphere, LayerMethod::kDilation, ShapingElement::kCube, 3);
   const auto ball = fidelity_of(sphere, LayerMethod::kDilation, ShapingElement::kSphere, 3);
   const auto exact = fidelity_of(sphere, LayerMethod::kSurface, ShapingElement::kSphere, 3);
@@ -58,7 +59,8 @@ TEST(Fidelity, TellsACubeElementFromASphere) {
 }
 
 TEST(Fidelity, SumsUpItsDirectionsAndCountsTheGuard) {
-  const auto layers = fidelity_of(geometry::make_torus(0.12, 0.04), LayerMethod::kDistance, ShapingElement::kSphere, 2, 3);
+  const auto layers =
+      fidelity_of(geometry::make_torus(0.12, 0.04), LayerMethod::kDistance, ShapingElement::kSphere, 2, 3);
   ASSERT_EQ(layers.size(), 4U);
   EXPECT_EQ(layers[0].order, kOrderGuard);
   EXPECT_EQ(layers[0].offset_vox, 3.0);

@@ -24,7 +24,8 @@ LayerProfile profile_with(int guard, std::vector<int> inside = {}) {
 }
 
 geometry::TriangleMesh tilted_cylinder() {
-  return geometry::make_cylinder(0.12F, 0.25F, 24).transformed({geometry::rotation_from_rpy(0.4, 0.8, 0.1), {0.2, 0.35, 0.27}});
+  return geometry::make_cylinder(0.12F, 0.25F, 24)
+      .transformed({geometry::rotation_from_rpy(0.4, 0.8, 0.1), {0.2, 0.35, 0.27}});
 }
 
 void expect_surface_like_the_twin(const geometry::TriangleMesh& mesh, const LayerProfile& profile) {
@@ -48,12 +49,14 @@ TEST(SurfaceLayers, EqualTheLiteralTwinInEveryVoxel) {
 }
 
 TEST(SurfaceLayers, EqualTheLiteralTwinOfABodyThatHangsOverTheGrid) {
-  const auto mesh = geometry::make_box({0.3F, 0.2F, 0.1F}).transformed({geometry::rotation_from_rpy(1.0, 0.2, 0.3), {-0.12, 0.1, 0.49}});
+  const auto mesh = geometry::make_box({0.3F, 0.2F, 0.1F})
+                        .transformed({geometry::rotation_from_rpy(1.0, 0.2, 0.3), {-0.12, 0.1, 0.49}});
   expect_surface_like_the_twin(mesh, profile_with(1));
 }
 
 TEST(SurfaceLayers, KnowTheExactDistanceOfASphere) {
-  // An independent oracle: the sphere's own distance, with a mesh so fine that only voxels at a border may differ.
+  // An independent oracle: the sphere's own distance, with a mesh so fine that only voxels at a border may
+  // differ.
   const Eigen::Vector3d centre(0.2013, 0.3527, 0.2541);
   const auto mesh = geometry::make_sphere(0.11, 6).transformed({Eigen::Matrix3d::Identity(), centre});
   const LayerProfile profile = profile_with(1);
@@ -63,7 +66,8 @@ TEST(SurfaceLayers, KnowTheExactDistanceOfASphere) {
     if (twin::is_solid(solid, v)) return;
     const double d = ((kGrid.centre_of(v) - centre).norm() - 0.11) / kGrid.voxel_size_m;
     const double slack = 0.005;
-    EXPECT_TRUE(bricks.at(v) == twin::order_at(profile, d - slack) || bricks.at(v) == twin::order_at(profile, d + slack))
+    EXPECT_TRUE(bricks.at(v) == twin::order_at(profile, d - slack) ||
+                bricks.at(v) == twin::order_at(profile, d + slack))
         << d << ' ' << int{bricks.at(v)};
   });
 }
@@ -109,7 +113,8 @@ TEST(InsideLayers, EqualTheLiteralTwinForEveryMethod) {
 
 TEST(InsideLayers, DoNotTakeTheGridsEndForTheBodys) {
   // A box that fills the grid's lower half and reaches far out of it: only its top is near.
-  const auto mesh = geometry::make_box({4.0F, 4.0F, 2.0F}).transformed({Eigen::Matrix3d::Identity(), {0.2, 0.3, -0.75}});
+  const auto mesh =
+      geometry::make_box({4.0F, 4.0F, 2.0F}).transformed({Eigen::Matrix3d::Identity(), {0.2, 0.3, -0.75}});
   const LayerProfile profile = profile_with(0, {4});
   const SolidVoxels solid = *voxelise(mesh, kGrid, voxelise_clip(kGrid, profile));
   const ObjectBricks bricks = lay_layers(mesh, solid, profile, kGrid, VoxelBox::of(kGrid));

@@ -16,7 +16,8 @@ namespace {
 const VoxelBox kGrid{{0, 0, 0}, {100, 90, 96}};
 
 /// Every voxel of `part`, and nothing beyond it.
-void expect_like_the_twin(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& part = kGrid, int threads = 1) {
+void expect_like_the_twin(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& part = kGrid,
+                          int threads = 1) {
   ASSERT_TRUE(check_profile(profile)) << check_profile(profile).message();
   const ObjectBricks bricks = distance_bricks(solid, profile, part, {threads, {}});
   const auto solids = twin::solid_voxels(solid);
@@ -29,8 +30,9 @@ void expect_like_the_twin(const SolidVoxels& solid, const LayerProfile& profile,
   });
   std::size_t in_all = 0;
   for (const BrickKey key : bricks.keys()) {
-    const auto taken = static_cast<std::size_t>(
-        std::count_if(bricks.orders(key), bricks.orders(key) + kBrickVoxels, [](std::int8_t order) { return order != kOrderFree; }));
+    const auto taken =
+        static_cast<std::size_t>(std::count_if(bricks.orders(key), bricks.orders(key) + kBrickVoxels,
+                                               [](std::int8_t order) { return order != kOrderFree; }));
     EXPECT_GT(taken, 0U) << "an empty brick";
     in_all += taken;
   }
@@ -59,7 +61,8 @@ TEST(DistanceBricks, EqualTheLiteralTwinInEveryVoxel) {
 TEST(DistanceBricks, EqualTheLiteralTwinInSolidsThatAreLongAlongEachAxis) {
   const LayerProfile profile{{2, 2}, {9.0F, 8.0F}, 100.0F, 1};
   unsigned seed = 1;
-  for (const std::array<std::int32_t, 3> size : {std::array{1200, 3, 2}, std::array{3, 1200, 2}, std::array{2, 3, 1200}})
+  for (const std::array<std::int32_t, 3> size :
+       {std::array{1200, 3, 2}, std::array{3, 1200, 2}, std::array{2, 3, 1200}})
     expect_like_the_twin(scattered_solid(seed++, size, 60), profile, {{0, 0, 0}, {1280, 1280, 1280}});
 }
 
@@ -68,7 +71,8 @@ TEST(DistanceBricks, AreTheSameWithEveryInstructionSet) {
     hwy::SetSupportedTargetsForTest(target);
     SCOPED_TRACE(hwy::TargetName(target));
     unsigned seed = 1;
-    for (const auto& profile : many_profiles()) expect_like_the_twin(scattered_solid(seed++, {40, 5, 6}, 50), profile);
+    for (const auto& profile : many_profiles())
+      expect_like_the_twin(scattered_solid(seed++, {40, 5, 6}, 50), profile);
   }
   hwy::SetSupportedTargetsForTest(0);
 }
@@ -89,9 +93,11 @@ TEST(DistanceBricks, ReachFarWithoutOverflow) {
   const auto expect_at = [&](Index3 v) { ASSERT_EQ(bricks.at(v), twin::order(dot, solids, widest, v)); };
   std::mt19937 random(5);
   for (int i = 0; i < 300000; ++i) {
-    expect_at({static_cast<int>(random() % 600), static_cast<int>(random() % 580), static_cast<int>(random() % 600)});
+    expect_at({static_cast<int>(random() % 600), static_cast<int>(random() % 580),
+               static_cast<int>(random() % 600)});
   }
-  for (int i = 0; i < 600; ++i) expect_at({i, 270, 300}), expect_at({290, std::min(i, 579), 300}), expect_at({290, 270, i});
+  for (int i = 0; i < 600; ++i)
+    expect_at({i, 270, 300}), expect_at({290, std::min(i, 579), 300}), expect_at({290, 270, i});
 }
 
 TEST(DistanceBricks, OfAPartOfTheGridAreThoseOfTheWhole) {
@@ -228,9 +234,11 @@ class Merge : public ::testing::Test {
       codes_.push_back(code_table(part.profile, palette_));
     }
   }
-  Workspace merged(const std::vector<std::size_t>& sequence, MergeLaw law = MergeLaw::kHighestViscosity, int threads = 1) const {
+  Workspace merged(const std::vector<std::size_t>& sequence, MergeLaw law = MergeLaw::kHighestViscosity,
+                   int threads = 1) const {
     std::vector<MergeEntry> entries;
-    for (const std::size_t i : sequence) entries.push_back({&parts_[i].ova, parts_[i].id, &codes_[i], kRanks[i]});
+    for (const std::size_t i : sequence)
+      entries.push_back({&parts_[i].ova, parts_[i].id, &codes_[i], kRanks[i]});
     Workspace workspace(grid_, palette_);
     merge_bricks(law, entries, keys_of(entries), workspace, threads);
     return workspace;
@@ -240,7 +248,9 @@ class Merge : public ::testing::Test {
     if (law != MergeLaw::kHighestViscosity && kRanks[a] != kRanks[b]) return kRanks[a] > kRanks[b];
     return mu_a != mu_b ? mu_a > mu_b : parts_[a].id < parts_[b].id;
   }
-  float mu_of(std::size_t i, std::int8_t order) const { return palette_[codes_[i][static_cast<std::uint8_t>(order)]]; }
+  float mu_of(std::size_t i, std::int8_t order) const {
+    return palette_[codes_[i][static_cast<std::uint8_t>(order)]];
+  }
   static constexpr std::int64_t kRanks[] = {3, -7, 3, 1LL << 40};
   GridSpec grid_{{0, 0, 0}, 0.01, {45, 40, 50}};
   std::vector<Part> parts_;
@@ -250,7 +260,8 @@ class Merge : public ::testing::Test {
 };
 
 TEST_F(Merge, IsItsLawWordForWord) {
-  for (const MergeLaw law : {MergeLaw::kHighestViscosity, MergeLaw::kLatestObject, MergeLaw::kObjectPriority}) {
+  for (const MergeLaw law :
+       {MergeLaw::kHighestViscosity, MergeLaw::kLatestObject, MergeLaw::kObjectPriority}) {
     const Workspace workspace = merged({0, 1, 2, 3}, law);
     std::size_t contested = 0;
     twin::for_each(VoxelBox::of(grid_), [&](Index3 v) {
@@ -286,7 +297,8 @@ TEST_F(Merge, IsTheSameWithEveryInstructionSetAndManyThreads) {
 
 TEST_F(Merge, OfSomeBricksLeavesTheOthersAndForgetsWhatWasThere) {
   std::vector<MergeEntry> entries;
-  for (std::size_t i = 0; i < parts_.size(); ++i) entries.push_back({&parts_[i].ova, parts_[i].id, &codes_[i]});
+  for (std::size_t i = 0; i < parts_.size(); ++i)
+    entries.push_back({&parts_[i].ova, parts_[i].id, &codes_[i]});
   Workspace workspace = merged({0, 1, 2, 3});
   const std::uint64_t hash = workspace.content_hash();
   const std::vector<BrickKey> keys = parts_[2].ova.keys();
@@ -305,7 +317,8 @@ TEST_F(Merge, IsCommutativeAssociativeAndIdempotent) {
   // Merging what is merged already, and in two steps, changes nothing.
   Workspace again = merged({0, 1});
   std::vector<MergeEntry> entries;
-  for (std::size_t i = 0; i < parts_.size(); ++i) entries.push_back({&parts_[i].ova, parts_[i].id, &codes_[i]});
+  for (std::size_t i = 0; i < parts_.size(); ++i)
+    entries.push_back({&parts_[i].ova, parts_[i].id, &codes_[i]});
   merge_bricks(MergeLaw::kHighestViscosity, entries, keys_of(entries), again);
   EXPECT_EQ(again.content_hash(), hash);
   merge_bricks(MergeLaw::kHighestViscosity, entries, keys_of(entries), again);

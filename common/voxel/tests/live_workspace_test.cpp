@@ -1,4 +1,5 @@
-// A live workspace is always what its objects make when they are activated all at once, and says truly what changed.
+// A live workspace is always what its objects make when they are activated all at once, and says truly what
+// changed.
 #include "common/voxel/live_workspace.hpp"
 
 #include <gmock/gmock.h>
@@ -33,8 +34,9 @@ Body random_body(std::uint16_t id, std::mt19937& random) {
                                            geometry::make_box({size_m(), size_m(), size_m()}),
                                            geometry::make_torus(0.1, 0.03)};
   const LayerProfile profiles[] = {kCell, kCell, kAsCell, kOwn};
-  const geometry::Pose pose{geometry::rotation_from_rpy(3 * unit(random), 3 * unit(random), 3 * unit(random)),
-                            {0.6 * unit(random), 0.5 * unit(random), 0.35 + 0.45 * unit(random)}};  // also half outside
+  const geometry::Pose pose{
+      geometry::rotation_from_rpy(3 * unit(random), 3 * unit(random), 3 * unit(random)),
+      {0.6 * unit(random), 0.5 * unit(random), 0.35 + 0.45 * unit(random)}};  // also half outside
   return {"thing " + std::to_string(id), id, shapes[random() % 3].transformed(pose), profiles[random() % 4]};
 }
 
@@ -51,7 +53,8 @@ Workspace from_scratch(const std::vector<Thing>& things, MergeLaw law) {
   }
   std::vector<MergeEntry> entries;
   for (std::size_t i = 0; i < things.size(); ++i) {
-    const auto latest = static_cast<std::int64_t>(i);  // things stand in the order in which they came or moved last
+    const auto latest =
+        static_cast<std::int64_t>(i);  // things stand in the order in which they came or moved last
     entries.push_back({&bricks[i], things[i].body.id, &codes[i],
                        law == MergeLaw::kLatestObject ? latest : things[i].priority});
   }
@@ -130,7 +133,8 @@ TEST_P(AnySequence, OfChangesEndsInWhatItsObjectsMakeFromScratch) {
       const Workspace expected = from_scratch(things, GetParam());
       ASSERT_EQ(live.workspace().palette(), expected.palette());
       ASSERT_EQ(live.workspace().bricks(), expected.bricks()) << "seed " << seed << " version " << version;
-      ASSERT_EQ(live.workspace().content_hash(), expected.content_hash()) << "seed " << seed << " version " << version;
+      ASSERT_EQ(live.workspace().content_hash(), expected.content_hash())
+          << "seed " << seed << " version " << version;
       EXPECT_EQ(live.content_hash(), expected.content_hash());
       expect_told(before, live.workspace(), *change);
     }
@@ -144,7 +148,8 @@ INSTANTIATE_TEST_SUITE_P(Laws, AnySequence,
 class Live : public testing::Test {
  protected:
   static Body ball(std::uint16_t id, const Eigen::Vector3d& at_m, const LayerProfile& profile = kCell) {
-    return {"ball", id, geometry::make_sphere(0.06, 3).transformed({Eigen::Matrix3d::Identity(), at_m}), profile};
+    return {"ball", id, geometry::make_sphere(0.06, 3).transformed({Eigen::Matrix3d::Identity(), at_m}),
+            profile};
   }
   void SetUp() override {
     const LiveBody bodies[] = {{&left_, 0}, {&right_, 0}};

@@ -26,7 +26,9 @@ inline void dilate(ObjectVoxels& ova, std::int8_t from, ShapingElement element, 
         for (int i = -m; i <= m; ++i) {
           const Index3 n{v.x + i, v.y + j, v.z + k};
           const VoxelBox cell{n, {1, 1, 1}};
-          if (!element_holds(element, m, i, j, k) || ova.box.intersection(cell).empty() || ova.at(n) != kOrderFree) continue;
+          if (!element_holds(element, m, i, j, k) || ova.box.intersection(cell).empty() ||
+              ova.at(n) != kOrderFree)
+            continue;
           ova.order[ova.index(n.x - ova.box.min.x, n.y - ova.box.min.y, n.z - ova.box.min.z)] = order;
         }
       }
@@ -39,7 +41,9 @@ inline ObjectVoxels solid_orders(const SolidVoxels& solid, const VoxelBox& box) 
   ObjectVoxels ova;
   ova.box = box;
   for_each(box, [&](Index3 v) {
-    ova.order.push_back(is_boundary(solid, v) ? kOrderBoundary : is_solid(solid, v) ? kOrderInterior : kOrderFree);
+    ova.order.push_back(is_boundary(solid, v) ? kOrderBoundary
+                        : is_solid(solid, v)  ? kOrderInterior
+                                              : kOrderFree);
   });
   return ova;
 }
@@ -86,7 +90,9 @@ inline double surface_distance(const geometry::TriangleMesh& mesh, const GridSpe
     std::array<Eigen::Vector3d, 3> corners;
     for (std::size_t i = 0; i < 3; ++i)
       corners[i] = (mesh.vertices_m[t[i]].cast<double>() - grid.origin_m) / grid.voxel_size_m;
-    least = std::min(least, (geometry::closest_point_on_triangle(p, corners[0], corners[1], corners[2]) - p).squaredNorm());
+    least = std::min(
+        least,
+        (geometry::closest_point_on_triangle(p, corners[0], corners[1], corners[2]) - p).squaredNorm());
   }
   return std::sqrt(least);
 }
@@ -97,7 +103,8 @@ inline std::int8_t inside_order(const SolidVoxels& solid, const LayerProfile& pr
   const int depth = profile.inside_depth_vox();  // farther ones do not matter
   const VoxelBox near{{v.x - depth, v.y - depth, v.z - depth}, {2 * depth + 1, 2 * depth + 1, 2 * depth + 1}};
   for_each(near.intersection(solid.box), [&](Index3 n) {
-    if (!is_solid(solid, n) || is_boundary(solid, n)) d = std::min(d, std::hypot(v.x - n.x, v.y - n.y, v.z - n.z));
+    if (!is_solid(solid, n) || is_boundary(solid, n))
+      d = std::min(d, std::hypot(v.x - n.x, v.y - n.y, v.z - n.z));
   });
   double until = 0;
   for (std::size_t i = 0; i < profile.inside_thickness_vox.size(); ++i) {

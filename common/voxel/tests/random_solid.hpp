@@ -6,8 +6,10 @@
 
 namespace phantom::voxel {
 
-/// Scattered voxels, one in `one_in`, half of them boundary, half interior: no body has such, and every method must cope.
-inline SolidVoxels scattered_solid(unsigned seed, std::array<std::int32_t, 3> size, int one_in, Index3 min = {20, 25, 30}) {
+/// Scattered voxels, one in `one_in`, half of them boundary, half interior: no body has such, and every
+/// method must cope.
+inline SolidVoxels scattered_solid(unsigned seed, std::array<std::int32_t, 3> size, int one_in,
+                                   Index3 min = {20, 25, 30}) {
   std::mt19937 random(seed);
   SolidVoxels solid;
   solid.box = {min, size};

@@ -41,7 +41,8 @@ std::vector<ImplicitPtr> small_solids() {
           geometry::implicit_placed(geometry::implicit_torus(0.03, 0.01), kTilted),
           geometry::implicit_placed(geometry::implicit_cone(0.03, 0.0, 0.05), kTilted),
           geometry::implicit_difference({block, drill}),
-          geometry::implicit_placed(geometry::implicit_union({block, geometry::implicit_sphere(0.04)}), kTilted, 0.7),
+          geometry::implicit_placed(geometry::implicit_union({block, geometry::implicit_sphere(0.04)}),
+                                    kTilted, 0.7),
           geometry::implicit_placed(geometry::implicit_box({0.06, 0.05, 0.001}), kTilted),
           formula_solid("x^2 + y^2 + z^2 - 0.0009", 0.04),
           formula_solid("sin(90*x)*cos(90*y) + sin(90*y)*cos(90*z) + sin(90*z)*cos(90*x)", 0.03),
@@ -70,7 +71,8 @@ void for_each_voxel(const SolidVoxels& voxels, const GridSpec& grid, const Visit
     for (std::int32_t y = 0; y < box.size[1]; ++y) {
       for (std::int32_t x = 0; x < box.size[0]; ++x) {
         const Index3 v{box.min.x + x, box.min.y + y, box.min.z + z};
-        visit(grid.centre_of(v), voxels.inside.get(x, y, z), voxels.boundary.get(x, y, z), voxels.interior.get(x, y, z));
+        visit(grid.centre_of(v), voxels.inside.get(x, y, z), voxels.boundary.get(x, y, z),
+              voxels.interior.get(x, y, z));
       }
     }
   }
@@ -80,13 +82,14 @@ TEST(VoxeliseImplicit, EqualsItsLiteralTwin) {
   const GridSpec grid = lattice(0.011);
   for (const ImplicitPtr& solid : small_solids()) {
     int wrong = 0, marked = 0;
-    for_each_voxel(voxels_of(solid, grid), grid, [&](const Vector3d& c, bool inside, bool boundary, bool interior) {
-      const Vector3d low = c - Vector3d::Constant(0.5 * 0.011 + 0.011 / 32768);
-      marked += boundary;
-      wrong += inside != (solid->value(c) < 0.0);
-      wrong += boundary != literally_boundary(*solid, low, 0.011);
-      wrong += interior != (inside && !boundary);
-    });
+    for_each_voxel(voxels_of(solid, grid), grid,
+                   [&](const Vector3d& c, bool inside, bool boundary, bool interior) {
+                     const Vector3d low = c - Vector3d::Constant(0.5 * 0.011 + 0.011 / 32768);
+                     marked += boundary;
+                     wrong += inside != (solid->value(c) < 0.0);
+                     wrong += boundary != literally_boundary(*solid, low, 0.011);
+                     wrong += interior != (inside && !boundary);
+                   });
     EXPECT_EQ(wrong, 0);
     EXPECT_GT(marked, 20);
   }
@@ -103,7 +106,8 @@ TEST(VoxeliseImplicit, ASphereMarksTheVoxelsThatItsSurfaceCuts) {
   const GridSpec grid = lattice(0.005);
   const Vector3d middle(0.0012, -0.0031, 0.0007);
   constexpr double kRadius = 0.1, kBand = 0.005 / 16 * 1.75;
-  const auto sphere = geometry::implicit_placed(geometry::implicit_sphere(kRadius), {Eigen::Matrix3d::Identity(), middle});
+  const auto sphere =
+      geometry::implicit_placed(geometry::implicit_sphere(kRadius), {Eigen::Matrix3d::Identity(), middle});
   int cut = 0, band = 0;
   for_each_voxel(voxels_of(sphere, grid), grid, [&](const Vector3d& c, bool inside, bool boundary, bool) {
     const auto [nearest, farthest] = reach_of_voxel(c, 0.005, middle);
@@ -129,11 +133,13 @@ struct Difference {
   double farthest_m = 0.0;
 };
 
-Difference compare(const SolidVoxels& a, const SolidVoxels& b, const GridSpec& grid, const geometry::ImplicitSolid& solid) {
+Difference compare(const SolidVoxels& a, const SolidVoxels& b, const GridSpec& grid,
+                   const geometry::ImplicitSolid& solid) {
   Difference difference;
   const auto bit = [](const SolidVoxels& s, const BitVolume& bits, Index3 v) {
     const std::int32_t x = v.x - s.box.min.x, y = v.y - s.box.min.y, z = v.z - s.box.min.z;
-    return x >= 0 && y >= 0 && z >= 0 && x < s.box.size[0] && y < s.box.size[1] && z < s.box.size[2] && bits.get(x, y, z);
+    return x >= 0 && y >= 0 && z >= 0 && x < s.box.size[0] && y < s.box.size[1] && z < s.box.size[2] &&
+           bits.get(x, y, z);
   };
   for (std::int32_t z = a.box.min.z - 2; z < a.box.min.z + a.box.size[2] + 2; ++z) {
     for (std::int32_t y = a.box.min.y - 2; y < a.box.min.y + a.box.size[1] + 2; ++y) {
@@ -142,7 +148,8 @@ Difference compare(const SolidVoxels& a, const SolidVoxels& b, const GridSpec& g
         difference.boundary += bit(a, a.boundary, v);
         if (bit(a, a.inside, v) != bit(b, b.inside, v))
           difference.farthest_m = std::max(difference.farthest_m, std::abs(solid.value(grid.centre_of(v))));
-        difference.voxels += bit(a, a.boundary, v) != bit(b, b.boundary, v) || bit(a, a.inside, v) != bit(b, b.inside, v);
+        difference.voxels +=
+            bit(a, a.boundary, v) != bit(b, b.boundary, v) || bit(a, a.inside, v) != bit(b, b.inside, v);
       }
     }
   }
@@ -156,10 +163,11 @@ TEST(VoxeliseImplicit, AgreesWithTheMeshPathOnSolidsThatBothKnow) {
     double chord_m;      // by which the mesh misses the solid
     double most_differ;  // share of the boundary's voxels: those that one of the two just grazes
   };
-  const Case cases[] = {{geometry::implicit_box({0.11, 0.16, 0.07}), geometry::make_box({0.11, 0.16, 0.07}), 1e-6, 0.02},
-                        {geometry::implicit_sphere(0.08), geometry::make_sphere(0.08, 6), 1e-5, 0.03},
-                        {geometry::implicit_torus(0.07, 0.025), geometry::make_torus(0.07, 0.025, 400, 160), 1e-5, 0.03},
-                        {geometry::implicit_cylinder(0.05, 0.12), geometry::make_cylinder(0.05, 0.12, 400), 1e-5, 0.03}};
+  const Case cases[] = {
+      {geometry::implicit_box({0.11, 0.16, 0.07}), geometry::make_box({0.11, 0.16, 0.07}), 1e-6, 0.02},
+      {geometry::implicit_sphere(0.08), geometry::make_sphere(0.08, 6), 1e-5, 0.03},
+      {geometry::implicit_torus(0.07, 0.025), geometry::make_torus(0.07, 0.025, 400, 160), 1e-5, 0.03},
+      {geometry::implicit_cylinder(0.05, 0.12), geometry::make_cylinder(0.05, 0.12, 400), 1e-5, 0.03}};
   const GridSpec grid = lattice(0.004);
   for (const Case& one : cases) {
     for (const Pose& pose : {kTilted, Pose{geometry::rotation_from_rpy(1.0, 0.3, -0.2), {0.1, 0, 0}}}) {
@@ -176,8 +184,10 @@ TEST(VoxeliseImplicit, AgreesWithTheMeshPathOnSolidsThatBothKnow) {
 }
 
 TEST(VoxeliseImplicit, ABoxOnVoxelBordersIsTheMeshPathsInEveryVoxel) {
-  const auto solid = geometry::implicit_placed(geometry::implicit_box({0.1, 0.06, 0.04}), {Eigen::Matrix3d::Identity(), {0.2, -0.03, 0.5}});
-  const auto mesh = geometry::make_box({0.1, 0.06, 0.04}).transformed({Eigen::Matrix3d::Identity(), {0.2, -0.03, 0.5}});
+  const auto solid = geometry::implicit_placed(geometry::implicit_box({0.1, 0.06, 0.04}),
+                                               {Eigen::Matrix3d::Identity(), {0.2, -0.03, 0.5}});
+  const auto mesh =
+      geometry::make_box({0.1, 0.06, 0.04}).transformed({Eigen::Matrix3d::Identity(), {0.2, -0.03, 0.5}});
   const GridSpec grid = lattice(0.005);
   const auto by_mesh = voxelise(mesh, grid, voxel_bounds(mesh, grid));
   ASSERT_TRUE(by_mesh);
@@ -229,7 +239,8 @@ TEST(VoxeliseImplicit, ClipsToWhatIsAskedFor) {
   for (std::int32_t z = 0; z < part->box.size[2]; ++z) {
     for (std::int32_t y = 0; y < part->box.size[1]; ++y) {
       for (std::int32_t x = 0; x < part->box.size[0]; ++x) {
-        const Index3 v{x + part->box.min.x - whole.box.min.x, y + part->box.min.y - whole.box.min.y, z + part->box.min.z - whole.box.min.z};
+        const Index3 v{x + part->box.min.x - whole.box.min.x, y + part->box.min.y - whole.box.min.y,
+                       z + part->box.min.z - whole.box.min.z};
         ASSERT_EQ(part->boundary.get(x, y, z), whole.boundary.get(v.x, v.y, v.z));
         ASSERT_EQ(part->inside.get(x, y, z), whole.inside.get(v.x, v.y, v.z));
       }
@@ -265,14 +276,16 @@ TEST(VoxeliseImplicit, TellsHowFarItIsAndEndsWhenToldTo) {
   EXPECT_GE(shares.front(), 0.0);
   EXPECT_LT(shares.back(), 1.0);
   int asked = 0;
-  const auto stopped = voxelise(*ring, grid, voxel_bounds(*ring, grid), {1, [&](double) { return ++asked < 3; }});
+  const auto stopped =
+      voxelise(*ring, grid, voxel_bounds(*ring, grid), {1, [&](double) { return ++asked < 3; }});
   ASSERT_FALSE(stopped);
   EXPECT_EQ(stopped.status().code(), core::ErrorCode::kUnavailable);
   EXPECT_EQ(asked, 3);
 }
 
 TEST(VoxeliseImplicit, RefusesWhatReachesTooFar) {
-  const auto far = geometry::implicit_placed(geometry::implicit_sphere(1.0), {Eigen::Matrix3d::Identity(), {2e6, 0, 0}});
+  const auto far =
+      geometry::implicit_placed(geometry::implicit_sphere(1.0), {Eigen::Matrix3d::Identity(), {2e6, 0, 0}});
   EXPECT_FALSE(voxelise(*far, lattice(0.005), {{0, 0, 0}, {10, 10, 10}}));
 }
 
@@ -281,11 +294,14 @@ TEST(VoxeliseImplicit, ABodyByFormulaIsActivatedByIt) {
   profile.thickness_vox = {2, 2};
   profile.mu_Pa_s_per_m = {32, 20};
   // The mesh is a decoy: the formula decides.
-  const Body body{"ball", 1, geometry::make_box({0.02, 0.02, 0.02}), profile, geometry::implicit_sphere(0.05)};
+  const Body body{"ball", 1, geometry::make_box({0.02, 0.02, 0.02}), profile,
+                  geometry::implicit_sphere(0.05)};
   const auto alone = activate_alone(body, 0.005);
   ASSERT_TRUE(alone) << alone.status().message();
   const auto& workspace = alone->first;
-  const auto order = [&](double x) { return workspace.order(workspace.grid().index_of({x, 0.0001, 0.0001})); };
+  const auto order = [&](double x) {
+    return workspace.order(workspace.grid().index_of({x, 0.0001, 0.0001}));
+  };
   EXPECT_EQ(order(0.0), kOrderInterior);
   EXPECT_EQ(order(0.049), kOrderBoundary);
   EXPECT_EQ(order(0.0575), 1);

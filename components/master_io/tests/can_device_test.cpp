@@ -26,7 +26,9 @@ std::string with_drives(const std::string& more = "") {
   std::string yaml = text.str();
   yaml.replace(yaml.find("driver: sim"), 11, "driver: can");
   yaml.replace(yaml.find("rate_Hz: 1000"), 13, "rate_Hz: 500");
-  yaml += "\ncan:\n  on_fault: coast\n  boot_timeout_s: 0.2\n  buses: [{address: \"user:a\"}, {address: \"user:b\"}]\n  drives:\n";
+  yaml +=
+      "\ncan:\n  on_fault: coast\n  boot_timeout_s: 0.2\n  buses: [{address: \"user:a\"}, {address: "
+      "\"user:b\"}]\n  drives:\n";
   for (std::size_t j = 0; j < kJoints; ++j) {
     yaml += "    " + shipped_arm().arm.joints()[j].name + ": {bus: " + std::to_string(j % 2) +
             ", node: " + std::to_string(j + 1) +
@@ -53,7 +55,8 @@ struct Bench {
       o.motor.gear_ratio = axes[j].units.gear_ratio;
       o.motor.rated_torque_Nm = axes[j].units.rated_motor_torque_Nm();
       o.motor.start_rad = shipped_arm().home[j] * rad_per_unit;
-      o.motor.joint = {config.device.joints[j].inertia / (rad_per_unit * rad_per_unit), 0.0, 0.0, -100.0, 100.0};
+      o.motor.joint = {config.device.joints[j].inertia / (rad_per_unit * rad_per_unit), 0.0, 0.0, -100.0,
+                       100.0};
       o.motor.load_Nm = j == 3 ? push_Nm : 0.0;
       drives.push_back(
           std::make_unique<simulated_drive::SimulatedDrive>(o, buses[axes[j].bus].connect(axes[j].name)));
@@ -83,7 +86,8 @@ struct Bench {
     }
   }
   bool reaches(LinkState wanted, double most_s = 10.0) {
-    for (double t = 0; t < most_s && (published == 0 || last.outputs.state != wanted); t += config.period_s) tick();
+    for (double t = 0; t < most_s && (published == 0 || last.outputs.state != wanted); t += config.period_s)
+      tick();
     return published > 0 && last.outputs.state == wanted;
   }
 

@@ -72,8 +72,10 @@ TEST(MasterConfig, TheCommandLineChoosesOperatorAndLaw) {
 
 TEST(MasterConfig, EachFaultIsNamedWithWhatIsAllowed) {
   EXPECT_THAT(problem("driver: sim", "driver: magic"), AllOf(HasSubstr("driver"), HasSubstr("allowed: sim")));
-  EXPECT_THAT(problem("    pe: 1 ", "    pe: 11 "), AllOf(HasSubstr("feedback.inverse_a.pe"), HasSubstr("0 to 10")));
-  EXPECT_THAT(problem("    k_p_N_per_m: 150", "    k_p_N_per_m: -1"), HasSubstr("feedback.exchange.k_p_N_per_m"));
+  EXPECT_THAT(problem("    pe: 1 ", "    pe: 11 "),
+              AllOf(HasSubstr("feedback.inverse_a.pe"), HasSubstr("0 to 10")));
+  EXPECT_THAT(problem("    k_p_N_per_m: 150", "    k_p_N_per_m: -1"),
+              HasSubstr("feedback.exchange.k_p_N_per_m"));
   EXPECT_THAT(problem("source: either", "source: nobody"),
               AllOf(HasSubstr("feedback.contact.source"), HasSubstr("slave, phantom, either")));
   EXPECT_THAT(problem("gain_ratio: 1 ", "gain_ratio: 0.5 "), HasSubstr("feedback.contact.gain_ratio"));
@@ -93,7 +95,8 @@ TEST(MasterConfig, EachFaultIsNamedWithWhatIsAllowed) {
               AllOf(HasSubstr("operator.model"), HasSubstr("minimum_jerk, cautious, constant_velocity")));
   EXPECT_THAT(problem("stop_share: 0.5", "stop_share: 0.04"),
               AllOf(HasSubstr("operator.cautious.stop_share"), HasSubstr("not above yield_share")));
-  EXPECT_THAT(problem("centre_Hz: 10", "centre_Hz: 100"), HasSubstr("operator.minimum_jerk.tremor.centre_Hz"));
+  EXPECT_THAT(problem("centre_Hz: 10", "centre_Hz: 100"),
+              HasSubstr("operator.minimum_jerk.tremor.centre_Hz"));
   EXPECT_THAT(problem("percept: alternate", "percept: sometimes"),
               AllOf(HasSubstr("sequence.percept"), HasSubstr("alternate, on, off")));
   EXPECT_THAT(problem("  patience: 3.0", "  patients: 3.0"),

@@ -121,7 +121,8 @@ TEST(Desk, TheStickMovesTheMasterOnlyWhileCoupledAndDragSlowsIt) {
         SlaveSample sample;
         sample.received_ns = now_ns;
         sample.state = slave;
-        sample.motion.position = last.outputs.state == teleop::LinkState::kInit ? shipped_arm().home : last.position;
+        sample.motion.position =
+            last.outputs.state == teleop::LinkState::kInit ? shipped_arm().home : last.position;
         inbox.slave.write(sample);
         DragSample felt;
         felt.received_ns = now_ns;

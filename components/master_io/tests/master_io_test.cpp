@@ -78,7 +78,8 @@ TEST(MasterIo, TheLawChangesWhileCoupledWithoutAJump) {
   in.slave.motion.position[3] -= 0.01;
   auto before = run(master, in, 2.0);
   EXPECT_EQ(before.law, teleop::BilateralLaw::kSctfb);
-  for (const auto law : {teleop::BilateralLaw::kPfff, teleop::BilateralLaw::kPe, teleop::BilateralLaw::kPeff}) {
+  for (const auto law :
+       {teleop::BilateralLaw::kPfff, teleop::BilateralLaw::kPe, teleop::BilateralLaw::kPeff}) {
     in.wishes.law = law;
     for (int i = 0; i < 1000; ++i) {
       const auto now = master.step(in, kDt);

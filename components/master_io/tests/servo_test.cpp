@@ -32,8 +32,9 @@ struct Bench {
       if (heard) {
         slave.received_ns = drag.received_ns = now_ns;
         ++slave.stamp.sequence_number;
-        slave.motion.position = stuck_at ? *stuck_at
-                                : last.outputs.state == LinkState::kInit ? shipped_arm().home : last.position;
+        slave.motion.position = stuck_at                                 ? *stuck_at
+                                : last.outputs.state == LinkState::kInit ? shipped_arm().home
+                                                                         : last.position;
         drag.round_trip_s = 0.0007;
         inbox.slave.write(slave);
         inbox.drag.write(drag);

@@ -28,11 +28,12 @@ class Answering {
     adapter_.start_reading(loop_, keeper_);
     thread_ = std::jthread([this](const std::stop_token& stop) {
       while (!stop.stop_requested()) {
-        adapter_.handle_commands({[this](const ContactWish& wish) { return desk_.handle(wish, core::monotonic_ns()); },
-                                  [this] { return desk_.list(core::monotonic_ns()); },
-                                  [this] {
-                                    return Answer{sound.load(), sound ? "self-test passed" : "self-test failed: a layer"};
-                                  }});
+        adapter_.handle_commands(
+            {[this](const ContactWish& wish) { return desk_.handle(wish, core::monotonic_ns()); },
+             [this] { return desk_.list(core::monotonic_ns()); },
+             [this] {
+               return Answer{sound.load(), sound ? "self-test passed" : "self-test failed: a layer"};
+             }});
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
       }
     });
@@ -81,7 +82,8 @@ TEST(Command, AllowsListsForbidsAndTests) {
   said = say({.what = "list"}, network);
   EXPECT_THAT(said.words, HasSubstr("done: allowed: vice by " + tip + ", wall by the whole arm for 3"));
   EXPECT_EQ(say({.what = "forbid", .object = "vice", .link = tip}, network).code, runtime::kExitDone);
-  EXPECT_EQ(say({.what = "forbid", .all = true}, network).words, "done: all contact is felt again (1 had been allowed)\n");
+  EXPECT_EQ(say({.what = "forbid", .all = true}, network).words,
+            "done: all contact is felt again (1 had been allowed)\n");
 
   said = say({.what = "allow", .object = "vise"}, network);
   EXPECT_EQ(said.code, runtime::kExitFailed);

@@ -101,9 +101,10 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"stale_before_behind", "workspace: {behind_after_s: 3, stale_after_s: 2}", "stale_after_s",
               "that or more"},
         Fault{"memory_first", "memory_weights: [0, 1]", "memory_weights", "the first above 0"},
-        Fault{"memory_long", "memory_weights: [1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1]", "memory_weights", "up to 16"},
-        Fault{"response_lengths", "response: {mu_Pa_s_per_m: [1, 2], felt_Pa_s_per_m: [1]}", "felt_Pa_s_per_m",
-              "as many"},
+        Fault{"memory_long", "memory_weights: [1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1,1]", "memory_weights",
+              "up to 16"},
+        Fault{"response_lengths", "response: {mu_Pa_s_per_m: [1, 2], felt_Pa_s_per_m: [1]}",
+              "felt_Pa_s_per_m", "as many"},
         Fault{"response_order", "response: {mu_Pa_s_per_m: [2, 1], felt_Pa_s_per_m: [1, 2]}", "mu_Pa_s_per_m",
               "rising"}),
     [](const auto& fault) { return std::string(fault.param.name); });
@@ -138,12 +139,14 @@ TEST(Model, InterestPointsStandInTheFrameOfTheirMovingLink) {
   auto cell = runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/cell.yaml");
   const PhantomModel model = load_model(cell, load_config(write("skin: {pitch_vox: 2}")));
   ASSERT_EQ(model.interest_points.size(), 4U);
-  EXPECT_EQ(model.interest_points[3].name, "gripper");  // given in the frame of `tool`, fixed to the last link
+  EXPECT_EQ(model.interest_points[3].name,
+            "gripper");  // given in the frame of `tool`, fixed to the last link
   EXPECT_EQ(model.interest_points[3].link, 7U);
   EXPECT_NEAR(model.interest_points[3].position_m.z(), -0.16, 1e-12);
   cell.arms[0].interest_points[0].link = "tentacle";
-  EXPECT_THAT([&] { load_model(cell, load_config(write("{}"))); },
-              testing::ThrowsMessage<core::ConfigError>(HasSubstr("'elbow' is on an unknown link 'tentacle'")));
+  EXPECT_THAT(
+      [&] { load_model(cell, load_config(write("{}"))); },
+      testing::ThrowsMessage<core::ConfigError>(HasSubstr("'elbow' is on an unknown link 'tentacle'")));
 }
 
 TEST(Model, AllowedContactMustNameWhatThereIs) {

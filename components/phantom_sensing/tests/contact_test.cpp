@@ -143,7 +143,8 @@ TEST_F(Muted, OfAnotherObjectChangesNothing) {
   percept::AllowedContact allowed;
   allowed.add(9, percept::AllowedContact::kWholeArm);
   sensing_.step(near(allowed), out_);
-  for (std::size_t j = 0; j < 7; ++j) EXPECT_NEAR(out_.drag.plus[j], before.drag.plus[j], 1e-9 * before.drag.plus[0]);
+  for (std::size_t j = 0; j < 7; ++j)
+    EXPECT_NEAR(out_.drag.plus[j], before.drag.plus[j], 1e-9 * before.drag.plus[0]);
   EXPECT_EQ(out_.percept.sensor, before.percept.sensor);
   EXPECT_EQ(out_.percept.gradient.pgv_W_m, before.percept.gradient.pgv_W_m);
 }

@@ -158,7 +158,9 @@ TEST(OverDds, CommandsAreCarriedOutOnceAndAnsweredEachTime) {
                                  EXPECT_EQ(wish.duration_s, 2.5);
                                  return Answer{true, "so be it"};
                                },
-                               [] { return Answer{true, "allowed: vice by hand"}; },
+                               [] {
+                                 return Answer{true, "allowed: vice by hand"};
+                               },
                                [&] {
                                  ++tests;
                                  return Answer{false, "broken"};

@@ -51,7 +51,8 @@ TEST_F(Interest, PerceiveTheMuOfTheirVoxelAndTheMotion) {
       EXPECT_GT(point.gradient.pgv_W_m.x(), 0.0);
       EXPECT_EQ(point.motion, percept::MotionClass::kDangerous);
     }
-    EXPECT_GE(out_.percept.mu, out_.interest[0].mu) << "the skin's worst sensor is farther out than the point";
+    EXPECT_GE(out_.percept.mu, out_.interest[0].mu)
+        << "the skin's worst sensor is farther out than the point";
   }
 }
 

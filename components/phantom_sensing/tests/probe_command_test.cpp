@@ -1,5 +1,5 @@
-// `phantom_sensing probe` from files to files, against the thesis's double sums written out over every sensor: with its own
-// forward kinematics, voxel look-up and cluster zones, from the exported skin.
+// `phantom_sensing probe` from files to files, against the thesis's double sums written out over every
+// sensor: with its own forward kinematics, voxel look-up and cluster zones, from the exported skin.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -48,7 +48,9 @@ struct Table {
       rows = columns.begin()->second.size();
     }
   }
-  double at(const std::string& column, std::size_t row) const { return std::stod(columns.at(column).at(row)); }
+  double at(const std::string& column, std::size_t row) const {
+    return std::stod(columns.at(column).at(row));
+  }
 };
 
 struct Sensor {
@@ -98,14 +100,15 @@ double felt(const Sensor& sensor, const voxel::Workspace& workspace, const Eigen
   return sum / weights;
 }
 
-/// T_l / θ'_l = Σ over sensors on links ≥ l of w·μ_e·d_l² (eqs. 5.29–5.35, C.9–C.11), prismatic Σ w·μ_e (C.12), and the
-/// coupled torque −Σ w·μ_e·Jᵀ(J·v).
+/// T_l / θ'_l = Σ over sensors on links ≥ l of w·μ_e·d_l² (eqs. 5.29–5.35, C.9–C.11), prismatic Σ w·μ_e
+/// (C.12), and the coupled torque −Σ w·μ_e·Jᵀ(J·v).
 struct Literal {
   std::vector<double> coefficient, coupled_torque;
 };
 
-Literal literal(const robot::SerialArm& arm, const std::vector<Sensor>& skin, const voxel::Workspace& workspace,
-                const std::vector<double>& q, const std::vector<double>& v) {
+Literal literal(const robot::SerialArm& arm, const std::vector<Sensor>& skin,
+                const voxel::Workspace& workspace, const std::vector<double>& q,
+                const std::vector<double>& v) {
   const std::size_t n = arm.joint_count();
   std::vector<Eigen::Isometry3d> X_W(n + 1);
   std::vector<Eigen::Vector3d> axis(n), origin(n);
@@ -215,11 +218,13 @@ void expect_literal(const std::filesystem::path& cell_file, const std::string& a
       // Where all that meets fluid stands on the joint's axis, d_l² is rounding itself.
       const double close = 1e-9 * b + 1e-15 * total;
       EXPECT_NEAR(separable.at("b" + number, i), b, close) << "row " << i << " joint " << number;
-      EXPECT_NEAR(separable.at("tau" + number, i), -b * rows.v[i][j], close) << "row " << i << " joint " << number;
+      EXPECT_NEAR(separable.at("tau" + number, i), -b * rows.v[i][j], close)
+          << "row " << i << " joint " << number;
       EXPECT_NEAR(coupled.at("tau" + number, i), expected.coupled_torque[j], 1e-9 * total) << "row " << i;
     }
   }
-  for (std::size_t j = 0; j < n; ++j) EXPECT_GT(met[j], 2U) << "joint " << j + 1 << " hardly ever meets fluid";
+  for (std::size_t j = 0; j < n; ++j)
+    EXPECT_GT(met[j], 2U) << "joint " << j + 1 << " hardly ever meets fluid";
 }
 
 const voxel::Workspace& bench_workspace() {
@@ -248,7 +253,8 @@ TEST(ProbeCommand, GivesTheLiteralSumsOnForeignArms) {
             "profile: {thickness_vox: [6, 6, 6, 6], mu_Pa_s_per_m: [32, 20, 13, 9]}\n"
             "objects:\n"
             "  - {name: ball, primitive: {sphere: {radius_m: 0.3}}, pose: {xyz_m: [0.5, 0.2, 0.4]}}\n"
-            "  - {name: block, primitive: {box: {size_m: [0.3, 0.4, 0.5]}}, pose: {xyz_m: [-0.4, -0.5, 0.3]}}\n"
+            "  - {name: block, primitive: {box: {size_m: [0.3, 0.4, 0.5]}}, pose: {xyz_m: [-0.4, -0.5, "
+            "0.3]}}\n"
             "arms:\n  - name: foreign\n    urdf: "
          << urdf.filename().string() << "\n    tip_link: " << foreign.tip << "\n    home: [";
     for (std::size_t j = 0; j < arm->joint_count(); ++j) {
@@ -258,7 +264,8 @@ TEST(ProbeCommand, GivesTheLiteralSumsOnForeignArms) {
     file << "]\n    skin:\n";
     for (std::size_t l = 1; l < arm->links().size(); ++l) {
       file << "      - {link: " << arm->links()[l].name
-           << ", segments: [{offset_m: 0, length_m: 0.25, from_radius_m: 0.06, to_radius_m: 0.04, spin_deg: 10}],"
+           << ", segments: [{offset_m: 0, length_m: 0.25, from_radius_m: 0.06, to_radius_m: 0.04, spin_deg: "
+              "10}],"
               " axes: [{from_m: [0, 0, 0], to_m: [0.1, 0.05, 0], cluster: {reach_vox: 2}}]}\n";
     }
     file.close();
@@ -266,27 +273,28 @@ TEST(ProbeCommand, GivesTheLiteralSumsOnForeignArms) {
   }
 }
 
-/// Compares with the literal sums an arm whose whole skin is sampled from the meshes that its URDF shows, among fluid about
-/// `reach_m` away from its base.
-void expect_literal_with_mesh_skin(const std::string& name, const std::filesystem::path& urdf, const std::string& tip,
-                                   double reach_m) {
+/// Compares with the literal sums an arm whose whole skin is sampled from the meshes that its URDF shows,
+/// among fluid about `reach_m` away from its base.
+void expect_literal_with_mesh_skin(const std::string& name, const std::filesystem::path& urdf,
+                                   const std::string& tip, double reach_m) {
   const auto arm = robot::SerialArm::from_urdf(urdf, tip, {});
   ASSERT_TRUE(arm) << arm.status().message();
   const auto cell = temporary(name + ".yaml");
   std::ofstream file(cell);
   const double edge_m = 1.5 * reach_m;
   const auto object = [&](const char* what, const std::string& primitive, double x, double y, double z) {
-    file << "  - {name: " << what << ", primitive: " << primitive << ", pose: {xyz_m: [" << x * reach_m << ", " << y * reach_m << ", "
-         << z * reach_m << "]}}\n";
+    file << "  - {name: " << what << ", primitive: " << primitive << ", pose: {xyz_m: [" << x * reach_m
+         << ", " << y * reach_m << ", " << z * reach_m << "]}}\n";
   };
-  file << "name: meshes\nworkspace: {min_m: [" << -edge_m << ", " << -edge_m << ", " << -edge_m << "], max_m: [" << edge_m << ", "
-       << edge_m << ", " << edge_m << "], voxel_size_m: 0.02}\n"
+  file << "name: meshes\nworkspace: {min_m: [" << -edge_m << ", " << -edge_m << ", " << -edge_m
+       << "], max_m: [" << edge_m << ", " << edge_m << ", " << edge_m << "], voxel_size_m: 0.02}\n"
        << "profile: {thickness_vox: [6, 6, 6, 6], mu_Pa_s_per_m: [32, 20, 13, 9]}\nobjects:\n";
   object("ball", "{sphere: {radius_m: 0.2}}", 0.5, 0.2, 0.4);
   object("block", "{box: {size_m: [0.3, 0.4, 0.5]}}", -0.4, -0.5, 0.3);
   object("post", "{cylinder: {radius_m: 0.1, height_m: 1.0}}", 0.1, -0.5, -0.2);
   object("floor", "{box: {size_m: [1.5, 1.5, 0.1]}}", 0.0, 0.0, -0.3);
-  file << "arms:\n  - name: " << name << "\n    urdf: \"" << urdf.string() << "\"\n    tip_link: \"" << tip << "\"\n    home: [";
+  file << "arms:\n  - name: " << name << "\n    urdf: \"" << urdf.string() << "\"\n    tip_link: \"" << tip
+       << "\"\n    home: [";
   for (std::size_t j = 0; j < arm->joint_count(); ++j)
     file << (j == 0 ? "" : ", ") << std::clamp(0.0, arm->joints()[j].lower, arm->joints()[j].upper);
   file << "]\n    skin:\n";
@@ -302,7 +310,8 @@ void expect_literal_with_mesh_skin(const std::string& name, const std::filesyste
 }
 
 TEST(ProbeCommand, GivesTheLiteralSumsOnASkinSampledFromTheLinksMeshes) {
-  expect_literal_with_mesh_skin("meshes", PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/arm/suspended_arm.urdf", "tool", 0.8);
+  expect_literal_with_mesh_skin("meshes", PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/arm/suspended_arm.urdf",
+                                "tool", 0.8);
 }
 
 // Arms that others drew: DART's examples, of Debian's package dart-doc (scripts/setup installs it).

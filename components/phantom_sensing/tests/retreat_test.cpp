@@ -1,5 +1,5 @@
-// Directional drag of the shipped arm in the shipped cell, on ways in and back on which all its joints move. What is an
-// approach is decided by geometry alone: by the distance to the objects' meshes.
+// Directional drag of the shipped arm in the shipped cell, on ways in and back on which all its joints move.
+// What is an approach is decided by geometry alone: by the distance to the objects' meshes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -37,7 +37,8 @@ class Retreat : public testing::Test {
         workspace_(build_workspace(cell_)),
         sensed_{&workspace_, percept::greatest_neighbour_mu(workspace_)} {
     std::vector<voxel::FieldBody> bodies;
-    for (const auto& loaded : runtime::load_bodies(cell_)) bodies.push_back({loaded.body.mesh_W, loaded.body.id});
+    for (const auto& loaded : runtime::load_bodies(cell_))
+      bodies.push_back({loaded.body.mesh_W, loaded.body.id});
     voxel::GridSpec grid = workspace_.grid();  // directions need no finer one
     grid.voxel_size_m *= 4.0;
     for (auto& size : grid.size_vox) size = (size + 3) / 4;
@@ -52,7 +53,8 @@ class Retreat : public testing::Test {
     return config;
   }
 
-  /// Whether everything that is felt at a pose nears, with a third of its speed or more, link by link, and nothing touches.
+  /// Whether everything that is felt at a pose nears, with a third of its speed or more, link by link, and
+  /// nothing touches.
   bool nears(const JointArray& q, const JointArray& v) const {
     robot::LinkPoses X_WL;
     model_.arm.link_poses(q, X_WL);
@@ -78,7 +80,8 @@ class Retreat : public testing::Test {
     return true;
   }
 
-  /// A way that ends at a pose by chance and on which the arm nears all the time; none if there is none of 0.15 s.
+  /// A way that ends at a pose by chance and on which the arm nears all the time; none if there is none of
+  /// 0.15 s.
   std::optional<Way> random_approach(std::mt19937& random) const {
     Way way;
     std::uniform_real_distribution<double> share(0.0, 1.0);

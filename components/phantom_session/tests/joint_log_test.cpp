@@ -43,7 +43,8 @@ TEST(JointLog, WritesOneColumnPerJointAndSignal) {
   JointLog log(0.0);
   log.on_slave({});
   log.on_master(2, row_at(1.5));
-  const auto folder = std::filesystem::temp_directory_path() / ("phantom_joint_log_" + std::to_string(getpid()));
+  const auto folder =
+      std::filesystem::temp_directory_path() / ("phantom_joint_log_" + std::to_string(getpid()));
   std::filesystem::create_directories(folder);
   log.write(folder);
   std::ifstream file(folder / "joints.csv");
@@ -51,7 +52,8 @@ TEST(JointLog, WritesOneColumnPerJointAndSignal) {
   std::getline(file, head);
   std::getline(file, line);
   EXPECT_EQ(head,
-            "t_s,reach,law,master1,slave1,operator1,percept1,feedback1,master2,slave2,operator2,percept2,feedback2");
+            "t_s,reach,law,master1,slave1,operator1,percept1,feedback1,master2,slave2,operator2,percept2,"
+            "feedback2");
   EXPECT_EQ(line, "1.5,2,pe,7.5,0,0,0,0,1.5,0,0.75,-0.5,-0.125");
   std::filesystem::remove_all(folder);
   EXPECT_THROW(log.write(folder), std::runtime_error);

@@ -33,7 +33,8 @@ TEST(LiveLine, TellsTorquesWorstSensorClassAndModelAge) {
   status.component = "phantom_sensing";
   status.figures["model_age"] = 0.62;
   collector.on_status(status);
-  EXPECT_EQ(collector.live_line(), "drag -0.50 +0.00 +1.23\ngripper, μ 20 of vice, nearing | model age 0.6 ms");
+  EXPECT_EQ(collector.live_line(),
+            "drag -0.50 +0.00 +1.23\ngripper, μ 20 of vice, nearing | model age 0.6 ms");
   sample.mu_Pa_s_per_m = 0.0;
   collector.on_percept(sample);
   EXPECT_EQ(collector.live_line(), "drag -0.50 +0.00 +1.23\nfree | model age 0.6 ms");
@@ -56,8 +57,8 @@ TEST(LiveLine, ALinkWithoutANameIsNumbered) {
   EXPECT_THAT(collector.live_line(), testing::HasSubstr("link 5, μ 9 of object 3"));
 }
 
-/// What a terminal of `columns` shows after these bytes: CR, LF, ESC[K (clears to the line's end), ESC[A (up), and characters in
-/// UTF-8, which wrap. Fails at any other control.
+/// What a terminal of `columns` shows after these bytes: CR, LF, ESC[K (clears to the line's end), ESC[A
+/// (up), and characters in UTF-8, which wrap. Fails at any other control.
 std::vector<std::string> screen_after(const std::string& bytes, std::size_t columns) {
   std::vector<std::vector<std::string>> rows(1);
   std::size_t row = 0, column = 0;
@@ -81,7 +82,8 @@ std::vector<std::string> screen_after(const std::string& bytes, std::size_t colu
         if (++row == rows.size()) rows.emplace_back();
       }
       std::string character(1, bytes[i]);
-      while (i + 1 < bytes.size() && (static_cast<unsigned char>(bytes[i + 1]) & 0xC0U) == 0x80U) character += bytes[++i];
+      while (i + 1 < bytes.size() && (static_cast<unsigned char>(bytes[i + 1]) & 0xC0U) == 0x80U)
+        character += bytes[++i];
       if (rows[row].size() <= column) rows[row].resize(column + 1, " ");
       rows[row][column++] = character;
     }
@@ -110,7 +112,8 @@ std::string on_a_terminal(unsigned short columns, const std::function<void(Conso
   EXPECT_GT(child, 0);
   std::string bytes;
   std::array<char, 4096> some;
-  for (ssize_t n = 0; (n = read(terminal, some.data(), some.size())) > 0;) bytes.append(some.data(), static_cast<std::size_t>(n));
+  for (ssize_t n = 0; (n = read(terminal, some.data(), some.size())) > 0;)
+    bytes.append(some.data(), static_cast<std::size_t>(n));
   int status = 0;
   EXPECT_EQ(waitpid(child, &status, 0), child);
   EXPECT_EQ(status, 0);
@@ -122,17 +125,20 @@ TEST(Console, OverwritesWhatIsLiveAndKeepsWhatIsSaidOnATerminal) {
   const std::string bytes = on_a_terminal(24, [](Console& console) {
     console.say("All are ready.");
     console.show("no percept");
-    for (int i = 0; i < 50; ++i) console.show("drag +0.01 +0.02 and very much more than fits\nμ 13 of gate_valve | age 0.2 ms");
+    for (int i = 0; i < 50; ++i)
+      console.show("drag +0.01 +0.02 and very much more than fits\nμ 13 of gate_valve | age 0.2 ms");
     console.say("contact at 160 mm/s");
     console.show("drag +0.01\nfree");
     console.show("drag +0.03\nμ 9");
   });
-  EXPECT_EQ(screen_after(bytes, 24), (std::vector<std::string>{"All are ready.", "contact at 160 mm/s", "drag +0.03", "μ 9"}));
+  EXPECT_EQ(screen_after(bytes, 24),
+            (std::vector<std::string>{"All are ready.", "contact at 160 mm/s", "drag +0.03", "μ 9"}));
   const std::string before = bytes.substr(0, bytes.find("contact"));
   const auto screen = screen_after(before, 24);
   EXPECT_EQ(screen[0], "All are ready.");
   EXPECT_EQ(screen.size(), 3U) << "fifty updates took more than two lines";
-  EXPECT_THAT(bytes, testing::HasSubstr("drag +0.01 +0.02 and ve\r\n")) << "cut before the terminal's last column";
+  EXPECT_THAT(bytes, testing::HasSubstr("drag +0.01 +0.02 and ve\r\n"))
+      << "cut before the terminal's last column";
 }
 
 TEST(Console, TakesAwayWhatIsLive) {

@@ -39,23 +39,29 @@ TEST(CanConfig, TheShippedFileIsValid) {
 
 TEST(CanConfig, ASectionThatIsNotInUseIsReadAllTheSame) {
   const auto file = changed("driver: can", "driver: sim", kCanFile);
-  EXPECT_THROW(load_config(file, shipped_arm().arm, shipped_arm().home), core::ConfigError) << "no contact section";
+  EXPECT_THROW(load_config(file, shipped_arm().arm, shipped_arm().home), core::ConfigError)
+      << "no contact section";
   EXPECT_THAT(problem("on_fault: hold", "on_fault: jump"), HasSubstr("can.on_fault: 'jump' is not known"));
 }
 
 TEST(CanConfig, FaultsOfTheDrivesAreNamedWithWhatIsAllowed) {
-  EXPECT_THAT(problem("torque_constant_Nm_per_A: 0.25, rated_current_A: 8", "torque_constant_Nm_per_A: 0, rated_current_A: 8"),
-              AllOf(HasSubstr("can.drives.j1_gantry.torque_constant_Nm_per_A: '0' is out of range"), HasSubstr("allowed")));
+  EXPECT_THAT(problem("torque_constant_Nm_per_A: 0.25, rated_current_A: 8",
+                      "torque_constant_Nm_per_A: 0, rated_current_A: 8"),
+              AllOf(HasSubstr("can.drives.j1_gantry.torque_constant_Nm_per_A: '0' is out of range"),
+                    HasSubstr("allowed")));
   EXPECT_THAT(problem("torque_constant_Nm_per_A: 0.25,", "torque_constant_Nm_per_A: .nan,"),
               HasSubstr("torque_constant_Nm_per_A: '.nan' is out of range"));
-  EXPECT_THAT(problem("bus: 0, node: 2", "bus: 0, node: 1"),
-              AllOf(HasSubstr("can.drives.j2_yaw.node: '1'"), HasSubstr("that of j1_gantry on the same bus")));
+  EXPECT_THAT(
+      problem("bus: 0, node: 2", "bus: 0, node: 1"),
+      AllOf(HasSubstr("can.drives.j2_yaw.node: '1'"), HasSubstr("that of j1_gantry on the same bus")));
   EXPECT_THAT(problem("bus: 0, node: 2", "bus: 0, node: 127"), HasSubstr("is the master's"));
   EXPECT_THAT(problem("bus: 0, node: 2", "bus: 0, node: 200"), HasSubstr("allowed: 1 to 127"));
   EXPECT_THAT(problem("bus: 0, node: 2", "bus: 2, node: 2"), HasSubstr("can.drives.j2_yaw.bus: '2'"));
-  EXPECT_THAT(problem("mode: torque", "mode: torques"),
-              AllOf(HasSubstr("can.drives.j1_gantry.mode"), HasSubstr("allowed: torque, velocity, position")));
-  EXPECT_THAT(problem("gear_ratio: 10,", "gear_ratio: -5,"), HasSubstr("can.drives.j1_gantry.gear_ratio: '-5'"));
+  EXPECT_THAT(
+      problem("mode: torque", "mode: torques"),
+      AllOf(HasSubstr("can.drives.j1_gantry.mode"), HasSubstr("allowed: torque, velocity, position")));
+  EXPECT_THAT(problem("gear_ratio: 10,", "gear_ratio: -5,"),
+              HasSubstr("can.drives.j1_gantry.gear_ratio: '-5'"));
   EXPECT_THAT(problem("gear_ratio: 10,", "gear_ratio: 10, sign: 0,"), HasSubstr("allowed: 1 or -1"));
   EXPECT_THAT(problem("counts_per_turn: 65536, ", ""), HasSubstr("j1_gantry.counts_per_turn: is missing"));
   EXPECT_THAT(problem("travel_per_turn_m: 0.2,", ""), HasSubstr("j1_gantry.travel_per_turn_m: is missing"));
@@ -70,13 +76,14 @@ TEST(CanConfig, FaultsOfTheDrivesAreNamedWithWhatIsAllowed) {
 
 TEST(CanConfig, FaultsOfTheBusesAndTimesAreNamed) {
   EXPECT_THAT(problem("rate_Hz: 500 ", "rate_Hz: 1000 "),
-              AllOf(HasSubstr("can.drives"), HasSubstr("bus 0: 4 drives need 13 frames"), HasSubstr("% of 1000 kbit/s"),
-                    HasSubstr("at most 85 %")));
+              AllOf(HasSubstr("can.drives"), HasSubstr("bus 0: 4 drives need 13 frames"),
+                    HasSubstr("% of 1000 kbit/s"), HasSubstr("at most 85 %")));
   EXPECT_THAT(problem("hot_cell_b\", bit_rate: 1000000", "hot_cell_b\", bit_rate: 125000"),
               AllOf(HasSubstr("bus 1: 3 drives"), HasSubstr("of 125 kbit/s")));
   EXPECT_THAT(problem("hot_cell_b\", bit_rate: 1000000", "hot_cell_b\", bit_rate: 5000000"),
               HasSubstr("can.buses[1].bit_rate: '5000000' is out of range"));
-  EXPECT_THAT(problem("  heartbeat_timeout_s: 0.5", "  heartbeat_timeout_s: 0.06"), HasSubstr("two heartbeats"));
+  EXPECT_THAT(problem("  heartbeat_timeout_s: 0.5", "  heartbeat_timeout_s: 0.06"),
+              HasSubstr("two heartbeats"));
   EXPECT_THAT(problem("  measure_every: 1", "  measure_every: 0"), HasSubstr("can.measure_every: '0'"));
   EXPECT_THAT(problem("  load_budget: 0.85", "  load_budgets: 0.85"), HasSubstr("did you mean load_budget"));
 }

@@ -46,7 +46,8 @@ TEST(SlaveConfig, SingleJointsMayHaveTheirOwnGains) {
 }
 
 TEST(SlaveConfig, EachFaultIsNamedWithWhatIsAllowed) {
-  EXPECT_THAT(problem("driver: sim", "driver: magic"), AllOf(HasSubstr("driver"), HasSubstr("allowed: sim, can")));
+  EXPECT_THAT(problem("driver: sim", "driver: magic"),
+              AllOf(HasSubstr("driver"), HasSubstr("allowed: sim, can")));
   EXPECT_THAT(problem("rate_Hz: 1000", "rate_Hz: fast"),
               AllOf(HasSubstr("rate_Hz"), HasSubstr("50 to 5000 Hz")));
   EXPECT_THAT(problem("rate_Hz: 1000", "rate_Hz: 1"), AllOf(HasSubstr("rate_Hz"), HasSubstr("out of range")));

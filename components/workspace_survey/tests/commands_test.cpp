@@ -72,11 +72,15 @@ TEST_F(Commands, EveryShippedExampleIsFittedWithinWhatItStatesOrRefusedAsItsName
     const survey::PartModel& part = shipped_library().models[find_part(shipped_library(), name)];
     const auto p = object.at("X_WO").at("xyz_m").get<std::vector<double>>();
     const auto q = object.at("X_WO").at("quaternion_xyzw").get<std::vector<double>>();
-    const geometry::Pose X_WO{geometry::rotation_from_quaternion({q[0], q[1], q[2], q[3]}), {p[0], p[1], p[2]}};
+    const geometry::Pose X_WO{geometry::rotation_from_quaternion({q[0], q[1], q[2], q[3]}),
+                              {p[0], p[1], p[2]}};
     if (object.at("symmetric_poses") == 1) {
-      EXPECT_LE(survey::displacement_between_m(part, X_WO, stated(read(entry.path()))), object.at("worst_displacement_m").get<double>()) << name;
+      EXPECT_LE(survey::displacement_between_m(part, X_WO, stated(read(entry.path()))),
+                object.at("worst_displacement_m").get<double>())
+          << name;
     }
-    EXPECT_EQ(object.at("guard_vox").get<int>(), survey::guard_voxels(object.at("worst_displacement_m"), object.at("voxel_size_m")));
+    EXPECT_EQ(object.at("guard_vox").get<int>(),
+              survey::guard_voxels(object.at("worst_displacement_m"), object.at("voxel_size_m")));
     ++fitted;
   }
   EXPECT_GE(fitted, 4);
@@ -92,7 +96,8 @@ TEST_F(Commands, SimulateFitAndPictureWorkTogether) {
   request.json = folder_ / "wedge.json";
   const Said said = call(request);
   EXPECT_EQ(said.exit_code, 0) << said.text;
-  EXPECT_THAT(said.text, AllOf(HasSubstr("candidates: 1 of 9 parts"), HasSubstr("part:        wedge"), HasSubstr("uncertainty:"), HasSubstr("guard:       j = ")));
+  EXPECT_THAT(said.text, AllOf(HasSubstr("candidates: 1 of 9 parts"), HasSubstr("part:        wedge"),
+                               HasSubstr("uncertainty:"), HasSubstr("guard:       j = ")));
   const cv::Mat picture = cv::imread((folder_ / "wedge.png").string());
   ASSERT_FALSE(picture.empty());
   EXPECT_GT(picture.cols, 1000);
@@ -114,7 +119,8 @@ TEST_F(Commands, ABadRangeIsRefusedAndTheNodeNamed) {
   call(request);
   const Said said = call(fit(folder_ / "bad.csv"));
   EXPECT_EQ(said.exit_code, 1);
-  EXPECT_THAT(said.text, AllOf(HasSubstr("refused:"), HasSubstr("advice:      measure node '2' again"), Not(HasSubstr("guard:"))));
+  EXPECT_THAT(said.text, AllOf(HasSubstr("refused:"), HasSubstr("advice:      measure node '2' again"),
+                               Not(HasSubstr("guard:"))));
 }
 
 TEST_F(Commands, IdentifyListsCandidatesWithoutAPose) {
@@ -144,7 +150,8 @@ TEST_F(Commands, ALibraryWithoutThePartAndArgumentsThatCannotBeUsedAreNamed) {
 // The unit of the range mistaken: metres where the column says millimetres.
 TEST_F(Commands, ARangeInTheWrongUnitIsOutsideOfTheHeadsRange) {
   const auto file = write("metres.csv", "face,part,node,range_mm,pan_deg,tilt_deg\nA,whole,1,3.6,0,45\n");
-  EXPECT_THAT(refusal([&] { call(fit(file)); }), AllOf(HasSubstr("metres.csv:2"), HasSubstr("range 0.0036 m; allowed: 0.5 to 10 m")));
+  EXPECT_THAT(refusal([&] { call(fit(file)); }),
+              AllOf(HasSubstr("metres.csv:2"), HasSubstr("range 0.0036 m; allowed: 0.5 to 10 m")));
 }
 
 TEST_F(Commands, AssistLeadsThroughPracticeToAPose) {
@@ -155,8 +162,10 @@ TEST_F(Commands, AssistLeadsThroughPracticeToAPose) {
   const std::string kept = (folder_ / "kept.csv").string();
   const Said said = call(request, "help\n\n\n\n\nsend\ndone\n\n\n\npart\nsave " + kept + "\nquit\n");
   EXPECT_EQ(said.exit_code, 0) << said.text;
-  EXPECT_THAT(said.text, AllOf(HasSubstr("RANGE PAN TILT"), HasSubstr("the head reads"), HasSubstr("there is no accepted pose to send; nothing was sent"),
-                               HasSubstr("face B, corner 1>"), HasSubstr("part:        v_groove_block"), HasSubstr("A pose is found")));
+  EXPECT_THAT(said.text, AllOf(HasSubstr("RANGE PAN TILT"), HasSubstr("the head reads"),
+                               HasSubstr("there is no accepted pose to send; nothing was sent"),
+                               HasSubstr("face B, corner 1>"), HasSubstr("part:        v_groove_block"),
+                               HasSubstr("A pose is found")));
   EXPECT_EQ(call(fit(kept)).exit_code, 0) << "what was kept gives the same";
   const Said taken_back = call(request, "\n\n\n\ndone\n\n\n\npart\nundo\nsend\nquit\n");
   EXPECT_EQ(taken_back.exit_code, 1) << "without the face that it rested on there is no pose";
@@ -176,13 +185,18 @@ TEST_F(Commands, AssistTakesReadingsRefusesBadOnesAndLetsThemBeMeasuredAgain) {
   ASSERT_TRUE(rows[0].reading && rows[1].reading && rows[2].reading && rows[3].reading);
   Request request;
   request.what = "assist";
-  const std::string typed = line(0) + "\n" + line(0) + "\n0 10 10\nnonsense\ndone\n=7\nundo\nundo\n" + line(0) + "\n" + line(1, 80) + "\n" +
-                            line(2) + "\n" + line(3) + "\ndone\nagain 9 1 2 3\nagain 2 " + line(1) + "\nmore 2 " + line(1, 0.5) + "\n";
+  const std::string typed = line(0) + "\n" + line(0) + "\n0 10 10\nnonsense\ndone\n=7\nundo\nundo\n" +
+                            line(0) + "\n" + line(1, 80) + "\n" + line(2) + "\n" + line(3) +
+                            "\ndone\nagain 9 1 2 3\nagain 2 " + line(1) + "\nmore 2 " + line(1, 0.5) + "\n";
   const Said said = call(request, typed);
-  EXPECT_THAT(said.text, AllOf(HasSubstr("refused: that is 0.0 mm from node 1"), HasSubstr("range 0 m; allowed"),
-                               HasSubstr("'nonsense' is neither a word that I know"), HasSubstr("1 corners so far; a whole face needs at least 3"),
-                               HasSubstr("node '7': has no reading"), HasSubstr("forgot node 1 of face A"), HasSubstr("there is nothing to forget")));
-  EXPECT_THAT(said.text, AllOf(HasSubstr("refused:     no part"), HasSubstr("no node '9' was measured"), HasSubstr("node 2 has the new reading"),
+  EXPECT_THAT(said.text,
+              AllOf(HasSubstr("refused: that is 0.0 mm from node 1"), HasSubstr("range 0 m; allowed"),
+                    HasSubstr("'nonsense' is neither a word that I know"),
+                    HasSubstr("1 corners so far; a whole face needs at least 3"),
+                    HasSubstr("node '7': has no reading"), HasSubstr("forgot node 1 of face A"),
+                    HasSubstr("there is nothing to forget")));
+  EXPECT_THAT(said.text, AllOf(HasSubstr("refused:     no part"), HasSubstr("no node '9' was measured"),
+                               HasSubstr("node 2 has the new reading"),
                                HasSubstr("node 2 has one reading more"), HasSubstr("brick")));
 }
 

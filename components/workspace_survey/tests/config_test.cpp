@@ -26,8 +26,10 @@ TEST_F(ConfigTest, TheShippedOneIsTheThesissInstrument) {
 }
 
 TEST_F(ConfigTest, FaultsAreNamed) {
-  EXPECT_THAT(with("range_mm: 2.5", "range_mm: 0"), AllOf(HasSubstr("odd.yaml:"), HasSubstr("errors.range_mm"), HasSubstr("0.01 to 1000 mm")));
-  EXPECT_THAT(with("law: uniform", "law: triangular"), AllOf(HasSubstr("law"), HasSubstr("uniform, normal, extreme")));
+  EXPECT_THAT(with("range_mm: 2.5", "range_mm: 0"),
+              AllOf(HasSubstr("odd.yaml:"), HasSubstr("errors.range_mm"), HasSubstr("0.01 to 1000 mm")));
+  EXPECT_THAT(with("law: uniform", "law: triangular"),
+              AllOf(HasSubstr("law"), HasSubstr("uniform, normal, extreme")));
   EXPECT_THAT(with("confidence: 0.99", "confidence: 99"), HasSubstr("confidence"));
   EXPECT_THAT(with("max_range_m: 10.0", "max_range_m: 0.1"), HasSubstr("max_range_m"));
   EXPECT_THAT(with("pan_deg: 0.02", "pan_degrees: 0.02"), HasSubstr("pan_deg"));

@@ -39,8 +39,9 @@ class Server {
   msg::WorkspaceCommand last_;
   dds::Participant participant_{"wva_server", dds::test_network()};
   dds::Writer<msg::WorkspaceReply> writer_{participant_, dds::kWorkspaceReply};
-  dds::Reader<msg::WorkspaceCommand> reader_{participant_, dds::kWorkspaceCommand,
-                                             [this](const msg::WorkspaceCommand& command, const dds::SampleInfo&) { hear(command); }};
+  dds::Reader<msg::WorkspaceCommand> reader_{
+      participant_, dds::kWorkspaceCommand,
+      [this](const msg::WorkspaceCommand& command, const dds::SampleInfo&) { hear(command); }};
 };
 
 TEST(WorkspaceClient, AddsByTextAndMovesWithPoseAndGuard) {
@@ -61,8 +62,10 @@ TEST(WorkspaceClient, AddsByTextAndMovesWithPoseAndGuard) {
   EXPECT_EQ(moved.object(), "pump");
   EXPECT_TRUE(moved.sets_guard());
   EXPECT_EQ(moved.guard_vox(), 3);
-  const geometry::Pose sent{geometry::rotation_from_quaternion({moved.X_WO().qx(), moved.X_WO().qy(), moved.X_WO().qz(), moved.X_WO().qw()}),
-                            {moved.X_WO().position_m().x(), moved.X_WO().position_m().y(), moved.X_WO().position_m().z()}};
+  const geometry::Pose sent{
+      geometry::rotation_from_quaternion(
+          {moved.X_WO().qx(), moved.X_WO().qy(), moved.X_WO().qz(), moved.X_WO().qw()}),
+      {moved.X_WO().position_m().x(), moved.X_WO().position_m().y(), moved.X_WO().position_m().z()}};
   EXPECT_LT((sent.rotation - X_WO.rotation).norm() + (sent.translation_m - X_WO.translation_m).norm(), 1e-12);
 }
 

@@ -17,9 +17,11 @@ class LibraryTest : public InFolder {};
 TEST_F(LibraryTest, TheShippedOneHasItsPartsInMetres) {
   const Library& library = shipped_library();
   ASSERT_EQ(library.parts.size(), 9u);
-  EXPECT_NEAR(library.models[find_part(library, "bar")].extent_m, std::sqrt(0.8 * 0.8 + 2 * 0.05 * 0.05), 1e-6);
+  EXPECT_NEAR(library.models[find_part(library, "bar")].extent_m, std::sqrt(0.8 * 0.8 + 2 * 0.05 * 0.05),
+              1e-6);
   for (const LibraryPart& part : library.parts) EXPECT_TRUE(part.notes.empty()) << part.name;
-  EXPECT_THAT(refusal([&] { find_part(library, "teapot"); }), AllOf(HasSubstr("'teapot'"), HasSubstr("allowed: v_groove_block, cube")));
+  EXPECT_THAT(refusal([&] { find_part(library, "teapot"); }),
+              AllOf(HasSubstr("'teapot'"), HasSubstr("allowed: v_groove_block, cube")));
 }
 
 TEST_F(LibraryTest, WithoutAListEveryMeshIsAPartWithItsGuessesTold) {
@@ -35,7 +37,8 @@ TEST_F(LibraryTest, WhatCannotBeUsedIsNamed) {
   EXPECT_THAT(refusal([&] { load_library(folder_ / "none"); }), HasSubstr("no such folder"));
   EXPECT_THAT(refusal([&] { load_library(folder_); }), HasSubstr("holds no part"));
   write("library.yaml", "parts: [{name: a, mesh: a.obj, mesh_scale: 0.001}]\n");
-  EXPECT_THAT(refusal([&] { load_library(folder_); }), AllOf(HasSubstr("library.yaml:1"), HasSubstr("a.obj"), HasSubstr("is not a file")));
+  EXPECT_THAT(refusal([&] { load_library(folder_); }),
+              AllOf(HasSubstr("library.yaml:1"), HasSubstr("a.obj"), HasSubstr("is not a file")));
   write("a.obj", "garbage");
   EXPECT_THAT(refusal([&] { load_library(folder_); }), AllOf(HasSubstr("part 'a'"), HasSubstr("a.obj")));
   write("library.yaml", "parts: [{name: a, mesh: a.obj}]\n");
@@ -51,12 +54,14 @@ TEST_F(LibraryTest, AnObjectsTextIsReadAsTheObjectItself) {
   for (std::size_t i = 0; i < shipped_library().parts.size(); ++i) {
     const LibraryPart& part = shipped_library().parts[i];
     const survey::PartModel& model = shipped_library().models[i];
-    const auto object = runtime::read_object_text(object_text(part, model, "a \"quoted\" name: #1", X_WO, 2), cell);
+    const auto object =
+        runtime::read_object_text(object_text(part, model, "a \"quoted\" name: #1", X_WO, 2), cell);
     EXPECT_EQ(object.name, "a \"quoted\" name: #1");
     EXPECT_EQ(object.profile.guard_vox, 2);
     const auto body = runtime::load_body(object, cell);
     ASSERT_EQ(body.mesh_O.triangles.size(), model.mesh_O.triangles.size()) << part.name;
-    const geometry::BoundingBox here = body.body.mesh_W.bounding_box(), there = model.mesh_O.transformed(X_WO).bounding_box();
+    const geometry::BoundingBox here = body.body.mesh_W.bounding_box(),
+                                there = model.mesh_O.transformed(X_WO).bounding_box();
     EXPECT_LT((here.min_m - there.min_m).norm() + (here.max_m - there.max_m).norm(), 1e-5F) << part.name;
   }
 }
@@ -64,7 +69,10 @@ TEST_F(LibraryTest, AnObjectsTextIsReadAsTheObjectItself) {
 TEST_F(LibraryTest, AMeshTooLargeToTravelIsRefusedWithWhatToDo) {
   LibraryPart vice = shipped_library().parts[find_part(shipped_library(), "vice")];
   vice.cell_mesh.clear();
-  EXPECT_THAT(refusal([&] { object_text(vice, shipped_library().models[find_part(shipped_library(), "vice")], "vice", {}, 0); }),
+  EXPECT_THAT(refusal([&] {
+                object_text(vice, shipped_library().models[find_part(shipped_library(), "vice")], "vice", {},
+                            0);
+              }),
               AllOf(HasSubstr("too large to travel"), HasSubstr("cell_mesh")));
 }
 

@@ -14,8 +14,12 @@
 
 namespace phantom::workspace_survey {
 
-inline std::filesystem::path source(const std::string& relative) { return std::filesystem::path(PHANTOM_SOURCE_DIR) / relative; }
-inline Config shipped_config() { return load_config(source("components/workspace_survey/workspace_survey.yaml")); }
+inline std::filesystem::path source(const std::string& relative) {
+  return std::filesystem::path(PHANTOM_SOURCE_DIR) / relative;
+}
+inline Config shipped_config() {
+  return load_config(source("components/workspace_survey/workspace_survey.yaml"));
+}
 
 inline const Library& shipped_library() {
   static const Library library = load_library(source("deploy/parts"));
@@ -48,7 +52,8 @@ class InFolder : public testing::Test {
     text << stream.rdbuf();
     return text.str();
   }
-  std::filesystem::path folder_ = std::filesystem::temp_directory_path() / ("phantom_survey_" + std::to_string(getpid()));
+  std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() / ("phantom_survey_" + std::to_string(getpid()));
 };
 
 }  // namespace phantom::workspace_survey

@@ -88,8 +88,9 @@ TEST_F(ActivateCommand, ActivatesACell) {
 
 TEST_F(ActivateCommand, LaysLayersByEveryMethod) {
   std::set<std::string> told;
-  for (const char* method : {"", "--method distance", "--method surface", "--method dilation", "--method dilation --element cube",
-                             "--method dilation --element sphere-contained"}) {
+  for (const char* method :
+       {"", "--method distance", "--method surface", "--method dilation", "--method dilation --element cube",
+        "--method dilation --element sphere-contained"}) {
     const auto line = run(mesh(std::string("--scale 0.001 --pose \"0.0031 0.0031 0.0031 0 0 0\" ") + method));
     told.insert(line["method"].get<std::string>() + line["voxels"].dump());
     EXPECT_EQ(line["voxels"]["101"], 3 * 3 * 29) << method;
@@ -102,7 +103,8 @@ TEST_F(ActivateCommand, LaysLayersInsideTheBody) {
   const std::string pose = "--scale 0.001 --pose \"0.0031 0.0031 0.0031 0 0 0\" ";
   const auto line = run("--mesh " + (folder_ / "post.stl").string() +
                         " --voxel-size-m 0.01 --layers 1,3 --mu 32,20 --inside 2 " + pose);
-  // The interior is 3×3×29: all but its middle line touches the boundary, and that lies two voxels deep but for its ends.
+  // The interior is 3×3×29: all but its middle line touches the boundary, and that lies two voxels deep but
+  // for its ends.
   EXPECT_EQ(line["voxels"]["-1"], 3 * 3 * 29 - 27);
   EXPECT_EQ(line["voxels"]["-2"], 27);
   EXPECT_FALSE(line["voxels"].contains("101"));
@@ -123,7 +125,8 @@ TEST_F(ActivateCommand, WritesAPicture) {
       colours.insert(pixel[0] << 16 | pixel[1] << 8 | pixel[2]);
     }
   }
-  for (const int colour : {0x1E1E1E, 0x78BEE1, 0xB43C8C, 0x261CC8, 0xEBCD96, 0xFFFFFF}) EXPECT_TRUE(colours.contains(colour)) << colour;
+  for (const int colour : {0x1E1E1E, 0x78BEE1, 0xB43C8C, 0x261CC8, 0xEBCD96, 0xFFFFFF})
+    EXPECT_TRUE(colours.contains(colour)) << colour;
   EXPECT_THAT(refusal(mesh("--picture post.jpg")), HasSubstr(".png"));
   EXPECT_THAT(refusal(mesh("--scale 0.001 --picture /no/such/folder/a.png")), HasSubstr("--picture"));
 }
@@ -144,7 +147,8 @@ TEST_F(ActivateCommand, ReportsFidelity) {
   const auto report = nlohmann::json::parse(other);
   EXPECT_EQ(report["method"], "dilation cube");
   ASSERT_EQ(report["layers"].size(), 2U);
-  EXPECT_GT(report["layers"][1]["sides"]["corners"]["max_vox"], 2.0);  // √3·5 instead of 5, but for the solid's own voxels
+  EXPECT_GT(report["layers"][1]["sides"]["corners"]["max_vox"],
+            2.0);  // √3·5 instead of 5, but for the solid's own voxels
   EXPECT_THAT(refusal(mesh("--fidelity post.txt")), HasSubstr(".csv or .json"));
 }
 

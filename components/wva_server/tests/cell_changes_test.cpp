@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 
 #include <Eigen/Geometry>
-
 #include <random>
 
 #include "common/core/errors.hpp"
@@ -64,8 +63,12 @@ TEST_F(Changes, AServerStartedAnewServesTheCellAsItWas) {
   LiveCell live = activated(cell());
   carry_out(live, {Operation::kMove, "ball", 0, turned(0.7, {0.1, -0.1, 0.2}), ""});
   carry_out(live, {Operation::kRemove, "left post", 0, {}, ""});
-  carry_out(live, {Operation::kAdd, "", 0, {},
-                   "# a dome\nname: \"dome \\\"2\\\"\"\nprimitive: {sphere: {radius_m: 0.06}}\npose: {xyz_m: [0.2, -0.2, 0.2]}\n"});
+  carry_out(live, {Operation::kAdd,
+                   "",
+                   0,
+                   {},
+                   "# a dome\nname: \"dome \\\"2\\\"\"\nprimitive: {sphere: {radius_m: 0.06}}\npose: {xyz_m: "
+                   "[0.2, -0.2, 0.2]}\n"});
   expect_same(started_anew(), live);
   carry_out(live, {Operation::kMove, "ball", 0, turned(0.7, {0.1, -0.1, 0.25}), "", 2});
   expect_same(started_anew(), live);
@@ -88,15 +91,20 @@ TEST_F(Changes, AnySequenceOfCommandsIsKept) {
     LiveCell live = activated(cell());
     for (int step = 0; step < 30; ++step) {
       if (pick(4) == 0 || live.objects().empty()) {
-        carry_out(live, {Operation::kAdd, "", 0, {},
-                         "{name: box " + std::to_string(step) + ", primitive: {box: {size_m: [0.1, 0.1, 0.1]}}, pose: {xyz_m: [0, 0, 0.2]}}"});
+        carry_out(live, {Operation::kAdd,
+                         "",
+                         0,
+                         {},
+                         "{name: box " + std::to_string(step) +
+                             ", primitive: {box: {size_m: [0.1, 0.1, 0.1]}}, pose: {xyz_m: [0, 0, 0.2]}}"});
         continue;
       }
       const auto id = std::next(live.objects().begin(), pick(static_cast<int>(live.objects().size())))->first;
       if (pick(4) == 0) {
         carry_out(live, {Operation::kRemove, "", id, {}, ""});
       } else {
-        carry_out(live, {Operation::kMove, "", id, turned(0.1 * step, {0.02 * pick(10), 0.02 * pick(10), 0.2}), ""});
+        carry_out(live, {Operation::kMove, "", id,
+                         turned(0.1 * step, {0.02 * pick(10), 0.02 * pick(10), 0.2}), ""});
       }
     }
     expect_same(started_anew(), live);
@@ -107,7 +115,8 @@ TEST_F(Changes, AreNotMixedWithAnotherCellFile) {
   LiveCell live = activated(cell());
   carry_out(live, {Operation::kRemove, "ball", 0, {}, ""});
   cell_with("xyz_m: [0.0, 0.0, 0.3]", "xyz_m: [0.0, 0.0, 0.2]");
-  EXPECT_THAT(refusal(), AllOf(HasSubstr("kept.json"), HasSubstr("cell.yaml"), HasSubstr("remove the first")));
+  EXPECT_THAT(refusal(),
+              AllOf(HasSubstr("kept.json"), HasSubstr("cell.yaml"), HasSubstr("remove the first")));
 }
 
 TEST_F(Changes, ThatAreDamagedAreRefusedByName) {
@@ -126,7 +135,8 @@ TEST_F(Changes, ThatAreDamagedAreRefusedByName) {
   EXPECT_THAT(refusal(), HasSubstr("kept.json"));
   write("kept.json", "");
   EXPECT_THAT(refusal(), HasSubstr("kept.json"));
-  EXPECT_THAT(with("\"ball\"", "\"bell\""), AllOf(HasSubstr("'bell' (object 1)"), HasSubstr("does not have")));
+  EXPECT_THAT(with("\"ball\"", "\"bell\""),
+              AllOf(HasSubstr("'bell' (object 1)"), HasSubstr("does not have")));
   EXPECT_THAT(with("\"id\": 1", "\"id\": 0"), AllOf(HasSubstr("kept.json"), HasSubstr("id")));
   EXPECT_THAT(with("\"rotation\": [", "\"rotation\": [0.5, "), HasSubstr("rotation"));
   write("kept.json", good);

@@ -20,7 +20,8 @@ Request request(std::uint64_t number, std::uint64_t session = 1) {
 TEST(CommandDesk, GivesCommandsOutInTheOrderInWhichTheyCame) {
   CommandDesk desk;
   EXPECT_FALSE(desk.next(0.0));
-  for (const std::uint64_t number : {5U, 3U, 9U}) EXPECT_EQ(desk.take_in(request(number)).outcome, Outcome::kAccepted);
+  for (const std::uint64_t number : {5U, 3U, 9U})
+    EXPECT_EQ(desk.take_in(request(number)).outcome, Outcome::kAccepted);
   for (const std::uint64_t number : {5U, 3U, 9U}) {
     const auto next = desk.next(0.0);
     ASSERT_TRUE(next);

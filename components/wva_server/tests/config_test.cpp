@@ -37,9 +37,7 @@ TEST_F(Config, TheShippedFileIsValidAndSaysTheDefaults) {
 }
 
 TEST_F(Config, AnUnknownKey) { expect_refused("mesh_chunk_kb: 3", {"mesh_chunk_kb", "mesh_chunk_kib"}); }
-TEST_F(Config, AMethodThatIsNotThere) {
-  expect_refused("method: dilation", {"method"});
-}
+TEST_F(Config, AMethodThatIsNotThere) { expect_refused("method: dilation", {"method"}); }
 TEST_F(Config, ChunksThatAreTooLarge) {
   expect_refused("mesh_chunk_kib: 512", {"mesh_chunk_kib", "512", "256"});
 }

@@ -121,7 +121,9 @@ class DdsAdapterTest : public TestCell {
     all.changed = cell.workspace().bricks();
     adapter.publish_change(cell, all, 2);
   }
-  static std::size_t chunk_count(const ServedObject& object) { return mesh_chunks(object.mesh_O, 1024).size(); }
+  static std::size_t chunk_count(const ServedObject& object) {
+    return mesh_chunks(object.mesh_O, 1024).size();
+  }
 };
 
 TEST_F(DdsAdapterTest, EarlyAndLateConsumersHaveTheWholeCell) {
@@ -132,7 +134,8 @@ TEST_F(DdsAdapterTest, EarlyAndLateConsumersHaveTheWholeCell) {
   Consumer late(dds::test_network());
 
   const auto& ball = cell_41.objects().at(1);
-  const std::size_t chunks = chunk_count(ball) + chunk_count(cell_41.objects().at(2));  // both posts share one mesh
+  const std::size_t chunks =
+      chunk_count(ball) + chunk_count(cell_41.objects().at(2));  // both posts share one mesh
   for (Consumer* consumer : {&early, &late}) {
     ASSERT_TRUE(consumer->has_version(41));
     EXPECT_EQ(consumer->workspace().content_hash(), cell_41.content_hash());
@@ -165,7 +168,8 @@ TEST_F(DdsAdapterTest, AChangeSendsItsBricksOnlyAndEndsRightForEarlyAndLateConsu
   ASSERT_TRUE(early.has_version(41));
   early.take_bricks_heard();
 
-  const auto moved = live.apply({Operation::kMove, "ball", 0, {Eigen::Matrix3d::Identity(), {0.1, -0.2, 0.3}}, ""}, 42, {});
+  const auto moved =
+      live.apply({Operation::kMove, "ball", 0, {Eigen::Matrix3d::Identity(), {0.1, -0.2, 0.3}}, ""}, 42, {});
   ASSERT_TRUE(moved);
   adapter.publish_change(live, moved->workspace, 2);
   adapter.publish_object(live.objects().at(1), 1024);
@@ -196,7 +200,8 @@ TEST_F(DdsAdapterTest, ASuccessorsCellReplacesThatOfAServerThatDied) {
   {
     DdsAdapter first(dds::test_network(), true);
     publish(first, live);
-    const auto moved = live.apply({Operation::kMove, "ball", 0, {Eigen::Matrix3d::Identity(), {0.1, -0.2, 0.3}}, ""}, 42, {});
+    const auto moved = live.apply(
+        {Operation::kMove, "ball", 0, {Eigen::Matrix3d::Identity(), {0.1, -0.2, 0.3}}, ""}, 42, {});
     ASSERT_TRUE(moved);
     first.publish_change(live, moved->workspace, 2);
     ASSERT_TRUE(consumer.has_version(42));
@@ -219,7 +224,8 @@ class Asker {
     if (command.stamp().sequence_number() == 0 && !unstamped) command.stamp(stamper_.next());
     EXPECT_TRUE(dds::eventually([&] {
       writer_.write(command);
-      return waiter_.wait([&] { return replies_.contains(command.stamp().sequence_number()); }, std::chrono::seconds(1));
+      return waiter_.wait([&] { return replies_.contains(command.stamp().sequence_number()); },
+                          std::chrono::seconds(1));
     }));
     return replies_[command.stamp().sequence_number()];
   }
@@ -290,8 +296,10 @@ TEST(WorkspaceCommands, WhatCannotBeUsedIsRefusedAtOnceWithTheField) {
   EXPECT_THAT(refused([&](auto& c) { c.X_WO().qx(nan); }), testing::HasSubstr("quaternion"));
   EXPECT_THAT(refused([](auto& c) { c.operation(static_cast<msg::WorkspaceOperation>(9)); }),
               testing::HasSubstr("operation is 9"));
-  EXPECT_THAT(refused([](auto& c) { c.operation(msg::WORKSPACE_ADD); }), testing::HasSubstr("description is empty"));
-  EXPECT_THAT(refused([](auto& c) { c.sets_guard(true), c.guard_vox(101); }), testing::HasSubstr("guard_vox is 101; allowed: 0 to 100"));
+  EXPECT_THAT(refused([](auto& c) { c.operation(msg::WORKSPACE_ADD); }),
+              testing::HasSubstr("description is empty"));
+  EXPECT_THAT(refused([](auto& c) { c.sets_guard(true), c.guard_vox(101); }),
+              testing::HasSubstr("guard_vox is 101; allowed: 0 to 100"));
   asker.unstamped = true;
   EXPECT_THAT(refused([](auto&) {}), testing::HasSubstr("stamp.sequence_number is 0"));
   EXPECT_FALSE(adapter.next_command(0.0));
@@ -326,7 +334,8 @@ TEST_F(DdsAdapterTest, TheClientHearsTheLastWordAndListsWhatIsServed) {
   server.join();
   ASSERT_TRUE(reply);
   EXPECT_EQ(reply->message, "done so");
-  EXPECT_FALSE(client.ask({Operation::kRemove, "ball", 0, {}, ""}, 0.5, [](const Reply&) {})) << "nobody replies";
+  EXPECT_FALSE(client.ask({Operation::kRemove, "ball", 0, {}, ""}, 0.5, [](const Reply&) {}))
+      << "nobody replies";
 
   adapter.report({core::ComponentState::kRunning, "", {}, {{"version", 41, ""}, {"objects", 2, ""}}});
   const auto listing = client.list(30.0);

@@ -46,8 +46,9 @@ class TestCell : public ::testing::Test {
     const auto loaded = runtime::load_cell(file);
     LiveCell live(loaded, {});
     double time_s = 0.0;  // a clock that ticks with every look
-    const auto change = live.activate(runtime::load_bodies(loaded, {}), version,
-                                      {.stopwatch = [&time_s] { return time_s += 1.0; }}, [](const auto&...) {});
+    const auto change =
+        live.activate(runtime::load_bodies(loaded, {}), version,
+                      {.stopwatch = [&time_s] { return time_s += 1.0; }}, [](const auto&...) {});
     EXPECT_TRUE(change) << change.status().message();
     return live;
   }

@@ -41,7 +41,8 @@ TEST_F(WvaServer, ActivatesEveryObjectWhereTheModelHasIt) {
   EXPECT_EQ(w.palette(), (std::vector<float>{0, 20, 25, 32, 90, 100}));
   EXPECT_EQ(live.content_hash(), w.content_hash());
   ASSERT_EQ(live.objects().size(), 3U);
-  EXPECT_THAT(describe(live.objects().at(1)), AllOf(HasSubstr("ball (object 1)"), HasSubstr("1280 triangles")));
+  EXPECT_THAT(describe(live.objects().at(1)),
+              AllOf(HasSubstr("ball (object 1)"), HasSubstr("1280 triangles")));
 }
 
 TEST_F(WvaServer, TheSameCellGivesTheSameWorkspace) {
@@ -52,9 +53,9 @@ TEST_F(WvaServer, TellsItsProgressAndEndsWhenAskedTo) {
   const auto loaded = runtime::load_cell(cell());
   LiveCell live(loaded, {});
   std::vector<std::size_t> done;
-  const auto ended = live.activate(
-      runtime::load_bodies(loaded, {}), 1, {.keep_going = [&] { return done.size() < 2; }},
-      [&](const ServedObject&, std::size_t n) { done.push_back(n); });
+  const auto ended =
+      live.activate(runtime::load_bodies(loaded, {}), 1, {.keep_going = [&] { return done.size() < 2; }},
+                    [&](const ServedObject&, std::size_t n) { done.push_back(n); });
   EXPECT_THAT(done, ElementsAre(1, 2));
   EXPECT_FALSE(ended);  // nothing half-made
   EXPECT_TRUE(live.objects().empty());
@@ -73,7 +74,8 @@ TEST_F(WvaServer, SaysThatAMeshIsOpen) {
 
 TEST_F(WvaServer, RefusesAMeshThatIsNone) {
   write("post.stl", "this is no mesh");
-  EXPECT_THAT(refusal(cell()), AllOf(HasSubstr("cell.yaml"), HasSubstr("'left post'"), HasSubstr("post.stl")));
+  EXPECT_THAT(refusal(cell()),
+              AllOf(HasSubstr("cell.yaml"), HasSubstr("'left post'"), HasSubstr("post.stl")));
 }
 
 TEST_F(WvaServer, RefusesAnObjectOutsideOfTheWorkspace) {
@@ -126,7 +128,8 @@ TEST_F(Commands, MoveEndsInTheCellWhoseFileHasItThere) {
   ASSERT_TRUE(change) << change.status().message();
   EXPECT_EQ(change->id, 1);
   EXPECT_EQ(change->workspace.version, 8U);
-  EXPECT_THAT(change->said, AllOf(HasSubstr("moved 'ball' (object 1)"), HasSubstr("(0.100, -0.100, 0.200) m")));
+  EXPECT_THAT(change->said,
+              AllOf(HasSubstr("moved 'ball' (object 1)"), HasSubstr("(0.100, -0.100, 0.200) m")));
   EXPECT_EQ(order_at(live_->workspace(), 0.101, -0.101, 0.201), voxel::kOrderInterior);
   EXPECT_EQ(live_->content_hash(), hash_of(cell_with("xyz_m: [0.0, 0.0, 0.3]", "xyz_m: [0.1, -0.1, 0.2]")));
   EXPECT_EQ(live_->objects().at(1).config.X_WO.translation_m, Eigen::Vector3d(0.1, -0.1, 0.2));
@@ -135,11 +138,14 @@ TEST_F(Commands, MoveEndsInTheCellWhoseFileHasItThere) {
 TEST_F(Commands, MoveMayGiveAGuardSkinThatLaterMovesKeep) {
   CellCommand command = move("ball", {0.1, -0.1, 0.2});
   command.guard_vox = 2;
-  const std::size_t others = voxel::count_orders(live_->workspace())[static_cast<std::uint8_t>(voxel::kOrderGuard)];
+  const std::size_t others =
+      voxel::count_orders(live_->workspace())[static_cast<std::uint8_t>(voxel::kOrderGuard)];
   const auto change = live_->apply(command, 8, {});
   ASSERT_TRUE(change) << change.status().message();
   EXPECT_THAT(change->said, HasSubstr("guard 2 voxels"));
-  const auto guards = [&] { return voxel::count_orders(live_->workspace())[static_cast<std::uint8_t>(voxel::kOrderGuard)]; };
+  const auto guards = [&] {
+    return voxel::count_orders(live_->workspace())[static_cast<std::uint8_t>(voxel::kOrderGuard)];
+  };
   const auto guarded = guards();
   EXPECT_GT(guarded, others);
   ASSERT_TRUE(live_->apply(move("ball", {0.1, -0.1, 0.2}), 9, {}));
@@ -150,7 +156,8 @@ TEST_F(Commands, MoveMayGiveAGuardSkinThatLaterMovesKeep) {
 }
 
 TEST_F(Commands, AnObjectIsFoundByItsIdToo) {
-  const auto change = live_->apply({Operation::kMove, "", 3, {Eigen::Matrix3d::Identity(), {0.2, 0.0, 0.15}}, ""}, 8, {});
+  const auto change =
+      live_->apply({Operation::kMove, "", 3, {Eigen::Matrix3d::Identity(), {0.2, 0.0, 0.15}}, ""}, 8, {});
   ASSERT_TRUE(change);
   EXPECT_EQ(change->name, "right post");
 }
@@ -175,7 +182,8 @@ TEST_F(Commands, AddReadsAnObjectAsACellFileHasItAndGivesItAFreshId) {
 }
 
 TEST_F(Commands, AddTakesASolidByFormula) {
-  const auto change = apply(add("{name: dome, primitive: {sphere: {radius_m: 0.06}}, pose: {xyz_m: [0.2, -0.2, 0.2]}}"));
+  const auto change =
+      apply(add("{name: dome, primitive: {sphere: {radius_m: 0.06}}, pose: {xyz_m: [0.2, -0.2, 0.2]}}"));
   ASSERT_TRUE(change) << change.status().message();
   EXPECT_EQ(order_at(live_->workspace(), 0.201, -0.201, 0.201), voxel::kOrderInterior);
   const auto moved = live_->apply(move("dome", {-0.2, -0.2, 0.2}), 9, {});
@@ -188,7 +196,8 @@ TEST_F(Commands, AreRefusedWithOneClearSentence) {
   EXPECT_THAT(refused(move("bell", {0, 0, 0.2})),
               AllOf(HasSubstr("no object 'bell' in cell desk"), HasSubstr("ball, left post, right post")));
   EXPECT_THAT(refused({Operation::kRemove, "", 9, {}, ""}), HasSubstr("no object 9"));
-  EXPECT_THAT(refused(move("ball", {5, 0, 0.2})), AllOf(HasSubstr("'ball'"), HasSubstr("outside of the workspace")));
+  EXPECT_THAT(refused(move("ball", {5, 0, 0.2})),
+              AllOf(HasSubstr("'ball'"), HasSubstr("outside of the workspace")));
   EXPECT_THAT(refused(add("{name: [")), HasSubstr("YAML"));
   EXPECT_THAT(refused(add("name: box")), HasSubstr("mesh"));
   EXPECT_THAT(refused(add("{name: box, mesh: nowhere.stl}")), HasSubstr("nowhere.stl"));
@@ -209,7 +218,8 @@ TEST_F(Commands, MeshesOutsideOfTheCellsFolderAreNotRead) {
                 HasSubstr("not in the cell's folder"));
   }
   std::filesystem::create_symlink(folder_.string() + "_elsewhere.stl", folder_ / "link.stl");
-  EXPECT_THAT(refused(add("{name: box, mesh_scale: 0.001, mesh: link.stl}")), HasSubstr("not in the cell's folder"));
+  EXPECT_THAT(refused(add("{name: box, mesh_scale: 0.001, mesh: link.stl}")),
+              HasSubstr("not in the cell's folder"));
   std::filesystem::remove(folder_.string() + "_elsewhere.stl");
 }
 
