@@ -34,6 +34,14 @@ bool is_like(const Workspace& workspace, const GridSpec& grid, const std::vector
   return same_grid(workspace.grid(), grid) && workspace.palette() == palette_Pa_s_per_m;
 }
 
+/// Whether nobody else holds the volume; who did is then done with reading it.
+bool is_sole(const std::shared_ptr<Workspace>& volume) {
+  if (volume.use_count() != 1) return false;
+  // A look at the count does not order what others read before they let go; a change of it does.
+  std::shared_ptr<Workspace>(volume).reset();
+  return true;
+}
+
 std::uint8_t greatest_code(const BrickData& brick) {
   std::uint8_t greatest = 0;
   for (const std::uint8_t code : brick.mu_code) greatest = std::max(greatest, code);
@@ -234,7 +242,7 @@ bool WorkspaceAssembler::fits(const VersionDescription& description) const {
 
 bool WorkspaceAssembler::spare_usable(const GridSpec& grid,
                                       const std::vector<float>& palette_Pa_s_per_m) const {
-  return spare_ && spare_.use_count() == 1 && is_like(*spare_, grid, palette_Pa_s_per_m);
+  return spare_ && is_sole(spare_) && is_like(*spare_, grid, palette_Pa_s_per_m);
 }
 
 void WorkspaceAssembler::write_brick(Workspace& to, BrickKey key) {

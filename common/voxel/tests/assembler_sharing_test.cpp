@@ -1,0 +1,57 @@
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <memory>
+#include <thread>
+
+#include "common/voxel/tests/random_workspace.hpp"
+#include "common/voxel/workspace_assembler.hpp"
+
+namespace phantom::voxel {
+namespace {
+
+/// Hands the assembler what `workspace` is, as its next version.
+void take(WorkspaceAssembler& assembler, const Workspace& workspace) {
+  for (const BrickKey key : workspace.bricks())
+    ASSERT_TRUE(assembler.put_brick(key, workspace.version, encode_brick(workspace.brick(key))));
+  ASSERT_TRUE(
+      assembler.commit({workspace.version, workspace.grid(), workspace.palette(),
+                        static_cast<std::uint32_t>(workspace.brick_count()), workspace.content_hash()}));
+}
+
+// A reader that holds a version until the next one stands, and lets go before the next but one is made in its
+// place. Nothing but the version's own reference count orders what it read before what is then written: that
+// the figures are right shows little on a machine that orders loads; it is the thread sanitizer that tells.
+TEST(WorkspaceAssembler, WritesIntoAVersionOnlyAfterItsLastReaderIsDone) {
+  Workspace next = random_workspace(5);
+  WorkspaceAssembler assembler;
+  take(assembler, next);
+  const auto change = [&next](std::size_t voxel) {
+    ++next.version;
+    next.make_brick(next.bricks().front()).mu_code[voxel] ^= 1;
+  };
+  for (std::size_t round = 0; round < 5; ++round) {
+    std::atomic<bool> read{false}, let_go{false};
+    std::uint64_t seen = 0;
+    const std::uint64_t hash = next.content_hash();
+    std::thread reader([held = assembler.current(), &read, &let_go, &seen]() mutable {
+      while (!read.load(std::memory_order_relaxed)) std::this_thread::yield();
+      seen = held->content_hash();
+      held.reset();
+      let_go.store(true, std::memory_order_relaxed);
+    });
+    change(2 * round);
+    take(assembler, next);
+    read.store(true, std::memory_order_relaxed);
+    while (!let_go.load(std::memory_order_relaxed)) std::this_thread::yield();
+    change(2 * round + 1);
+    take(assembler, next);
+    reader.join();
+    EXPECT_EQ(seen, hash);
+    ASSERT_NE(assembler.current(), nullptr);
+    EXPECT_EQ(assembler.current()->content_hash(), next.content_hash());
+  }
+}
+
+}  // namespace
+}  // namespace phantom::voxel
