@@ -165,7 +165,7 @@ struct DataEnd {
   bool operator==(const DataEnd&) const = default;
 };
 
-/// Appends the whole record, head included.
+/// Appends the whole record, head included. What the record views must not stand in `out`.
 void append(Bytes& out, const Header& record);
 void append(Bytes& out, const Footer& record);
 void append(Bytes& out, const Schema& record);

@@ -97,7 +97,8 @@ TEST(Reader, ARecordOrChunkBeyondTheLimitsTakesNoMemory) {
 TEST(Reader, AnUnknownCompressionIsNamed) {
   Bytes file(kMagic.begin(), kMagic.end());
   append(file, Header{});
-  append(file, Chunk{1, 2, 3, 4, "lz4", file});
+  const Bytes packed = file;
+  append(file, Chunk{1, 2, 3, 4, "lz4", packed});
   const auto reader = open(file);
   ASSERT_TRUE(reader);
   ASSERT_EQ(reader->problems().size(), 1u);
