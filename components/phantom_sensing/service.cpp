@@ -234,6 +234,31 @@ class Service {
   std::uint64_t ticks_before_ = 0;
 };
 
+/// The sensing loop on a thread of its own, and what feeds it. Both end with this, also when the main thread
+/// throws: they use what is gone thereafter.
+class Sensing {
+ public:
+  Sensing(DdsAdapter& adapter, SensingLoop& loop) : adapter_(adapter), loop_(loop) {}
+  ~Sensing() { end(); }
+  Sensing(const Sensing&) = delete;
+  Sensing& operator=(const Sensing&) = delete;
+
+  void begin(WorkspaceKeeper& workspace) {
+    thread_ = std::jthread([this] { loop_.run(); });
+    adapter_.start_reading(loop_, workspace);
+  }
+  void end() {
+    adapter_.stop_reading();
+    loop_.stop();
+    if (thread_.joinable()) thread_.join();
+  }
+
+ private:
+  DdsAdapter& adapter_;
+  SensingLoop& loop_;
+  std::jthread thread_;
+};
+
 }  // namespace
 
 int run_service(const runtime::ProcessOptions& options, const runtime::Deployment& deployment,
@@ -249,8 +274,8 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
   spdlog::info("{} sensors and {} interest points on {} joints; waiting for workspace and slave_state",
                model.skin.size(), model.interest_points.size(), model.arm.joint_count());
   const core::Nanoseconds start_ns = core::monotonic_ns();
-  std::thread sensing([&loop] { loop.run(); });
-  adapter.start_reading(loop, workspace);
+  Sensing sensing(adapter, loop);
+  sensing.begin(workspace);
 
   core::Nanoseconds next_status_ns = start_ns;
   PerceptCondition said = PerceptCondition::kNoWorkspace;
@@ -269,9 +294,7 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
     adapter.publish_status(health);
   } while (runtime::sleep_unless_stopped(kPoll_s));
 
-  adapter.stop_reading();
-  loop.stop();
-  sensing.join();
+  sensing.end();
   hits.log_new(object_name);
   const Situation last = service.situation(core::monotonic_ns());
   core::Health ended = health_of(last, model);
