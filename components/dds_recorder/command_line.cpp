@@ -23,8 +23,8 @@ CLI::App* add(CLI::App& app, const char* name, const char* what) {
 }
 
 void add_range(CLI::App& app, TimeRange& range) {
-  app.add_option("--from", range.from_s, "seconds from the first sample")->check(CLI::NonNegativeNumber);
-  app.add_option("--until", range.until_s, "likewise; default: to the end")->check(CLI::NonNegativeNumber);
+  app.add_option("--from", range.from_s, "seconds from the first sample")->check(CLI::Range(0.0, 1e9));
+  app.add_option("--until", range.until_s, "likewise; default: to the end")->check(CLI::Range(0.0, 1e9));
 }
 
 }  // namespace
