@@ -42,7 +42,7 @@ inline voxel::Workspace make(const std::function<std::uint8_t(const Eigen::Vecto
 inline std::uint8_t layer_code(double distance_m, double thickness_m = 0.04) {
   if (distance_m <= 0.0) return 6;
   const double layer = std::floor(distance_m / thickness_m);
-  return layer >= 5.0 ? 0 : static_cast<std::uint8_t>(5 - static_cast<int>(layer));
+  return static_cast<std::uint8_t>(layer >= 5.0 ? 0 : 5 - static_cast<int>(layer));
 }
 
 /// The balls of balls(): centre and radius in m.
