@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "common/core/elapsed.hpp"
 #include "common/core/joints.hpp"
 
 namespace phantom::audio_percept {
@@ -39,7 +40,7 @@ std::optional<Model> model_of(msg::PerceptCondition condition) {
 // The stamp's time where the sender's clock is this host's: those of two hosts lie further apart, as the
 // hosts were not started within the same second.
 core::Nanoseconds sent_ns(const msg::Stamp& stamp, core::Nanoseconds received_ns) {
-  const core::Nanoseconds age_ns = received_ns - stamp.monotonic_ns();
+  const core::Nanoseconds age_ns = core::elapsed_ns(stamp.monotonic_ns(), received_ns);
   return age_ns >= 0 && age_ns <= core::from_seconds(1.0) ? stamp.monotonic_ns() : received_ns;
 }
 

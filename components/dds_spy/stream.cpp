@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/elapsed.hpp"
+
 namespace phantom::dds_spy {
 
 Arrival Stream::take(const SampleFacts& sample) {
@@ -57,13 +59,13 @@ void Stream::take_latency(const SampleFacts& sample) {
   core::Nanoseconds latency_ns = 0;
   if (sample.stamp && sample.same_host) {
     sums_.clock = LatencyClock::kMonotonic;
-    latency_ns = sample.received_ns - sample.stamp->monotonic_ns;
+    latency_ns = core::elapsed_ns(sample.stamp->monotonic_ns, sample.received_ns);
   } else if (sample.stamp) {
     sums_.clock = LatencyClock::kStampUtc;
-    latency_ns = sample.received_utc_ns - sample.stamp->utc_ns;
+    latency_ns = core::elapsed_ns(sample.stamp->utc_ns, sample.received_utc_ns);
   } else if (sample.source_ns != 0) {
     sums_.clock = LatencyClock::kSourceTimestamp;
-    latency_ns = sample.received_utc_ns - sample.source_ns;
+    latency_ns = core::elapsed_ns(sample.source_ns, sample.received_utc_ns);
   } else {
     return;
   }
@@ -108,7 +110,7 @@ std::optional<DeadlineWatch::Miss> DeadlineWatch::take(core::Nanoseconds receive
   const core::Nanoseconds pause_ns = received_ns - last_ns_;
   if (last_ns_ != 0 && pause_ns > period_ns_) {
     miss = Miss{static_cast<std::uint64_t>(pause_ns / period_ns_), pause_ns,
-                made_ns != 0 && last_made_ns_ != 0 ? made_ns - last_made_ns_ : 0, told_};
+                made_ns != 0 && last_made_ns_ != 0 ? core::elapsed_ns(last_made_ns_, made_ns) : 0, told_};
     missed_ += miss->periods;
   }
   last_ns_ = received_ns;

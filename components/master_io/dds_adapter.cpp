@@ -28,9 +28,12 @@ msg::Echo echo_of(const EchoStamp& stamp) {
   return echo;
 }
 
-/// When the sample was made that an echo names; 0 if it is not this process's.
-core::Nanoseconds answered(const msg::Echo& echo, std::uint64_t own_session) {
-  return echo.session() == own_session && echo.sequence_number() != 0 ? echo.monotonic_ns() : 0;
+/// When the sample was made that an echo names; 0 if it is not this process's, or of a time that it cannot
+/// be.
+core::Nanoseconds answered(const msg::Echo& echo, std::uint64_t own_session, core::Nanoseconds received_ns) {
+  const bool ours = echo.session() == own_session && echo.sequence_number() != 0 && echo.monotonic_ns() > 0 &&
+                    echo.monotonic_ns() <= received_ns;
+  return ours ? echo.monotonic_ns() : 0;
 }
 
 bool non_negative(const core::JointArray& values, std::size_t count) noexcept {
@@ -102,7 +105,7 @@ SlaveSample to_sample(const msg::SlaveState& slave, core::Nanoseconds received_n
   SlaveSample sample;
   sample.received_ns = received_ns;
   sample.stamp = stamp_of(slave.stamp());
-  sample.answers_ns = answered(slave.master_echo(), own_session);
+  sample.answers_ns = answered(slave.master_echo(), own_session, received_ns);
   sample.answers_another = slave.master_echo().session() != 0 && slave.master_echo().session() != own_session;
   sample.state = static_cast<teleop::LinkState>(slave.state());
   sample.motion = {slave.position_rad(), slave.velocity_rad_s()};
@@ -120,7 +123,7 @@ DragSample to_sample(const msg::DragField& field, core::Nanoseconds received_ns,
   DragSample sample;
   sample.received_ns = received_ns;
   sample.stamp = stamp_of(field.stamp());
-  sample.answers_ns = answered(field.master_echo(), own_session);
+  sample.answers_ns = answered(field.master_echo(), own_session, received_ns);
   sample.drag.valid = field.valid();
   sample.drag.plus = field.coefficient_plus();
   sample.drag.minus = field.coefficient_minus();
@@ -134,9 +137,10 @@ PhantomContact to_sample(const msg::Percept& percept, core::Nanoseconds received
 
 double RoundTrip::measure(const msg::DragField& field, core::Nanoseconds received_ns) noexcept {
   const msg::Echo& echo = field.master_echo();
-  if (echo.session() != session_ || echo.sequence_number() <= last_) return -1.0;
+  const core::Nanoseconds made_ns = answered(echo, session_, received_ns);
+  if (made_ns == 0 || echo.sequence_number() <= last_) return -1.0;
   last_ = echo.sequence_number();
-  return core::seconds(received_ns - echo.monotonic_ns());
+  return core::seconds(received_ns - made_ns);
 }
 
 bool take_wish(const msg::OperatorCommand& command, Wishes& wishes) noexcept {

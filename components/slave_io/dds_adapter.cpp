@@ -31,7 +31,8 @@ MasterSample to_sample(const msg::MasterState& master, core::Nanoseconds receive
                        std::uint64_t own_session) noexcept {
   const auto& stamp = master.stamp();
   const auto& echo = master.slave_echo();
-  const bool ours = echo.session() == own_session && echo.sequence_number() != 0;
+  const bool ours = echo.session() == own_session && echo.sequence_number() != 0 && echo.monotonic_ns() > 0 &&
+                    echo.monotonic_ns() <= received_ns;
   return {received_ns,
           {stamp.sequence_number(), stamp.monotonic_ns(), stamp.session()},
           ours ? echo.monotonic_ns() : 0,

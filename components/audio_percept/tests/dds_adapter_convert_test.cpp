@@ -100,8 +100,9 @@ TEST(PerceptConverter, CountsFromTheStampOnlyWhereItsClockIsOurs) {
   PerceptSample sample;
   std::uint64_t number = 0;
   for (const auto& [stamp_ns, sent_ns] : {std::pair{9'998 * kMs, 9'998 * kMs},  // 2 ms ago
-                                          {10'001 * kMs, 10'000 * kMs},    // another host's: in the future
-                                          {1'000 * kMs, 10'000 * kMs}}) {  // another host's: long ago
+                                          {10'001 * kMs, 10'000 * kMs},  // another host's: in the future
+                                          {1'000 * kMs, 10'000 * kMs},   // another host's: long ago
+                                          {std::numeric_limits<core::Nanoseconds>::min(), 10'000 * kMs}}) {
     auto message = percept(++number);
     message.stamp().monotonic_ns(stamp_ns);
     ASSERT_TRUE(converter.accept(message, 10'000 * kMs, sample));

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "common/core/errors.hpp"
 #include "common/dds/cdr.hpp"
 #include "components/dds_recorder/dds_adapter_restamp.hpp"
@@ -238,6 +240,28 @@ TEST(RestamperOf, MovesStampsAndTheEchoesThatAnswerThemTogether) {
   EXPECT_EQ(again.session(), first.session()) << "the same writer goes on";
   EXPECT_GT(again.sequence_number(), second.sequence_number());
   EXPECT_EQ(again.monotonic_ns(), 101'000);
+}
+
+TEST(RestamperOf, ClocksThatLeapFromEndToEndKeepTheirDirection) {
+  constexpr auto kLeast = std::numeric_limits<core::Nanoseconds>::min();
+  constexpr auto kGreatest = std::numeric_limits<core::Nanoseconds>::max();
+  for (const double rate : {0.01, 1.0, 100.0}) {
+    Restamper restamper(99, rate);
+    auto moved = [&restamper, number = 0U](core::Nanoseconds at_ns) mutable {
+      msg::Stamp stamp;
+      stamp.sequence_number(++number);
+      stamp.session(5);
+      stamp.monotonic_ns(at_ns);
+      restamper.move(stamp);
+      return stamp.monotonic_ns();
+    };
+    restamper.begin(1000, 1'800'000'000'000'000'000);
+    EXPECT_EQ(moved(kLeast), 1000);
+    EXPECT_GT(moved(kGreatest), 1000);
+    restamper.begin(2000, 1'800'000'000'000'000'000);
+    EXPECT_EQ(moved(kGreatest), 2000);
+    EXPECT_LT(moved(kLeast), 2000);
+  }
 }
 
 TEST(RestamperOf, LeavesTypesWithoutStampAndGarbageAlone) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 #include <vector>
 
@@ -148,6 +149,30 @@ TEST(Stream, AcrossHostsUtcClocksAreComparedAndANegativeAgeIsKept) {
   foreign.take(facts);
   EXPECT_EQ(foreign.figures().clock, LatencyClock::kSourceTimestamp);
   EXPECT_DOUBLE_EQ(foreign.figures().latency_max_s, 0.003);
+}
+
+TEST(Stream, TimesThatCannotBeAreToldAsTheyAre) {
+  constexpr auto kLeast = std::numeric_limits<core::Nanoseconds>::min();
+  Stream stream;
+  SampleFacts odd = sample(1, 100 * kMs);
+  odd.stamp = SampleStamp{};
+  for (const bool same_host : {true, false}) {
+    odd.same_host = same_host;
+    odd.stamp->monotonic_ns = odd.stamp->utc_ns = kLeast;
+    stream.take(odd);
+    EXPECT_GT(stream.figures().latency_max_s, 9e9);
+    ++odd.sequence_number;
+  }
+  odd.stamp.reset();
+  odd.source_ns = kLeast;
+  stream.take(odd);
+  EXPECT_GT(stream.figures().latency_min_s, 9e9);
+
+  DeadlineWatch watch(20 * kMs);
+  watch.take(100 * kMs, kLeast);
+  const auto miss = watch.take(200 * kMs, 1);
+  ASSERT_TRUE(miss);
+  EXPECT_GT(miss->made_apart_ns, 0);
 }
 
 TEST(DeadlineWatch, CountsPeriodsWithoutASample) {

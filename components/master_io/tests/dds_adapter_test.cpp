@@ -164,6 +164,30 @@ TEST(MasterAdapter, RoundTripsCountOwnStampsOnceEach) {
   EXPECT_EQ(trip.measure(field, 4'000'000), -1.0) << "another process's";
 }
 
+TEST(MasterAdapter, AnEchoOfATimeThatCannotBeIsNone) {
+  RoundTrip trip(42);
+  auto field = good_field();
+  auto slave = good_slave();
+  for (msg::Echo* echo : {&field.master_echo(), &slave.master_echo()}) {
+    echo->session(42);
+    echo->sequence_number(5);
+  }
+  for (const core::Nanoseconds odd_ns :
+       {std::numeric_limits<core::Nanoseconds>::min(), core::Nanoseconds{-1}, core::Nanoseconds{1001},
+        std::numeric_limits<core::Nanoseconds>::max()}) {
+    field.master_echo().monotonic_ns(odd_ns);
+    slave.master_echo().monotonic_ns(odd_ns);
+    EXPECT_EQ(trip.measure(field, 1000), -1.0);
+    EXPECT_EQ(to_sample(field, 1000, 42).answers_ns, 0);
+    EXPECT_EQ(to_sample(slave, 1000, 42).answers_ns, 0);
+  }
+  field.master_echo().monotonic_ns(400);
+  slave.master_echo().monotonic_ns(400);
+  EXPECT_NEAR(trip.measure(field, 1000), 6e-7, 1e-15);
+  EXPECT_EQ(to_sample(field, 1000, 42).answers_ns, 400);
+  EXPECT_EQ(to_sample(slave, 1000, 42).answers_ns, 400);
+}
+
 TEST(MasterAdapter, CommandsAreTakenWithinTheirRanges) {
   Wishes wishes;
   wishes.percept_gain = 3;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <limits>
 #include <thread>
 
 #include "common/voxel/brick_codec.hpp"
@@ -271,6 +272,20 @@ TEST_F(Loop, RunsOnItsOwnThreadAndEnds) {
   loop_.stop();
   thread.join();
   EXPECT_GE(seen_.drags.size(), 1U);
+}
+
+TEST(ElapsedS, StaysWithinASecondWhateverTheWriterSays) {
+  constexpr auto kLeast = std::numeric_limits<std::int64_t>::min();
+  constexpr auto kGreatest = std::numeric_limits<std::int64_t>::max();
+  const auto at = [](std::uint64_t number, std::int64_t monotonic_ns, std::uint64_t session = 5) {
+    SlaveSample sample;
+    sample.id = {number, monotonic_ns, session};
+    return sample;
+  };
+  EXPECT_DOUBLE_EQ(elapsed_s(at(1, 1'000'000), at(2, 3'000'000)), 0.002);
+  EXPECT_EQ(elapsed_s(at(1, kLeast), at(2, kGreatest)), 1.0);
+  EXPECT_EQ(elapsed_s(at(1, kGreatest), at(2, kLeast)), 0.0);
+  EXPECT_EQ(elapsed_s(at(1, 1'000'000), at(2, 3'000'000, 6)), 0.0) << "the writer was restarted";
 }
 
 TEST_F(Loop, AnOldWorkspaceIsLetGoOnlyWhenTheTickHasMovedOn) {

@@ -42,6 +42,20 @@ TEST(SlaveAdapter, AValidMasterStateComesThroughWhole) {
   EXPECT_EQ(sample.velocity[2], -0.4);
 }
 
+TEST(SlaveAdapter, AnEchoOfATimeThatCannotBeIsNone) {
+  auto master = good();
+  master.slave_echo().session(8);
+  master.slave_echo().sequence_number(5);
+  for (const core::Nanoseconds odd_ns :
+       {std::numeric_limits<core::Nanoseconds>::min(), core::Nanoseconds{-1}, core::Nanoseconds{5001},
+        std::numeric_limits<core::Nanoseconds>::max()}) {
+    master.slave_echo().monotonic_ns(odd_ns);
+    EXPECT_EQ(to_sample(master, 5000, 8).answers_ns, 0);
+  }
+  master.slave_echo().monotonic_ns(4000);
+  EXPECT_EQ(to_sample(master, 5000, 8).answers_ns, 4000);
+}
+
 TEST(SlaveAdapter, WhatIsNotANumberIsRefused) {
   for (const double bad :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
