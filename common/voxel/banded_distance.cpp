@@ -116,12 +116,6 @@ void orders_along_x(const Extent& e, std::int8_t* const* bricks, BandedDistance&
   }
 }
 
-/// First voxel of a row of the block.
-Index3 voxel_of(const BrickBlock& block, std::size_t y, std::size_t z) {
-  return {block.min.x, block.min.y + static_cast<std::int32_t>(y),
-          block.min.z + static_cast<std::int32_t>(z)};
-}
-
 /// Boundary voxels of a row of orders, which begins at voxel (x, y, z), are marked as such.
 void mark_boundary(const SolidRows& solid, Index3 first, std::size_t length, std::uint8_t* orders) {
   const auto boundary = hn::Set(kBytes, static_cast<std::uint8_t>(kOrderBoundary));
@@ -136,12 +130,6 @@ void mark_boundary(const SolidRows& solid, Index3 first, std::size_t length, std
                  kBytes, orders + x + i);
     }
   }
-}
-
-/// Where the orders of the bricks go that a row crosses.
-std::int8_t* const* bricks_at(const BrickBlock& block, std::size_t y, std::size_t z) {
-  return block.bricks.data() + ((z / kBrickEdge) * static_cast<std::size_t>(block.ny) + y / kBrickEdge) *
-                                   static_cast<std::size_t>(block.nx);
 }
 
 /// Puts a row of orders into the bricks that it crosses; rows begin at the block's first brick.
@@ -234,22 +222,13 @@ void run_block_in_bytes(const Extent& e, const BrickBlock& block, BandedDistance
     std::memset(slice, 0, kMoreOffsets * e.length);
     std::memset(slice + (kMoreOffsets + e.rows) * e.length, 0, kMoreOffsets * e.length);
   }
-  work.rank_line.assign(kPad + e.length + kPad, work.ranks.far);
+  work.rank_lines.assign(kRowsAtOnce * rank_stride(e), work.ranks.far);
   work.in_band.assign(4 + e.length / kPad, 0);
-  const auto beyond = static_cast<std::uint8_t>(work.steps().order.back());
   const Surroundings around = load(e, block, work);
   for (std::size_t z = 0; z < e.nz; ++z) {
     if (z % kBrickEdge == 0) find_wanted(e, block, z / kBrickEdge, work);
     const bool in_band = !around.along_y.empty() && look_at_columns(e, work, z);
-    for (std::size_t y = 0; y < e.ny; ++y) {
-      if (in_band && ranks_along_y(e, work, y, z)) {
-        orders_from_ranks(e, block, bricks_at(block, y, z), work);
-        mark_boundary(work.solid(), voxel_of(block, y, z), e.nx, work.orders.data());
-      } else {
-        std::memset(work.orders.data(), beyond, e.nx);
-      }
-      put_row(block, work.orders.data(), y, z);
-    }
+    for (std::size_t y = 0; y < e.ny; y += kRowsAtOnce) rows_of_slice(e, block, y, z, in_band, work);
   }
 }
 #endif

@@ -111,9 +111,9 @@ class BandedDistance {
   std::vector<std::uint16_t> least_in_slice;  // per vector along x: the least square of its columns
   LineVector<std::uint8_t> orders;            // [x] of one row
   Ranks ranks;
-  LineVector<std::uint8_t> rank_line;  // [x]: rank in the plane y, z, something more before and behind
+  LineVector<std::uint8_t> rank_lines;  // [y][x]: rank in the plane y, z, something more before and behind
   std::vector<std::uint64_t>
-      in_band;  // [x]: a bit for each rank that is not far, a word more before and behind
+      in_band;  // [x]: a bit where the rank in one of the lines is not far, a word more before and behind
   std::vector<RowsOfColumns> columns;  // per vector along x, of one slice
 
  private:

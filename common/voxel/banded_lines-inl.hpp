@@ -51,6 +51,18 @@ struct Extent {
               // odd numbers of cache lines, so that neighbours do not fall into the same few sets
 };
 
+/// First voxel of a row of the block.
+Index3 voxel_of(const BrickBlock& block, std::size_t y, std::size_t z) {
+  return {block.min.x, block.min.y + static_cast<std::int32_t>(y),
+          block.min.z + static_cast<std::int32_t>(z)};
+}
+
+/// Where the orders of the bricks go that a row crosses.
+std::int8_t* const* bricks_at(const BrickBlock& block, std::size_t y, std::size_t z) {
+  return block.bricks.data() + ((z / kBrickEdge) * static_cast<std::size_t>(block.ny) + y / kBrickEdge) *
+                                   static_cast<std::size_t>(block.nx);
+}
+
 /// How far neighbours are to be looked at: first … last.
 struct Offsets {
   int first, last;

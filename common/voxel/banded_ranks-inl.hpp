@@ -32,25 +32,41 @@ HWY_INLINE std::uint8_t least_of(Bytes bytes) {
       _mm_cvtsi128_si32(_mm_minpos_epu16(_mm_min_epu8(quarter, _mm_srli_epi16(quarter, 8)))));
 }
 
-/// As nearest(), for ranks or classes: `so_far` and what look_up(table of k, better of the neighbours at ±k)
-/// says, the least of all; `bound`: what the best neighbour of all would be, by table. Tables of kTable
-/// bytes, one for each k.
+/// Rows that lie side by side along y are worked on together: those of a tile of the workspace's bricks. What
+/// is looked up and decided once then serves all of them.
+constexpr std::size_t kRowsAtOnce = 4;
+using Rows = Bytes[kRowsAtOnce];
+
+HWY_INLINE Bytes least_row(const Rows& rows) {
+  return hn::Min(hn::Min(rows[0], rows[1]), hn::Min(rows[2], rows[3]));
+}
+HWY_INLINE Bytes greatest_row(const Rows& rows) {
+  return hn::Max(hn::Max(rows[0], rows[1]), hn::Max(rows[2], rows[3]));
+}
+
+/// As nearest(), for ranks or classes, in rows that begin at `centre` and each `row` further on: the least of
+/// `so_far` and what look_up(table of k, better of the neighbours at ±k·stride) says; `bound`: what the best
+/// neighbour of all would be, by table. Tables of kTable bytes, one for each k.
 template <std::size_t kTable, class Better, class LookUp>
-HWY_INLINE Bytes least_of_neighbours(Bytes so_far, const std::uint8_t* centre, std::ptrdiff_t stride,
-                                     Offsets offsets, const std::uint8_t* tables, std::uint8_t bound,
-                                     const Better& better, const LookUp& look_up) {
+HWY_INLINE void least_of_neighbours(Rows& so_far, const std::uint8_t* centre, std::ptrdiff_t row,
+                                    std::ptrdiff_t stride, Offsets offsets, const std::uint8_t* tables,
+                                    std::uint8_t bound, const Better& better, const LookUp& look_up) {
   const std::uint8_t *before = centre - offsets.first * stride, *behind = centre + offsets.first * stride;
   const std::uint8_t* table = tables + static_cast<std::size_t>(offsets.first) * kTable;
   for (int k = offsets.first; k <= offsets.last; k += static_cast<int>(kMoreOffsets) + 1) {
-    if (hn::AllTrue(kBytes, hn::Eq(so_far, hn::Min(so_far, hn::Set(kBytes, table[bound]))))) break;
+    const auto farthest = greatest_row(so_far);
+    if (hn::AllTrue(kBytes, hn::Eq(farthest, hn::Min(farthest, hn::Set(kBytes, table[bound]))))) break;
     for (std::size_t more = 0; more <= kMoreOffsets; ++more) {
-      so_far = hn::Min(so_far, look_up(table, better(hn::LoadU(kBytes, before), hn::LoadU(kBytes, behind))));
+      for (std::size_t r = 0; r < kRowsAtOnce; ++r) {
+        const auto away = static_cast<std::ptrdiff_t>(r) * row;
+        const auto nearer = better(hn::LoadU(kBytes, before + away), hn::LoadU(kBytes, behind + away));
+        so_far[r] = hn::Min(so_far[r], look_up(table, nearer));
+      }
       before -= stride;
       behind += stride;
       table += kTable;
     }
   }
-  return so_far;
 }
 
 /// 64 bits from bit `at` on.
@@ -68,62 +84,119 @@ HWY_INLINE int nearest_bit(const std::uint64_t* words, std::size_t at, std::size
   return std::min(std::countl_zero(bits_from(words, from - 64)), std::countr_zero(bits_from(words, to))) + 1;
 }
 
-/// Ranks of row y in the plane y, z; false if all are out of the band.
+/// Bytes from a rank line to the next.
+std::size_t rank_stride(const Extent& e) { return kPad + e.length + kPad; }
+
+/// Ranks of the rows from y on in the plane y, z; false if all are out of the band.
 bool ranks_along_y(const Extent& e, BandedDistance& work, std::size_t y, std::size_t z) {
   const BandedDistance::Ranks& ranks = work.ranks;
   const auto stride = static_cast<std::ptrdiff_t>(e.length);
-  const std::uint8_t* row = work.closeness.data() + z * e.slice + (y + e.reach + kMoreOffsets) * e.length;
-  const int at = static_cast<int>(y + e.reach);
+  const std::uint8_t* first = work.closeness.data() + z * e.slice + (y + e.reach + kMoreOffsets) * e.length;
+  const int at = static_cast<int>(y + e.reach), last = at + static_cast<int>(kRowsAtOnce) - 1;
   const auto far = hn::Set(kBytes, ranks.far);
   std::uint64_t any = 0;
   for (std::size_t x = 0, i = 0; x < e.used; x += kPad, ++i) {
     const RowsOfColumns& columns = work.columns[i];
     if (!columns.wanted) continue;
-    const int nearest = nearest_bit(columns.bits.data() + 1, y + e.reach, 1);
+    const int nearest = nearest_bit(columns.bits.data() + 1, y + e.reach, kRowsAtOnce);
     const Offsets offsets{std::max(1, nearest),
                           std::min<int>(ranks.reach_of_closeness[columns.most],
-                                        std::max(at - columns.span.first, columns.span.last - at))};
-    auto best = far;
+                                        std::max(last - columns.span.first, columns.span.last - at))};
+    Rows best{far, far, far, far};
     if (nearest == 0 || offsets.first <= offsets.last) {
-      best = least_of_neighbours<64>(
-          look_up_64(ranks.of_closeness.data(), hn::LoadU(kBytes, row + x)), row + x, stride, offsets,
-          ranks.of_closeness.data(), columns.most, [](Bytes a, Bytes b) HWY_ATTR { return hn::Max(a, b); },
+      for (std::size_t r = 0; r < kRowsAtOnce; ++r)
+        best[r] = look_up_64(ranks.of_closeness.data(), hn::LoadU(kBytes, first + x + r * e.length));
+      least_of_neighbours<64>(
+          best, first + x, stride, stride, offsets, ranks.of_closeness.data(), columns.most,
+          [](Bytes a, Bytes b) HWY_ATTR { return hn::Max(a, b); },
           [](const std::uint8_t* table, Bytes index) HWY_ATTR { return look_up_64(table, index); });
     }
-    hn::StoreU(best, kBytes, work.rank_line.data() + kPad + x);
-    const std::uint64_t bits = _cvtmask64_u64(_mm512_cmpneq_epu8_mask(best.raw, far.raw));
+    for (std::size_t r = 0; r < kRowsAtOnce; ++r)
+      hn::StoreU(best[r], kBytes, work.rank_lines.data() + r * rank_stride(e) + kPad + x);
+    const std::uint64_t bits = _cvtmask64_u64(_mm512_cmpneq_epu8_mask(least_row(best).raw, far.raw));
     work.in_band[1 + i] = bits;
     any |= bits;
   }
   return any != 0;
 }
 
-/// Orders of a row from its ranks in the plane y, z; of its bricks that are wanted.
-void orders_from_ranks(const Extent& e, const BrickBlock& block, std::int8_t* const* bricks,
-                       BandedDistance& work) {
-  const BandedDistance::Ranks& ranks = work.ranks;
-  const auto reach = static_cast<std::ptrdiff_t>(e.reach);
-  for (std::size_t x = 0; x < e.nx; x += kPad) {
-    const std::size_t brick = x / kBrickEdge;
-    if (bricks[brick] == nullptr &&
-        (brick + 1 == static_cast<std::size_t>(block.nx) || bricks[brick + 1] == nullptr))
-      continue;
-    std::uint8_t* const orders = work.orders.data() + x;
-    const std::size_t first = e.halo + x;
-    const std::uint8_t* centre = work.rank_line.data() + kPad + first;
-    const int nearest = nearest_bit(work.in_band.data() + 1, first, kPad);
-    if (nearest > static_cast<int>(e.reach)) {
-      std::memset(orders, static_cast<std::uint8_t>(work.steps().order.back()), kPad);
-      continue;
+/// Puts 64 orders of each row into two bricks, from `offset` on; null: not wanted.
+HWY_INLINE void put_rows(const Rows& rows, std::int8_t* const* bricks, std::size_t offset) {
+  // Of the rows' words of four voxels, those of one tile side by side, as they stand there: tiles c, c + 4, c
+  // + 8 and c + 12 in the c-th vector.
+  const __m512i low_a = _mm512_unpacklo_epi32(rows[0].raw, rows[1].raw),
+                low_b = _mm512_unpacklo_epi32(rows[2].raw, rows[3].raw),
+                high_a = _mm512_unpackhi_epi32(rows[0].raw, rows[1].raw),
+                high_b = _mm512_unpackhi_epi32(rows[2].raw, rows[3].raw);
+  const __m512i tiles[4] = {_mm512_unpacklo_epi64(low_a, low_b), _mm512_unpackhi_epi64(low_a, low_b),
+                            _mm512_unpacklo_epi64(high_a, high_b), _mm512_unpackhi_epi64(high_a, high_b)};
+  for (std::size_t c = 0; c < 4; ++c) {
+    const auto put = [&](std::int8_t* brick, std::size_t tile, __m128i part) HWY_ATTR {
+      _mm_storeu_si128(reinterpret_cast<__m128i*>(brick + offset + 64 * tile), part);
+    };
+    if (bricks[0] != nullptr) {
+      put(bricks[0], c, _mm512_castsi512_si128(tiles[c]));
+      put(bricks[0], c + 4, _mm512_extracti32x4_epi32(tiles[c], 1));
     }
-    const auto own = hn::LoadU(kBytes, centre);
-    const std::uint8_t least =
-        least_of(hn::Min(own, hn::Min(hn::LoadU(kBytes, centre - reach), hn::LoadU(kBytes, centre + reach))));
-    const auto best = least_of_neighbours<128>(
-        look_up_128(ranks.classes.data(), own), centre, 1, {std::max(1, nearest), ranks.reach_of_rank[least]},
-        ranks.classes.data(), least, [](Bytes a, Bytes b) HWY_ATTR { return hn::Min(a, b); },
-        [](const std::uint8_t* table, Bytes index) HWY_ATTR { return look_up_128(table, index); });
-    hn::StoreU(look_up_64(ranks.orders.data(), best), kBytes, orders);
+    if (bricks[1] != nullptr) {
+      put(bricks[1], c, _mm512_extracti32x4_epi32(tiles[c], 2));
+      put(bricks[1], c + 4, _mm512_extracti32x4_epi32(tiles[c], 3));
+    }
+  }
+}
+
+/// Orders of 64 voxels of each row, which begin at `first`, from the rows' ranks in the plane y, z; false if
+/// all are out of the band.
+HWY_INLINE bool orders_from_ranks(const Extent& e, const BandedDistance& work, std::size_t x, Index3 first,
+                                  Rows& orders) {
+  const BandedDistance::Ranks& ranks = work.ranks;
+  const auto reach = static_cast<std::ptrdiff_t>(e.reach), row = static_cast<std::ptrdiff_t>(rank_stride(e));
+  const std::uint8_t* centre = work.rank_lines.data() + kPad + e.halo + x;
+  const int nearest = nearest_bit(work.in_band.data() + 1, e.halo + x, kPad);
+  if (nearest > static_cast<int>(e.reach)) return false;
+  Rows own, around;
+  for (std::size_t r = 0; r < kRowsAtOnce; ++r) {
+    const std::uint8_t* here = centre + static_cast<std::ptrdiff_t>(r) * row;
+    own[r] = hn::LoadU(kBytes, here);
+    around[r] = hn::Min(own[r], hn::Min(hn::LoadU(kBytes, here - reach), hn::LoadU(kBytes, here + reach)));
+  }
+  const std::uint8_t least = least_of(least_row(around));
+  for (std::size_t r = 0; r < kRowsAtOnce; ++r) orders[r] = look_up_128(ranks.classes.data(), own[r]);
+  least_of_neighbours<128>(
+      orders, centre, row, 1, {std::max(1, nearest), ranks.reach_of_rank[least]}, ranks.classes.data(), least,
+      [](Bytes a, Bytes b) HWY_ATTR { return hn::Min(a, b); },
+      [](const std::uint8_t* table, Bytes index) HWY_ATTR { return look_up_128(table, index); });
+  const __m512i boundary = _mm512_set1_epi8(kOrderBoundary);
+  for (std::size_t r = 0; r < kRowsAtOnce; ++r) {
+    orders[r] = look_up_64(ranks.orders.data(), orders[r]);
+    if (least != 0) continue;
+    const std::uint64_t bits =
+        work.solid().boundary(first.x, first.y + static_cast<std::int32_t>(r), first.z);
+    orders[r].raw = _mm512_mask_mov_epi8(orders[r].raw, bits, boundary);
+  }
+  return true;
+}
+
+/// The rows from y on of one slice, into the bricks; `in_band`: whether any of the slice is.
+void rows_of_slice(const Extent& e, const BrickBlock& block, std::size_t y, std::size_t z, bool in_band,
+                   BandedDistance& work) {
+  const bool any = in_band && ranks_along_y(e, work, y, z);
+  const std::size_t offset =
+      brick_offset(0, static_cast<std::uint32_t>(y % kBrickEdge), static_cast<std::uint32_t>(z % kBrickEdge));
+  const auto beyond = hn::Set(kBytes, static_cast<std::uint8_t>(work.steps().order.back()));
+  std::int8_t* const* const bricks = bricks_at(block, y, z);
+  const auto count = static_cast<std::size_t>(block.nx);
+  for (std::size_t brick = 0; brick < count; brick += 2) {
+    std::int8_t* const here[2] = {bricks[brick], brick + 1 < count ? bricks[brick + 1] : nullptr};
+    if (here[0] == nullptr && here[1] == nullptr) continue;
+    const std::size_t x = brick * kBrickEdge;
+    Index3 first = voxel_of(block, y, z);
+    first.x += static_cast<std::int32_t>(x);
+    Rows orders;
+    if (!any || !orders_from_ranks(e, work, x, first, orders)) {
+      for (auto& row : orders) row = beyond;
+    }
+    put_rows(orders, here, offset);
   }
 }
 
