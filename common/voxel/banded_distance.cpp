@@ -122,12 +122,9 @@ void mark_boundary(const SolidRows& solid, Index3 first, std::size_t length, std
   for (std::size_t x = 0; x < length; x += 64) {
     const std::uint64_t word = solid.boundary(first.x + static_cast<std::int32_t>(x), first.y, first.z);
     if (word == 0) continue;
-    const std::uint32_t halves[2] = {static_cast<std::uint32_t>(word),
-                                     static_cast<std::uint32_t>(word >> 32)};
     for (std::size_t i = 0; i < 64; i += hn::Lanes(kBytes)) {
-      const Columns here{{&halves[i / 32], &halves[1]}};
-      hn::StoreU(hn::IfThenElse(solid_at(here, 0, i % 32), boundary, hn::LoadU(kBytes, orders + x + i)),
-                 kBytes, orders + x + i);
+      const auto here = hn::LoadU(kBytes, orders + x + i);
+      hn::StoreU(hn::IfThenElse(solid_at(&word, i), boundary, here), kBytes, orders + x + i);
     }
   }
 }
@@ -174,7 +171,7 @@ Surroundings load(const Extent& e, const BrickBlock& block, BandedDistance& work
   work.solid_in.resize(e.rows);
   for (std::size_t y = take_over(e, block, work); y < e.rows; ++y) {
     work.solid_in[y] =
-        distances_along_z(e, work.solid(), {corner.x, corner.y + static_cast<std::int32_t>(y), corner.z},
+        distances_along_z(e, work, {corner.x, corner.y + static_cast<std::int32_t>(y), corner.z},
                           work.closeness.data() + (y + kMoreOffsets) * e.length);
   }
   Surroundings found;

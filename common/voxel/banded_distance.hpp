@@ -42,7 +42,7 @@ struct OrderSteps {
   std::vector<std::int8_t> order;
 };
 
-inline constexpr std::size_t kMostBricksAlongX = 4;
+inline constexpr std::size_t kMostBricksAlongX = 8;
 
 /// A block of nx × ny × nz bricks; nx ≤ kMostBricksAlongX.
 struct BrickBlock {
@@ -99,9 +99,10 @@ class BandedDistance {
   const OrderSteps& steps() const { return steps_; }
   LineVector<std::uint16_t> k_squares;  // k² for 0 ≤ k ≤ B, a vector each
   LineVector<std::uint16_t> changes;  // order[0], then above[i], order[i + 1] − order[i], …, a vector each
-  LineVector<std::uint8_t> closeness;  // [z][y][x]: B + 1 − distance along z, 0 for "farther than B"
-  std::vector<SolidSpan> solid_in;     // [y]: what the row holds, along x; if nothing, its closeness is 0
-  BrickBlock last;                     // block that closeness is of; nx == 0: of none
+  LineVector<std::uint8_t> closeness;     // [z][y][x]: B + 1 − distance along z, 0 for "farther than B"
+  std::vector<std::uint64_t> solid_bits;  // [z]: 64 voxels of a row, in each slice of the surroundings
+  std::vector<SolidSpan> solid_in;        // [y]: what the row holds, along x; if nothing, its closeness is 0
+  BrickBlock last;                        // block that closeness is of; nx == 0: of none
   LineVector<std::uint16_t>
       squares;  // [y][x] of one z: squared distance along z, some rows more before and behind
   LineVector<std::uint16_t>

@@ -77,20 +77,13 @@ Offsets offsets_from(const SolidSpan& span, int from, int to, int reach) {
 /// Squared distance that stands for "farther than the reach".
 std::uint16_t far_of(std::size_t reach) { return static_cast<std::uint16_t>((reach + 1) * (reach + 1)); }
 
-/// Words of 32 voxels along x side by side, one a slice.
-struct Columns {
-  const std::uint32_t* words[2];  // the second: of the next 32 voxels
-};
-
-/// The voxels of a vector that are solid in a slice; `x`: where it begins in its column.
-HWY_INLINE hn::Mask<decltype(kBytes)> solid_at(const Columns& columns, std::size_t slice, std::size_t x) {
+/// The voxels of a vector that are solid, by 64 bits of which it takes those from x on.
+HWY_INLINE hn::Mask<decltype(kBytes)> solid_at(const std::uint64_t* bits, std::size_t x) {
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(bits) + x / 8;
 #if HWY_TARGET == HWY_SCALAR
-  return hn::Ne(hn::Set(kBytes, static_cast<std::uint8_t>(columns.words[0][slice] >> x & 1)),
-                hn::Zero(kBytes));
+  return hn::Ne(hn::Set(kBytes, static_cast<std::uint8_t>(*bytes >> (x % 8) & 1)), hn::Zero(kBytes));
 #else
-  const std::uint64_t bits = columns.words[0][slice] >> x |
-                             (hn::Lanes(kBytes) > 32 ? std::uint64_t{columns.words[1][slice]} << 32 : 0);
-  return hn::LoadMaskBits(kBytes, reinterpret_cast<const std::uint8_t*>(&bits));
+  return hn::LoadMaskBits(kBytes, bytes);
 #endif
 }
 
@@ -99,63 +92,67 @@ struct Slices {
   std::size_t first, last;
 };
 
-/// Distance along z of kVectors vectors of lines side by side (for the processor to work on at once), for all
-/// slices. `columns`: of each vector, which begins at x in it.
-template <std::size_t kVectors>
-HWY_INLINE void distances_along_lines(const Extent& e, Slices slices, const Columns* columns, std::size_t x,
-                                      std::uint8_t* out) {
-  const std::size_t stride = e.slice, begin = e.reach, end = e.reach + e.nz, lanes = hn::Lanes(kBytes);
-  const auto one = hn::Set(kBytes, std::uint8_t{1}),
-             top = hn::Set(kBytes, static_cast<std::uint8_t>(e.reach + 1));
-  hn::Vec<decltype(kBytes)> close[kVectors];
-  const auto step = [&](std::size_t slice) HWY_ATTR {
-    const bool there = slice >= slices.first && slice < slices.last;
-    for (std::size_t i = 0; i < kVectors; ++i) {
-      close[i] = hn::SaturatedSub(close[i], one);
-      if (there)
-        close[i] = hn::Max(close[i], hn::IfThenElseZero(solid_at(columns[i], slice - slices.first, x), top));
-    }
-  };
-  for (auto& vector : close) vector = hn::Zero(kBytes);
-  for (std::size_t slice = slices.first; slice < begin; ++slice) step(slice);
-  std::uint8_t* to = out;
-  for (std::size_t slice = begin; slice < end; ++slice, to += stride) {
-    step(slice);
-    for (std::size_t i = 0; i < kVectors; ++i) hn::StoreU(close[i], kBytes, to + i * lanes);
-  }
-  for (auto& vector : close) vector = hn::Zero(kBytes);
-  for (std::size_t slice = slices.last; slice-- > end;) step(slice);
-  for (std::size_t slice = end; slice-- > begin;) {
-    to -= stride;
-    step(slice);
-    for (std::size_t i = 0; i < kVectors; ++i)
-      hn::StoreU(hn::Max(close[i], hn::LoadU(kBytes, to + i * lanes)), kBytes, to + i * lanes);
+/// Bits of 64 voxels side by side, one word a slice, from words of 32 voxels. Writes up to a vector more than
+/// asked.
+void join_words(const std::uint32_t* low, const std::uint32_t* high, std::size_t count, std::uint64_t* bits) {
+  constexpr hn::ScalableTag<std::uint64_t> kWords;
+  constexpr hn::Rebind<std::uint32_t, decltype(kWords)> kHalves;
+  static_assert(hn::MaxLanes(kWords) <= SolidRows::kReadBeyond);
+  for (std::size_t i = 0; i < count; i += hn::Lanes(kWords)) {
+    const auto here = hn::PromoteTo(kWords, hn::LoadU(kHalves, low + i)),
+               behind = hn::PromoteTo(kWords, hn::LoadU(kHalves, high + i));
+    hn::StoreU(hn::Or(here, hn::ShiftLeft<32>(behind)), kWords, bits + i);
   }
 }
 
-/// The same of 64 voxels along x.
-void distances_of_64(const Extent& e, Slices slices, const Columns& columns, std::uint8_t* out) {
-  const std::size_t lanes = hn::Lanes(kBytes);
-  if (lanes == kPad) return distances_along_lines<1>(e, slices, &columns, 0, out);
-  for (std::size_t word = 0; word < 2; ++word) {
-    const Columns half[2] = {{{columns.words[word], nullptr}}, {{columns.words[word], nullptr}}};
-    for (std::size_t x = 0; x < 32; x += lanes)
-      distances_along_lines<1>(e, slices, half, x, out + 32 * word + x);
+/// Distance along z of a vector of lines that begins at x of `bits` (a word for each of the surroundings'
+/// slices), for all slices of the block.
+HWY_INLINE void distances_along_lines(const Extent& e, Slices slices, const std::uint64_t* bits,
+                                      std::size_t x, std::uint8_t* out) {
+  const std::size_t begin = e.reach, end = e.reach + e.nz;
+  const auto one = hn::Set(kBytes, std::uint8_t{1}),
+             top = hn::Set(kBytes, static_cast<std::uint8_t>(e.reach + 1));
+  auto close = hn::Zero(kBytes);
+  const auto step = [&](std::size_t slice) HWY_ATTR {
+    close = hn::IfThenElse(solid_at(bits + slice, x), top, hn::SaturatedSub(close, one));
+  };
+  for (std::size_t slice = slices.first; slice < begin; ++slice) step(slice);
+  std::uint8_t* to = out + x;
+  for (std::size_t slice = begin; slice < end; ++slice, to += e.slice) {
+    step(slice);
+    hn::StoreU(close, kBytes, to);
+  }
+  close = hn::Zero(kBytes);
+  for (std::size_t slice = slices.last; slice-- > end;) step(slice);
+  for (std::size_t slice = end; slice-- > begin;) {
+    to -= e.slice;
+    step(slice);
+    hn::StoreU(hn::Max(close, hn::LoadU(kBytes, to)), kBytes, to);
   }
 }
 
 /// Distance along z of one row, for all slices of the block; says where along x something solid may be.
-SolidSpan distances_along_z(const Extent& e, const SolidRows& solid, Index3 first, std::uint8_t* out) {
+constexpr std::int32_t kRowsAhead = 3;
+SolidSpan distances_along_z(const Extent& e, BandedDistance& work, Index3 first, std::uint8_t* out) {
+  const SolidRows& solid = work.solid();
   const std::int32_t to_z = first.z + static_cast<std::int32_t>(e.nz + 2 * e.reach);
   const SolidRows::Lines lines = solid.lines(first.y, first.z, to_z);
+  const SolidRows::Lines later = solid.lines(first.y + kRowsAhead, first.z, to_z);
   const Slices slices{static_cast<std::size_t>(lines.first - first.z),
                       static_cast<std::size_t>(lines.last - first.z)};
+  const std::size_t end = e.nz + 2 * e.reach;
+  work.solid_bits.assign(end + kPad, 0);
+  std::uint64_t* const bits = work.solid_bits.data();
   SolidSpan span;
   const auto clear = [&](std::size_t x) {
     for (std::size_t slice = 0; slice < e.nz; ++slice) std::memset(out + slice * e.slice + x, 0, kPad);
   };
   for (std::size_t part = 0; part < e.length; part += kPad) {
     const std::int32_t column = (first.x + static_cast<std::int32_t>(part)) / kBrickEdge;
+    if (later.layers != 0) {
+      solid.prefetch(later, column);
+      solid.prefetch(later, column + 1);
+    }
     const std::uint64_t any = lines.layers == 0 ? 0
                                                 : solid.united(lines, column) |
                                                       std::uint64_t{solid.united(lines, column + 1)} << 32;
@@ -165,7 +162,11 @@ SolidSpan distances_along_z(const Extent& e, const SolidRows& solid, Index3 firs
     }
     const int x = static_cast<int>(part);
     span.add({x + std::countr_zero(any), x + 63 - std::countl_zero(any)});
-    distances_of_64(e, slices, {{solid.words(lines, column), solid.words(lines, column + 1)}}, out + part);
+    join_words(solid.words(lines, column), solid.words(lines, column + 1), slices.last - slices.first,
+               bits + slices.first);
+    std::fill(bits + slices.last, bits + end, 0);
+    for (std::size_t i = 0; i < kPad; i += hn::Lanes(kBytes))
+      distances_along_lines(e, slices, bits, i, out + part);
   }
   return span;
 }

@@ -49,8 +49,8 @@ SolidRows::SolidRows(const SolidVoxels& solid, int threads)
       cells_(cells_over(solid.box)),
       column_words_(static_cast<std::size_t>(box_.size[1]) * static_cast<std::size_t>(box_.size[2])),
       column_united_(static_cast<std::size_t>(box_.size[1]) * static_cast<std::size_t>(cells_.size[2])),
-      free_(static_cast<std::size_t>(box_.size[2]), 0) {
-  words_.resize(static_cast<std::size_t>(cells_.size[0]) * column_words_);
+      free_(static_cast<std::size_t>(box_.size[2]) + kReadBeyond, 0) {
+  words_.resize(static_cast<std::size_t>(cells_.size[0]) * column_words_ + kReadBeyond);
   united_.resize(static_cast<std::size_t>(cells_.size[0]) * column_united_);
   core::parallel_for(threads, static_cast<std::size_t>(cells_.size[2]),
                      [&](std::size_t layer, std::size_t) { take_layer(static_cast<std::int32_t>(layer)); });
