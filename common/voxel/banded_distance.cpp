@@ -163,16 +163,20 @@ std::size_t take_over(const Extent& e, const BrickBlock& block, BandedDistance& 
   return 2 * e.reach;
 }
 
-/// Looks at all rows of the surroundings.
-Surroundings load(const Extent& e, const BrickBlock& block, BandedDistance& work) {
+/// Looks at all rows of the surroundings that are new; `notes` is told what distances along z they have.
+template <class Notes>
+Surroundings load(const Extent& e, const BrickBlock& block, BandedDistance& work, Notes notes) {
   const auto reach = static_cast<std::int32_t>(e.reach);
   const Index3 corner{block.min.x - static_cast<std::int32_t>(e.halo), block.min.y - reach,
                       block.min.z - reach};
   work.solid_in.resize(e.rows);
-  for (std::size_t y = take_over(e, block, work); y < e.rows; ++y) {
-    work.solid_in[y] =
-        distances_along_z(e, work, {corner.x, corner.y + static_cast<std::int32_t>(y), corner.z},
-                          work.closeness.data() + (y + kMoreOffsets) * e.length);
+  const std::size_t known = take_over(e, block, work);
+  notes.keep(known);
+  for (std::size_t y = known; y < e.rows; ++y) {
+    work.solid_in[y] = distances_along_z(
+        e, work, {corner.x, corner.y + static_cast<std::int32_t>(y), corner.z},
+        work.closeness.data() + (y + kMoreOffsets) * e.length,
+        [&](std::size_t x, std::size_t z, auto close) HWY_ATTR { notes.add(x, y, z, close); });
   }
   Surroundings found;
   for (std::size_t y = 0; y < e.rows; ++y) {
@@ -182,6 +186,12 @@ Surroundings load(const Extent& e, const BrickBlock& block, BandedDistance& work
   }
   return found;
 }
+
+/// For those who look at the rows themselves.
+struct NoNotes {
+  void keep(std::size_t) {}
+  void add(std::size_t, std::size_t, std::size_t, hn::Vec<decltype(kBytes)>) {}
+};
 
 /// One slice from distances along z to squares; false if nothing of it is in the band.
 bool load_slice(const Extent& e, BandedDistance& work, std::size_t z) {
@@ -221,7 +231,7 @@ void run_block_in_bytes(const Extent& e, const BrickBlock& block, BandedDistance
   }
   work.rank_lines.assign(kRowsAtOnce * rank_stride(e), work.ranks.far);
   work.in_band.assign(4 + e.length / kPad, 0);
-  const Surroundings around = load(e, block, work);
+  const Surroundings around = load(e, block, work, RowNotes(e, work));
   for (std::size_t z = 0; z < e.nz; ++z) {
     if (z % kBrickEdge == 0) find_wanted(e, block, z / kBrickEdge, work);
     const bool in_band = !around.along_y.empty() && look_at_columns(e, work, z);
@@ -244,7 +254,7 @@ void run_block(const BrickBlock& block, BandedDistance& work) {
   work.line.assign(kPad + e.length + kPad, far);
   work.least_in_slice.resize(e.length);
   const auto beyond = static_cast<std::uint8_t>(work.steps().order.back());
-  const Surroundings around = load(e, block, work);
+  const Surroundings around = load(e, block, work, NoNotes());
   for (std::size_t z = 0; z < e.nz; ++z) {
     if (z % kBrickEdge == 0) find_wanted(e, block, z / kBrickEdge, work);
     const bool in_band = !around.along_y.empty() && load_slice(e, work, z);

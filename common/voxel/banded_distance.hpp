@@ -63,12 +63,16 @@ struct SolidSpan {
   }
 };
 
+/// A bit for each row of the surroundings in which a vector of columns of a slice has any closeness; a word
+/// more before and behind.
+using RowBits = std::array<std::uint64_t, 6>;
+
 /// What a vector of columns of a slice knows of its rows.
 struct RowsOfColumns {
-  bool wanted = false;                  ///< whether anybody asks
-  std::uint8_t most = 0;                ///< the greatest closeness
-  SolidSpan span;                       ///< rows with any closeness
-  std::array<std::uint64_t, 6> bits{};  ///< a bit for each of them; two words more before and behind
+  bool wanted = false;    ///< whether anybody asks
+  std::uint8_t most = 0;  ///< the greatest closeness
+  SolidSpan span;         ///< rows with any closeness
+  const RowBits* bits = nullptr;
 };
 
 /// Work space of one thread.
@@ -116,6 +120,9 @@ class BandedDistance {
   std::vector<std::uint64_t>
       in_band;  // [x]: a bit where the rank in one of the lines is not far, a word more before and behind
   std::vector<RowsOfColumns> columns;  // per vector along x, of one slice
+  std::vector<RowBits> row_bits;       // [z][vector along x]
+  LineVector<std::uint8_t>
+      most_in_rows;  // [z][vector along x][some rows at a time][x]: the greatest closeness
 
  private:
   const SolidRows& solid_;

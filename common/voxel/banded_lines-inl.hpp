@@ -106,9 +106,10 @@ void join_words(const std::uint32_t* low, const std::uint32_t* high, std::size_t
 }
 
 /// Distance along z of a vector of lines that begins at x of `bits` (a word for each of the surroundings'
-/// slices), for all slices of the block.
+/// slices), for all slices of the block; note(slice, distances) is told each.
+template <class Note>
 HWY_INLINE void distances_along_lines(const Extent& e, Slices slices, const std::uint64_t* bits,
-                                      std::size_t x, std::uint8_t* out) {
+                                      std::size_t x, std::uint8_t* out, const Note& note) {
   const std::size_t begin = e.reach, end = e.reach + e.nz;
   const auto one = hn::Set(kBytes, std::uint8_t{1}),
              top = hn::Set(kBytes, static_cast<std::uint8_t>(e.reach + 1));
@@ -127,13 +128,18 @@ HWY_INLINE void distances_along_lines(const Extent& e, Slices slices, const std:
   for (std::size_t slice = end; slice-- > begin;) {
     to -= e.slice;
     step(slice);
-    hn::StoreU(hn::Max(close, hn::LoadU(kBytes, to)), kBytes, to);
+    const auto nearer = hn::Max(close, hn::LoadU(kBytes, to));
+    hn::StoreU(nearer, kBytes, to);
+    note(slice - begin, nearer);
   }
 }
 
 /// Distance along z of one row, for all slices of the block; says where along x something solid may be.
+/// note(x, slice, distances) is told each vector with something solid in reach.
 constexpr std::int32_t kRowsAhead = 3;
-SolidSpan distances_along_z(const Extent& e, BandedDistance& work, Index3 first, std::uint8_t* out) {
+template <class Note>
+SolidSpan distances_along_z(const Extent& e, BandedDistance& work, Index3 first, std::uint8_t* out,
+                            const Note& note) {
   const SolidRows& solid = work.solid();
   const std::int32_t to_z = first.z + static_cast<std::int32_t>(e.nz + 2 * e.reach);
   const SolidRows::Lines lines = solid.lines(first.y, first.z, to_z);
@@ -166,7 +172,8 @@ SolidSpan distances_along_z(const Extent& e, BandedDistance& work, Index3 first,
                bits + slices.first);
     std::fill(bits + slices.last, bits + end, 0);
     for (std::size_t i = 0; i < kPad; i += hn::Lanes(kBytes))
-      distances_along_lines(e, slices, bits, i, out + part);
+      distances_along_lines(e, slices, bits, i, out + part,
+                            [&](std::size_t slice, auto close) HWY_ATTR { note(part + i, slice, close); });
   }
   return span;
 }

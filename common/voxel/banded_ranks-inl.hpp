@@ -98,7 +98,7 @@ bool ranks_along_y(const Extent& e, BandedDistance& work, std::size_t y, std::si
   for (std::size_t x = 0, i = 0; x < e.used; x += kPad, ++i) {
     const RowsOfColumns& columns = work.columns[i];
     if (!columns.wanted) continue;
-    const int nearest = nearest_bit(columns.bits.data() + 1, y + e.reach, kRowsAtOnce);
+    const int nearest = nearest_bit(columns.bits->data() + 1, y + e.reach, kRowsAtOnce);
     const Offsets offsets{std::max(1, nearest),
                           std::min<int>(ranks.reach_of_closeness[columns.most],
                                         std::max(last - columns.span.first, columns.span.last - at))};
@@ -200,26 +200,71 @@ void rows_of_slice(const Extent& e, const BrickBlock& block, std::size_t y, std:
   }
 }
 
+constexpr std::size_t kRowsNoted = 16;  // rows whose greatest closeness is known together
+static_assert(kBrickEdge % kRowsNoted == 0);
+
+/// Notes rows of distances along z as they come.
+class RowNotes {
+ public:
+  RowNotes(const Extent& e, BandedDistance& work)
+      : vectors_(e.length / kPad), parts_((e.rows + kRowsNoted - 1) / kRowsNoted), ny_(e.ny), work_(work) {
+    work.row_bits.resize(e.nz * vectors_);
+    work.most_in_rows.resize(e.nz * vectors_ * parts_ * kPad);
+  }
+
+  /// The first `known` rows are those that followed after the first block's rows last time.
+  void keep(std::size_t known) {
+    const std::size_t count = work_.row_bits.size(), gone = ny_ / kRowsNoted;
+    if (known == 0) {
+      work_.row_bits.assign(count, RowBits{});
+      std::fill(work_.most_in_rows.begin(), work_.most_in_rows.end(), 0);
+      return;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      RowBits& bits = work_.row_bits[i];
+      for (std::size_t word = 1; word + 1 < bits.size(); ++word)
+        bits[word] = bits_from(bits.data() + word, static_cast<std::ptrdiff_t>(ny_));
+      std::uint8_t* const most = work_.most_in_rows.data() + i * parts_ * kPad;
+      std::memmove(most, most + gone * kPad, (parts_ - gone) * kPad);
+      std::memset(most + (parts_ - gone) * kPad, 0, gone * kPad);
+    }
+  }
+  HWY_INLINE void add(std::size_t x, std::size_t y, std::size_t z, Bytes close) {
+    const std::size_t at = z * vectors_ + x / kPad;
+    const auto any = static_cast<std::uint64_t>(_mm512_test_epi8_mask(close.raw, close.raw) != 0);
+    work_.row_bits[at][1 + y / 64] |= any << (y % 64);
+    std::uint8_t* const most = work_.most_in_rows.data() + (at * parts_ + y / kRowsNoted) * kPad;
+    hn::Store(hn::Max(hn::Load(kBytes, most), close), kBytes, most);
+  }
+
+ private:
+  std::size_t vectors_, parts_, ny_;
+  BandedDistance& work_;
+};
+
 /// Looks at the columns of a slice; false if they are all out of the band.
 bool look_at_columns(const Extent& e, BandedDistance& work, std::size_t z) {
   bool any = false;
-  const auto zero = hn::Zero(kBytes), all_ones = hn::Set(kBytes, std::uint8_t{255});
+  const std::size_t parts = (e.rows + kRowsNoted - 1) / kRowsNoted;
   for (std::size_t x = 0, i = 0; x < e.used; x += kPad, ++i) {
     RowsOfColumns& columns = work.columns[i];
     if (!columns.wanted) continue;
+    const std::size_t at = z * (e.length / kPad) + i;
+    columns.bits = &work.row_bits[at];
     columns.span = {};
-    columns.bits = {};
-    const std::uint8_t* closeness = work.closeness.data() + z * e.slice + kMoreOffsets * e.length + x;
-    auto most = zero;
-    for (std::size_t y = 0; y < e.rows; ++y, closeness += e.length) {
-      const auto row = hn::LoadU(kBytes, closeness);
-      most = hn::Max(most, row);
-      if (hn::AllTrue(kBytes, hn::Eq(row, zero))) continue;
-      columns.span.add({static_cast<int>(y), static_cast<int>(y)});
-      columns.bits[1 + y / 64] |= std::uint64_t{1} << (y % 64);
+    for (std::size_t word = 1; word + 1 < columns.bits->size(); ++word) {
+      const std::uint64_t bits = (*columns.bits)[word];
+      if (bits == 0) continue;
+      const int first = static_cast<int>(word - 1) * 64;
+      columns.span.add({first + std::countr_zero(bits), first + 63 - std::countl_zero(bits)});
     }
-    columns.most = static_cast<std::uint8_t>(255 - least_of(hn::Xor(most, all_ones)));
-    any = any || !columns.span.empty();
+    if (columns.span.empty()) continue;
+    const std::uint8_t* part = work.most_in_rows.data() + at * parts * kPad;
+    auto most = hn::Load(kBytes, part);
+    for (std::size_t k = 1; k < parts; ++k) most = hn::Max(most, hn::Load(kBytes, part + k * kPad));
+    columns.most =
+        static_cast<std::uint8_t>(255 - least_of(hn::Xor(most, hn::Set(kBytes, std::uint8_t{255}))));
+    any = true;
   }
   return any;
 }

@@ -69,7 +69,8 @@ class SolidRows {
                ? free_.data()
                : words_.data() + static_cast<std::size_t>(column) * column_words_ + lines.place;
   }
-  /// Asks the memory for the same words. (Where it is not inlined, GCC takes it for a function without effect.)
+  /// Asks the memory for the same words. (Where it is not inlined, GCC takes it for a function without
+  /// effect.)
   HWY_INLINE void prefetch(const Lines& lines, std::int32_t x) const noexcept {
     const std::uint32_t* const from = words(lines, x);
     for (std::int32_t i = 0; i < lines.last - lines.first; i += 16) hwy::Prefetch(from + i);
