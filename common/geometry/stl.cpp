@@ -8,6 +8,7 @@ namespace phantom::geometry {
 namespace {
 
 constexpr std::size_t kCountAt = 80, kTriangleBytes = 50, kNormalBytes = 12, kCornerBytes = 12;
+constexpr std::uint32_t kAhead = 8;  // triangles
 
 }  // namespace
 
@@ -25,9 +26,13 @@ StlMesh read_binary_stl(std::span<const std::uint8_t> bytes) {
   detail::JoinedCorners corners(mesh);
   corners.expect(count);
   const std::uint8_t* at = bytes.data() + kStlHeadBytes + kNormalBytes;
+  std::array<Eigen::Vector3f, 3> positions;
+  static_assert(sizeof positions == 3 * kCornerBytes);
   for (std::uint32_t i = 0; i < count; ++i, at += kTriangleBytes) {
-    std::array<Eigen::Vector3f, 3> positions;
-    static_assert(sizeof positions == 3 * kCornerBytes);
+    if (i + kAhead < count) {
+      std::memcpy(static_cast<void*>(positions.data()), at + kAhead * kTriangleBytes, sizeof positions);
+      for (const auto& position : positions) corners.prefetch(position);
+    }
     std::memcpy(static_cast<void*>(positions.data()), at, sizeof positions);
     corners.triangle(
         {corners.vertex(positions[0]), corners.vertex(positions[1]), corners.vertex(positions[2])});
