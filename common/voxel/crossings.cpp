@@ -122,12 +122,20 @@ Event event_of(const Crossing& c) { return (std::int64_t{c.at} << 2) + (c.step +
 std::int32_t at_of(Event e) { return static_cast<std::int32_t>(e >> 2); }
 std::int32_t step_of(Event e) { return static_cast<std::int32_t>(e & 3) - 1; }
 
-/// Calls visit(line, events sorted by voxel) for each line that is crossed.
+/// Calls visit(line, events sorted by voxel) for each line that is crossed. `over`: the triangles that may;
+/// null: all.
 template <class Visit>
-void for_each_line(const SnappedMesh& mesh, const Axes& axes, const Lines& lines, const Visit& visit) {
+void for_each_line(const SnappedMesh& mesh, const std::vector<std::uint32_t>* over, const Axes& axes,
+                   const Lines& lines, const Visit& visit) {
   std::vector<Crossing> crossings;
-  for (const Corners& t : mesh.triangles)
+  const auto cross = [&](const Corners& t) {
     cross_triangle(mesh.points[t[0]], &mesh.points[t[1]], &mesh.points[t[2]], axes, lines, crossings);
+  };
+  if (over != nullptr) {
+    for (const std::uint32_t i : *over) cross(mesh.triangles[i]);
+  } else {
+    for (const Corners& t : mesh.triangles) cross(t);
+  }
   const std::size_t count =
       static_cast<std::size_t>(lines.size_u) * static_cast<std::size_t>(lines.v.last - lines.v.first);
   std::vector<std::uint32_t> start(count + 1, 0);
@@ -194,10 +202,11 @@ void accumulate(int axis, BitVolume& volume) {
 
 }  // namespace
 
-LineSigns fill_inside(const SnappedMesh& mesh, Slab z, BitVolume& inside) {
+LineSigns fill_inside(const SnappedMesh& mesh, const std::vector<std::uint32_t>* over, Slab z,
+                      BitVolume& inside) {
   const Lines lines{inside.size()[0], inside.size()[1], z};
   LineSigns all;
-  for_each_line(mesh, {0, 1, 2}, lines, [&](std::size_t line, std::span<const Event> events) {
+  for_each_line(mesh, over, {0, 1, 2}, lines, [&](std::size_t line, std::span<const Event> events) {
     const auto index = static_cast<std::int32_t>(line);
     std::uint64_t* row = inside.row(index % lines.size_u, z.first + index / lines.size_u);
     const LineSigns signs = for_each_run(
@@ -212,7 +221,7 @@ void fill_inside_along(int axis, const SnappedMesh& mesh, BitVolume& inside, Bit
   const auto a = static_cast<std::size_t>(axis), u = (a + 1) % 3, v = (a + 2) % 3;
   const auto& size = inside.size();
   const Lines lines{size[a], size[u], {0, size[v]}};
-  for_each_line(mesh, {a, u, v}, lines, [&](std::size_t line, std::span<const Event> events) {
+  for_each_line(mesh, nullptr, {a, u, v}, lines, [&](std::size_t line, std::span<const Event> events) {
     std::int32_t voxel[3] = {};
     voxel[u] = static_cast<std::int32_t>(line) % lines.size_u;
     voxel[v] = static_cast<std::int32_t>(line) / lines.size_u;

@@ -32,15 +32,19 @@ class SmallTriangles {
   static std::size_t at_once() { return hn::Lanes(kInts); }  ///< at most kMost
 
   /// Marks the voxels of those of at_once() triangles that are small. Calls other(triangle) for those that
-  /// are not, or reach beyond the slab or the volume.
+  /// are not, or reach beyond the slab or the volume. Writes into `over`, which has room for all, the numbers
+  /// of those of the first `valid` that reach over centres of the slab along y and z; returns how many.
+  /// `number`: of the first triangle.
   template <class Other>
-  void mark(const Corners* triangles, const Other& other) {
+  std::size_t mark(const Corners* triangles, std::uint32_t number, std::size_t valid, std::uint32_t* over,
+                   const Other& other) {
     for (std::size_t lane = 0; lane < at_once(); ++lane) {
       for (std::size_t corner = 0; corner < 3; ++corner) {
         const SnappedPoint& point = points_[triangles[lane][corner]];
         for (std::size_t axis = 0; axis < 3; ++axis) at_[corner][axis][lane] = point[axis];
       }
     }
+    const std::size_t reached = put_those_over_centres(number, valid, over);
     const Ints spanned = spanned_voxels();
     ask_for_rows();
     if (!hn::AllFalse(kInts, hn::Ne(spanned, hn::Zero(kInts)))) {
@@ -51,6 +55,7 @@ class SmallTriangles {
       if (kind_[lane] == kSmall) put(lane);
       if (kind_[lane] == kOther) other(triangles[lane]);
     }
+    return reached;
   }
 
  private:
@@ -58,6 +63,25 @@ class SmallTriangles {
   static constexpr hn::ScalableTag<double> kDoubles{};
   using Ints = hn::Vec<hn::ScalableTag<std::int32_t>>;
   static constexpr std::int32_t kOther = 0, kSmall = 1, kOutside = 2;
+
+  HWY_INLINE std::size_t put_those_over_centres(std::uint32_t number, std::size_t valid,
+                                                std::uint32_t* over) const {
+    constexpr std::int32_t kHalf = static_cast<std::int32_t>(kSub / 2);
+    const std::int32_t least[3] = {0, 0, slab_.first}, most[3] = {0, boundary_.size()[1] - 1, slab_.last - 1};
+    auto reaches = hn::FirstN(kInts, valid);
+    for (std::size_t axis = 1; axis < 3; ++axis) {
+      const auto a = hn::Load(kInts, at_[0][axis]), b = hn::Load(kInts, at_[1][axis]),
+                 c = hn::Load(kInts, at_[2][axis]);
+      const auto low = hn::Add(hn::Min(a, hn::Min(b, c)), hn::Set(kInts, kHalf - 1)),
+                 high = hn::Sub(hn::Max(a, hn::Max(b, c)), hn::Set(kInts, kHalf));
+      const auto first = hn::Max(hn::ShiftRight<kSubBits>(low), hn::Set(kInts, least[axis])),
+                 last = hn::Min(hn::ShiftRight<kSubBits>(high), hn::Set(kInts, most[axis]));
+      reaches = hn::And(reaches, hn::Not(hn::Gt(first, last)));
+    }
+    const hn::RebindToUnsigned<decltype(kInts)> numbers;
+    hn::StoreU(hn::Compress(hn::Iota(numbers, number), hn::RebindMask(numbers, reaches)), numbers, over);
+    return hn::CountTrue(kInts, reaches);
+  }
 
   /// Eight bits each, 4 z + 2 y + x: voxels of the box around the triangle; 0 if it is not small. Moves the
   /// corners to where the box begins.

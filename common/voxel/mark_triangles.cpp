@@ -311,19 +311,26 @@ void mark(const std::array<SnappedPoint, 3>& t, Slab slab, BitVolume& boundary) 
   }
 }
 
-void MarkAll(const SnappedMesh& mesh, Slab z, BitVolume& boundary) {
+void MarkAll(const SnappedMesh& mesh, Slab z, BitVolume& boundary, std::vector<std::uint32_t>& over) {
   const auto mark_one = [&](const Corners& corners) {
     mark({mesh.points[corners[0]], mesh.points[corners[1]], mesh.points[corners[2]]}, z, boundary);
   };
   SmallTriangles small(mesh, z, boundary);
-  const std::size_t step = SmallTriangles::at_once();
+  const std::size_t step = SmallTriangles::at_once(), count = mesh.triangles.size();
+  std::size_t found = 0;
+  const auto mark_some = [&](const Corners* triangles, std::size_t first, std::size_t valid) {
+    if (over.size() < found + step) over.resize(2 * found + 64 * step);
+    found += small.mark(triangles, static_cast<std::uint32_t>(first), valid, over.data() + found, mark_one);
+  };
   std::size_t i = 0;
-  for (; i + step <= mesh.triangles.size(); i += step) small.mark(&mesh.triangles[i], mark_one);
-  if (i == mesh.triangles.size()) return;
-  Corners rest[SmallTriangles::kMost];
-  for (std::size_t lane = 0; lane < step; ++lane)
-    rest[lane] = mesh.triangles[std::min(i + lane, mesh.triangles.size() - 1)];
-  small.mark(rest, mark_one);
+  for (; i + step <= count; i += step) mark_some(&mesh.triangles[i], i, step);
+  if (i < count) {
+    Corners rest[SmallTriangles::kMost];
+    for (std::size_t lane = 0; lane < step; ++lane)
+      rest[lane] = mesh.triangles[std::min(i + lane, count - 1)];
+    mark_some(rest, i, count - i);
+  }
+  over.resize(found);
 }
 
 }  // namespace phantom::voxel::detail::HWY_NAMESPACE
@@ -334,8 +341,8 @@ namespace phantom::voxel::detail {
 
 HWY_EXPORT(MarkAll);
 
-void mark_triangles(const SnappedMesh& mesh, Slab z, BitVolume& boundary) {
-  HWY_DYNAMIC_DISPATCH(MarkAll)(mesh, z, boundary);
+void mark_triangles(const SnappedMesh& mesh, Slab z, BitVolume& boundary, std::vector<std::uint32_t>& over) {
+  HWY_DYNAMIC_DISPATCH(MarkAll)(mesh, z, boundary, over);
 }
 
 }  // namespace phantom::voxel::detail

@@ -2,6 +2,7 @@
 
 // Private to this library: the integer geometry that voxelisation decides on.
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -16,13 +17,24 @@ inline constexpr std::int64_t kSub = 1 << kSubBits;  // one voxel
 inline constexpr std::int64_t kReach =
     1LL << (14 + kSubBits);  // farthest coordinate: products of differences fit 63 bits
 
-using SnappedPoint = std::array<std::int32_t, 3>;  // in 1/kSub voxel from the box's corner
-using Corners = std::array<std::uint32_t, 3>;      // indices of points
+/// In 1/kSub voxel from the box's corner; the fourth is 0, so that a point fills a vector.
+struct alignas(16) SnappedPoint : std::array<std::int32_t, 4> {};
+using Corners = std::array<std::uint32_t, 3>;  // indices of points
 
 struct SnappedMesh {
   std::vector<SnappedPoint> points;
   std::span<const Corners> triangles;
 };
+
+/// How vertices become points; the fourth of each serves the fourth of a point.
+struct Lattice {
+  alignas(32) double origin_m[4], voxel_m[4];  ///< of the grid
+  alignas(32) double corner[4];                ///< of the box, in voxels
+  alignas(32) double scale[4];                 ///< kSub
+};
+/// Rounds vertices, which are finite, to points; false if one is farther away than kReach.
+bool snap(std::span<const Eigen::Vector3f> vertices_m, const Lattice& lattice, int threads,
+          std::vector<SnappedPoint>& points);
 
 /// Layers [first, last) of a volume.
 struct Slab {
@@ -31,8 +43,9 @@ struct Slab {
 
 /// Sets the bits of all voxels of the slab (along z) that a triangle passes through: triangle and voxel are
 /// closed sets, but the voxels that only touch the upper end of the triangle's box from above are those that
-/// floor() names.
-void mark_triangles(const SnappedMesh& mesh, Slab z, BitVolume& boundary);
+/// floor() names. Writes into `over` those triangles, by number, whose box reaches over voxels' centres of
+/// the slab both along y and along z: no others cross lines along x.
+void mark_triangles(const SnappedMesh& mesh, Slab z, BitVolume& boundary, std::vector<std::uint32_t>& over);
 
 /// How a mesh crosses the lines along one axis through the voxel centres.
 struct LineSigns {
@@ -40,8 +53,10 @@ struct LineSigns {
 };
 
 /// Winding number along x at every voxel centre of the slab (along z); sets `inside` where it is not 0. The
-/// mesh must be a closed, oriented surface: what enters leaves.
-LineSigns fill_inside(const SnappedMesh& mesh, Slab z, BitVolume& inside);
+/// mesh must be a closed, oriented surface: what enters leaves. `over`: the triangles that may cross lines of
+/// the slab; null: all.
+LineSigns fill_inside(const SnappedMesh& mesh, const std::vector<std::uint32_t>* over, Slab z,
+                      BitVolume& inside);
 
 /// The same along x, y or z for any mesh. A line whose crossings do not add up to 0 says nothing: it is set
 /// in `silent`, which has one bit per line: (y, z) for x, (x, z) for y, (x, y) for z, and its voxels stay 0.

@@ -25,7 +25,7 @@ using detail::Slab;
 using detail::SnappedMesh;
 using detail::SnappedPoint;
 
-/// Runs work(slab) on slabs of the layers [0, layers), one a thread.
+/// Runs work(slab, its number) on slabs of the layers [0, layers), one a thread.
 template <class Work>
 void in_slabs(std::int32_t layers, int threads, const Work& work) {
   const std::int32_t count = std::clamp<std::int32_t>(threads, 1, std::max(1, layers));
@@ -34,36 +34,20 @@ void in_slabs(std::int32_t layers, int threads, const Work& work) {
                 static_cast<std::int32_t>(std::int64_t{layers} * (i + 1) / count)};
   };
   std::vector<std::jthread> others;
-  for (std::int32_t i = 1; i < count; ++i) others.emplace_back([&, i] { work(slab(i)); });
-  work(slab(0));
+  for (std::int32_t i = 1; i < count; ++i)
+    others.emplace_back([&, i] { work(slab(i), static_cast<std::size_t>(i)); });
+  work(slab(0), 0);
 }
 
-/// Vertices in 1/kSub voxel from the box's corner; false if one is out of reach.
-bool snap(const geometry::TriangleMesh& mesh_W, const GridSpec& grid, const VoxelBox& box, int threads,
-          std::vector<SnappedPoint>& points) {
-  constexpr std::size_t kBatch = 1U << 15;
-  constexpr double kRounder = 0x1.8p52;  // adding it rounds to a whole number, ties to even
-  points.resize(mesh_W.vertices_m.size());
-  const double corner[3] = {static_cast<double>(box.min.x), static_cast<double>(box.min.y),
-                            static_cast<double>(box.min.z)};
-  std::atomic<bool> within = true;
-  core::parallel_for(threads, (points.size() + kBatch - 1) / kBatch, [&](std::size_t batch, std::size_t) {
-    double farthest = 0.0;
-    for (std::size_t i = batch * kBatch; i < std::min(points.size(), (batch + 1) * kBatch); ++i) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const auto a = static_cast<Eigen::Index>(axis);
-        const double p =
-            ((static_cast<double>(mesh_W.vertices_m[i][a]) - grid.origin_m[a]) / grid.voxel_size_m -
-             corner[axis]) *
-            static_cast<double>(kSub);
-        const double held = std::clamp(p, -2.0 * kReach, 2.0 * kReach);
-        farthest = std::max(farthest, std::abs(held));
-        points[i][axis] = static_cast<std::int32_t>((held + kRounder) - kRounder);
-      }
-    }
-    if (!(farthest < static_cast<double>(kReach))) within = false;
-  });
-  return within;
+detail::Lattice lattice_of(const GridSpec& grid, const VoxelBox& box) {
+  const auto sub = static_cast<double>(kSub);
+  const Eigen::Vector3d& o = grid.origin_m;
+  const double edge = grid.voxel_size_m;
+  return {
+      {o.x(), o.y(), o.z(), 0.0},
+      {edge, edge, edge, 1.0},
+      {static_cast<double>(box.min.x), static_cast<double>(box.min.y), static_cast<double>(box.min.z), 0.0},
+      {sub, sub, sub, 0.0}};
 }
 
 void clear(Slab z, BitVolume& volume) {
@@ -72,12 +56,15 @@ void clear(Slab z, BitVolume& volume) {
               layer * static_cast<std::size_t>(z.last - z.first), 0);
 }
 
+/// The triangles that may cross lines of each slab; none: not known.
+using OverSlabs = std::vector<std::vector<std::uint32_t>>;
+
 /// Writes all of `inside`.
-LineSigns fill_closed(const SnappedMesh& mesh, int threads, BitVolume& inside) {
+LineSigns fill_closed(const SnappedMesh& mesh, const OverSlabs& over, int threads, BitVolume& inside) {
   std::atomic<bool> positive = false, negative = false;
-  in_slabs(inside.size()[2], threads, [&](Slab z) {
+  in_slabs(inside.size()[2], threads, [&](Slab z, std::size_t number) {
     clear(z, inside);
-    const LineSigns signs = detail::fill_inside(mesh, z, inside);
+    const LineSigns signs = detail::fill_inside(mesh, over.empty() ? nullptr : &over[number], z, inside);
     if (signs.positive) positive = true;
     if (signs.negative) negative = true;
   });
@@ -217,15 +204,16 @@ void fill_mended(const geometry::TriangleMesh& mesh_W, const SnappedMesh& snappe
   const SnappedMesh mesh{snapped.points, mended.triangles};
   solid.report.closed = mended.closed;
   if (mended.closed) {
-    const LineSigns signs = fill_closed(mesh, threads, solid.inside);
+    const LineSigns signs = fill_closed(mesh, {}, threads, solid.inside);
     if (signs.positive && signs.negative && detail::turn_stray_shells(mesh_W, mended))
-      fill_closed({snapped.points, mended.triangles}, threads, solid.inside);
+      fill_closed({snapped.points, mended.triangles}, {}, threads, solid.inside);
   } else {
     const Votes votes = ask_all_axes(mesh, solid.box);
     const geometry::WindingTree tree({mesh_W.vertices_m, mended.triangles});
     std::atomic<std::size_t> disputed = 0;
     const Judge judge(tree, grid, solid.box);
-    in_slabs(solid.box.size[2], threads, [&](Slab z) { disputed += settle(votes, z, judge, solid); });
+    in_slabs(solid.box.size[2], threads,
+             [&](Slab z, std::size_t) { disputed += settle(votes, z, judge, solid); });
     solid.report.disputed_voxels = disputed;
   }
   solid.report.degenerate_triangles = mended.degenerate;
@@ -257,22 +245,23 @@ core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const
   solid.box = voxels_of(bounds, grid).intersection(clip);
   if (solid.box.empty()) return solid;
   SnappedMesh mesh{{}, mesh_W.triangles};
-  if (!snap(mesh_W, grid, solid.box, threads, mesh.points)) return too_far;
+  if (!detail::snap(mesh_W.vertices_m, lattice_of(grid, solid.box), threads, mesh.points)) return too_far;
 
   solid.boundary = BitVolume::unwritten(solid.box.size);
-  in_slabs(solid.box.size[2], threads, [&](Slab z) {
+  OverSlabs over(static_cast<std::size_t>(std::max(1, threads)));
+  in_slabs(solid.box.size[2], threads, [&](Slab z, std::size_t number) {
     clear(z, solid.boundary);
-    detail::mark_triangles(mesh, z, solid.boundary);
+    detail::mark_triangles(mesh, z, solid.boundary, over[number]);
   });
   solid.inside = BitVolume::unwritten(solid.box.size);
   bool mended = true;
   if (geometry::is_oriented_surface(mesh_W.triangles)) {
-    const LineSigns signs = fill_closed(mesh, threads, solid.inside);
+    const LineSigns signs = fill_closed(mesh, over, threads, solid.inside);
     mended = signs.positive && signs.negative;  // some shell may face the wrong way
   }
   if (mended) fill_mended(mesh_W, mesh, grid, threads, solid);
   solid.interior = BitVolume::unwritten(solid.box.size);
-  in_slabs(solid.box.size[2], threads, [&](Slab z) {
+  in_slabs(solid.box.size[2], threads, [&](Slab z, std::size_t) {
     const std::size_t layer = solid.inside.words_per_row() * static_cast<std::size_t>(solid.box.size[1]);
     for (std::size_t i = layer * static_cast<std::size_t>(z.first);
          i < layer * static_cast<std::size_t>(z.last); ++i)
