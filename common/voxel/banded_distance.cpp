@@ -229,7 +229,7 @@ void run_block_in_bytes(const Extent& e, const BrickBlock& block, BandedDistance
     std::memset(slice, 0, kMoreOffsets * e.length);
     std::memset(slice + (kMoreOffsets + e.rows) * e.length, 0, kMoreOffsets * e.length);
   }
-  work.rank_lines.assign(kRowsAtOnce * rank_stride(e), work.ranks.far);
+  work.rank_lines.assign(kRowsAtOnce * e.rank_line, work.ranks.far);
   work.in_band.assign(4 + e.length / kPad, 0);
   const Surroundings around = load(e, block, work, RowNotes(e, work));
   for (std::size_t z = 0; z < e.nz; ++z) {

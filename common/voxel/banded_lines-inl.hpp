@@ -39,16 +39,18 @@ struct Extent {
         rows(ny + 2 * reach),
         used(nx + 2 * halo),
         length((used + kPad - 1) / kPad * kPad),
+        rank_line(kPad + length + kPad),
         width(length + kPad / 2),
         slice(((rows + 2 * kMoreOffsets) * length / kPad | 1) * kPad) {}
   std::size_t reach, halo;  // along x what lies around begins at a whole brick
   std::size_t nx, ny, nz;
-  std::size_t rows;    // along y, with what lies within reach
-  std::size_t used;    // along x, with what lies within reach
-  std::size_t length;  // the same in whole words and vectors
-  std::size_t width,
-      slice;  // from a row of squares to the next, from a slice of distances along z to the next:
-              // odd numbers of cache lines, so that neighbours do not fall into the same few sets
+  std::size_t rows;       // along y, with what lies within reach
+  std::size_t used;       // along x, with what lies within reach
+  std::size_t length;     // the same in whole words and vectors
+  std::size_t rank_line;  // from a row of ranks to the next, with something before and behind
+  // From a row of squares to the next, from a slice of distances along z to the next: odd numbers of cache
+  // lines, so that neighbours do not fall into the same few sets.
+  std::size_t width, slice;
 };
 
 /// First voxel of a row of the block.

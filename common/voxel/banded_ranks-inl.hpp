@@ -84,9 +84,6 @@ HWY_INLINE int nearest_bit(const std::uint64_t* words, std::size_t at, std::size
   return std::min(std::countl_zero(bits_from(words, from - 64)), std::countr_zero(bits_from(words, to))) + 1;
 }
 
-/// Bytes from a rank line to the next.
-std::size_t rank_stride(const Extent& e) { return kPad + e.length + kPad; }
-
 /// Ranks of the rows from y on in the plane y, z; false if all are out of the band.
 bool ranks_along_y(const Extent& e, BandedDistance& work, std::size_t y, std::size_t z) {
   const BandedDistance::Ranks& ranks = work.ranks;
@@ -112,7 +109,7 @@ bool ranks_along_y(const Extent& e, BandedDistance& work, std::size_t y, std::si
           [](const std::uint8_t* table, Bytes index) HWY_ATTR { return look_up_64(table, index); });
     }
     for (std::size_t r = 0; r < kRowsAtOnce; ++r)
-      hn::StoreU(best[r], kBytes, work.rank_lines.data() + r * rank_stride(e) + kPad + x);
+      hn::StoreU(best[r], kBytes, work.rank_lines.data() + r * e.rank_line + kPad + x);
     const std::uint64_t bits = _cvtmask64_u64(_mm512_cmpneq_epu8_mask(least_row(best).raw, far.raw));
     work.in_band[1 + i] = bits;
     any |= bits;
@@ -150,7 +147,7 @@ HWY_INLINE void put_rows(const Rows& rows, std::int8_t* const* bricks, std::size
 HWY_INLINE bool orders_from_ranks(const Extent& e, const BandedDistance& work, std::size_t x, Index3 first,
                                   Rows& orders) {
   const BandedDistance::Ranks& ranks = work.ranks;
-  const auto reach = static_cast<std::ptrdiff_t>(e.reach), row = static_cast<std::ptrdiff_t>(rank_stride(e));
+  const auto reach = static_cast<std::ptrdiff_t>(e.reach), row = static_cast<std::ptrdiff_t>(e.rank_line);
   const std::uint8_t* centre = work.rank_lines.data() + kPad + e.halo + x;
   const int nearest = nearest_bit(work.in_band.data() + 1, e.halo + x, kPad);
   if (nearest > static_cast<int>(e.reach)) return false;

@@ -43,6 +43,14 @@ class SolidRows {
 
   static constexpr std::size_t kReadBeyond = 8;
 
+  static constexpr std::size_t kTile = 16;  // columns and slices: a cache line of either
+  /// Words of one y.
+  struct Tile {
+    alignas(64) std::uint32_t solid[kTile][kTile];  ///< [slice][column]
+    alignas(64) std::uint32_t inner[kTile], any[kTile] =
+                                                {};  ///< [column]: interior in all slices; solid in any
+  };
+
   /// What there is at one y, for slices within a range.
   struct Lines {
     std::int32_t first = 0,
@@ -99,8 +107,8 @@ class SolidRows {
   const Cells& cells() const noexcept { return cells_; }
 
  private:
-  struct RowPart;
-  void take_row(std::int32_t in_y, std::int32_t in_z, std::size_t first_column, RowPart& part) const;
+  void take_row(std::int32_t in_y, std::int32_t in_z, std::size_t first_column, Tile& tile,
+                std::size_t slice) const;
   void take_layer(std::int32_t layer);
   void settle_cells(std::int32_t layer, bool whole_along_z, const std::vector<std::uint32_t>& inner);
 
