@@ -182,10 +182,10 @@ class Plane {
 };
 
 /// Rows of a tile at `at` that a range reaches.
-int rows_from(std::int32_t at, const Range& range) { return std::min(kTile, range.last - at + 1); }
+HWY_INLINE int rows_from(std::int32_t at, const Range& range) { return std::min(kTile, range.last - at + 1); }
 
 /// 16 bits, each becomes a nibble.
-std::uint64_t nibbles(std::uint64_t bits) {
+HWY_INLINE std::uint64_t nibbles(std::uint64_t bits) {
   bits = (bits | bits << 24) & 0x000000ff000000ffULL;
   bits = (bits | bits << 12) & 0x000f000f000f000fULL;
   bits = (bits | bits << 6) & 0x0303030303030303ULL;
@@ -194,14 +194,14 @@ std::uint64_t nibbles(std::uint64_t bits) {
 }
 
 /// 4 nibbles, each four times.
-std::uint64_t nibble_runs(std::uint64_t bits) {
+HWY_INLINE std::uint64_t nibble_runs(std::uint64_t bits) {
   bits = (bits | bits << 24) & 0x000000ff000000ffULL;
   bits = (bits | bits << 12) & 0x000f000f000f000fULL;
   return bits * 0x1111;
 }
 
 /// Which voxels of a tile lie within the ranges.
-std::uint64_t within(std::int32_t x, std::int32_t y, std::int32_t z, const Range* range) {
+HWY_INLINE std::uint64_t within(std::int32_t x, std::int32_t y, std::int32_t z, const Range* range) {
   const auto ones = [](std::int32_t count) { return (1U << std::min(count, kTile)) - 1U; };
   const std::uint64_t in_row = ones(range[0].last - x + 1);
   const std::uint64_t rows = ones(range[1].last - y + 1);  // of one layer
@@ -210,17 +210,33 @@ std::uint64_t within(std::int32_t x, std::int32_t y, std::int32_t z, const Range
          nibble_runs(nibbles(layers) & 0xffff);
 }
 
-void put(std::uint64_t tile, std::int32_t x, std::int32_t y, std::int32_t z, BitVolume& volume) {
-  const int shift = x & 63;
-  for (; tile != 0;) {
-    const int row = std::countr_zero(tile) / kTile;
-    const std::uint64_t bits = tile >> (kTile * row) & 0xf;
-    tile &= ~(std::uint64_t{0xf} << (kTile * row));
-    std::uint64_t* word = volume.row(y + row % kTile, z + row / kTile) + (x >> 6);
-    word[0] |= bits << shift;
-    if (shift > 60 && bits >> (64 - shift) != 0) word[1] |= bits >> (64 - shift);
+/// The volume that voxels are marked in.
+class Marks {
+ public:
+  explicit Marks(BitVolume& volume) : volume_(volume) {
+    const std::size_t row = volume.words_per_row(), layer = row * static_cast<std::size_t>(volume.size()[1]);
+    for (std::size_t i = 0; i < kTile * kTile; ++i) offsets_[i] = i % kTile * row + i / kTile * layer;
   }
-}
+  std::int32_t size(std::size_t axis) const { return volume_.size()[axis]; }
+  /// Sets the bits of a tile that begins at a voxel of the volume.
+  HWY_INLINE void put(std::uint64_t tile, std::int32_t x, std::int32_t y, std::int32_t z) {
+    const int shift = x & 63;
+    std::uint64_t* const first = volume_.row(y, z) + (x >> 6);
+    for (; tile != 0;) {
+      const int row = std::countr_zero(tile) / kTile;
+      const std::uint64_t bits = tile >> (kTile * row) & 0xf;
+      tile &= ~(std::uint64_t{0xf} << (kTile * row));
+      std::uint64_t* const word = first + offsets_[row];
+      word[0] |= bits << shift;
+      if (shift > 60 && bits >> (64 - shift) != 0) word[1] |= bits >> (64 - shift);
+    }
+  }
+  void set(std::int32_t x, std::int32_t y, std::int32_t z) { volume_.set(x, y, z); }
+
+ private:
+  BitVolume& volume_;
+  std::size_t offsets_[kTile * kTile];  // words from a tile's first row to its others
+};
 
 /// Cells along y, never too few, that the triangle can meet in the layers [z, z + 4).
 Range rows_in_layers(const std::array<SnappedPoint, 3>& t, std::int32_t z, const Range& y) {
@@ -246,7 +262,7 @@ Range rows_in_layers(const std::array<SnappedPoint, 3>& t, std::int32_t z, const
 }
 
 /// A triangle within one layer of voxels across `flat`: its shadow along that axis decides.
-void mark_flat(const std::array<SnappedPoint, 3>& t, const Range* range, int flat, BitVolume& boundary) {
+void mark_flat(const std::array<SnappedPoint, 3>& t, const Range* range, int flat, Marks& boundary) {
   const int u = flat == 0 ? 1 : 0, v = flat == 2 ? 1 : 2;
   const Shadow shadow(t, u, v);
   std::int32_t cell[3] = {range[0].first, range[1].first, range[2].first};
@@ -257,12 +273,12 @@ void mark_flat(const std::array<SnappedPoint, 3>& t, const Range* range, int fla
       const std::uint64_t tile = flat == 2   ? squares
                                  : flat == 1 ? nibble_runs(squares) & 0x000f000f000f000fULL
                                              : nibbles(squares) & 0x1111111111111111ULL;
-      put(tile & within(cell[0], cell[1], cell[2], range), cell[0], cell[1], cell[2], boundary);
+      boundary.put(tile & within(cell[0], cell[1], cell[2], range), cell[0], cell[1], cell[2]);
     }
   }
 }
 
-void mark_steep(const std::array<SnappedPoint, 3>& t, const Range* range, BitVolume& boundary) {
+void mark_steep(const std::array<SnappedPoint, 3>& t, const Range* range, Marks& boundary) {
   const Shadow xy(t, 0, 1), yz(t, 1, 2), xz(t, 0, 2);
   const Plane plane(t);
   const bool many_rows = range[1].last - range[1].first > 4 * kTile;
@@ -278,13 +294,13 @@ void mark_steep(const std::array<SnappedPoint, 3>& t, const Range* range, BitVol
         const std::uint64_t m_xz = xz.tile(x, z, rows_from(z, range[2]));
         const std::uint64_t met =
             m_xy * 0x0001000100010001ULL & nibble_runs(m_xz) & nibbles(m_yz) & within(x, y, z, range);
-        if (met != 0) put(met & plane.tile(x, y, z, met), x, y, z, boundary);
+        if (met != 0) boundary.put(met & plane.tile(x, y, z, met), x, y, z);
       }
     }
   }
 }
 
-void mark(const std::array<SnappedPoint, 3>& t, Slab slab, BitVolume& boundary) {
+void mark(const std::array<SnappedPoint, 3>& t, Slab slab, Marks& boundary) {
   Range range[3];
   int wide_axes = 0, flat = 0;
   for (int i = 0; i < 3; ++i) {
@@ -298,7 +314,7 @@ void mark(const std::array<SnappedPoint, 3>& t, Slab slab, BitVolume& boundary) 
     }
     range[i].first = std::max(i == 2 ? slab.first : 0, range[i].first);
     range[i].last =
-        std::min(i == 2 ? slab.last - 1 : boundary.size()[static_cast<std::size_t>(i)] - 1, range[i].last);
+        std::min(i == 2 ? slab.last - 1 : boundary.size(static_cast<std::size_t>(i)) - 1, range[i].last);
     if (range[i].first > range[i].last) return;
   }
   if (wide_axes == 3) return mark_steep(t, range, boundary);
@@ -312,8 +328,9 @@ void mark(const std::array<SnappedPoint, 3>& t, Slab slab, BitVolume& boundary) 
 }
 
 void MarkAll(const SnappedMesh& mesh, Slab z, BitVolume& boundary, std::vector<std::uint32_t>& over) {
+  Marks marks(boundary);
   const auto mark_one = [&](const Corners& corners) {
-    mark({mesh.points[corners[0]], mesh.points[corners[1]], mesh.points[corners[2]]}, z, boundary);
+    mark({mesh.points[corners[0]], mesh.points[corners[1]], mesh.points[corners[2]]}, z, marks);
   };
   SmallTriangles small(mesh, z, boundary);
   const std::size_t step = SmallTriangles::at_once(), count = mesh.triangles.size();
