@@ -106,19 +106,22 @@ std::size_t count_in(const BitVolume& bits, const VoxelBox& box, const VoxelBox&
   const VoxelBox here = box.intersection(part);
   if (here.empty()) return 0;
   const std::int32_t low = here.min.x - box.min.x, high = low + here.size[0] - 1;
-  const std::uint64_t first = ~std::uint64_t{0} << (low & 63), last = ~std::uint64_t{0} >> (63 - (high & 63));
+  const std::uint64_t before = ~(~std::uint64_t{0} << (low & 63)),
+                      behind = ~(~std::uint64_t{0} >> (63 - (high & 63)));
+  const auto first = static_cast<std::size_t>(low >> 6), last = static_cast<std::size_t>(high >> 6);
   std::atomic<std::size_t> all = 0;
   core::parallel_for(threads, static_cast<std::size_t>(here.size[2]), [&](std::size_t layer, std::size_t) {
     const std::int32_t z = here.min.z - box.min.z + static_cast<std::int32_t>(layer);
+    const std::int32_t y = here.min.y - box.min.y;
+    if (here.size[0] == box.size[0]) {
+      all += count_bits(bits.row(y, z), bits.words_per_row() * static_cast<std::size_t>(here.size[1]));
+      return;
+    }
     std::size_t count = 0;
-    for (std::int32_t y = here.min.y - box.min.y; y < here.min.y - box.min.y + here.size[1]; ++y) {
-      const std::uint64_t* row = bits.row(y, z);
-      for (std::int32_t i = low >> 6; i <= high >> 6; ++i) {
-        const std::uint64_t word = row[i] & (i == low >> 6 ? first : ~std::uint64_t{0}) &
-                                   (i == high >> 6 ? last : ~std::uint64_t{0});
-        if (word != 0)
-          count += word == ~std::uint64_t{0} ? 64 : static_cast<std::size_t>(std::popcount(word));
-      }
+    for (std::int32_t i = y; i < y + here.size[1]; ++i) {
+      const std::uint64_t* row = bits.row(i, z);
+      const std::uint64_t beyond[2] = {row[first] & before, row[last] & behind};
+      count += count_bits(row + first, last - first + 1) - count_bits(beyond, 2);
     }
     all += count;
   });

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstdint>
 
 #include "common/voxel/grid.hpp"
@@ -42,6 +41,9 @@ struct VoxelBox {
   static VoxelBox of(const GridSpec& grid) { return {{0, 0, 0}, grid.size_vox}; }
 };
 
+/// Bits set in `count` words.
+std::size_t count_bits(const std::uint64_t* words, std::size_t count);
+
 /// One bit per voxel of a box: rows along x of 64 voxels a word, then y, then z. Bits past the row's end are
 /// 0.
 class BitVolume {
@@ -79,11 +81,7 @@ class BitVolume {
     row(y, z)[x >> 6] ^= std::uint64_t{1} << (x & 63);
   }
   /// Bits set.
-  std::size_t count() const {
-    std::size_t bits = 0;
-    for (const std::uint64_t word : words_) bits += static_cast<std::size_t>(std::popcount(word));
-    return bits;
-  }
+  std::size_t count() const { return count_bits(words_.data(), words_.size()); }
 
  private:
   std::size_t row_index(std::int32_t y, std::int32_t z) const {
