@@ -185,11 +185,10 @@ void cut_off(const VoxelBox& part, BrickKey key, std::int8_t* orders) {
   if (inside.size == whole.size) return;
   for (std::int32_t z = 0; z < kBrickEdge; ++z) {
     for (std::int32_t y = 0; y < kBrickEdge; ++y) {
-      for (std::int32_t x = 0; x < kBrickEdge; ++x) {
-        if (x < inside.size[0] && y < inside.size[1] && z < inside.size[2]) continue;
+      const bool row_inside = y < inside.size[1] && z < inside.size[2];
+      for (std::int32_t x = row_inside ? inside.size[0] : 0; x < kBrickEdge; ++x)
         orders[brick_offset(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y),
                             static_cast<std::uint32_t>(z))] = kOrderFree;
-      }
     }
   }
 }
