@@ -105,6 +105,7 @@ class SmallTriangles {
       kind = hn::IfThenElse(outside, hn::Set(kInts, kOutside), kind);
       voxels = hn::IfThenElse(hn::Eq(first, last), hn::And(voxels, hn::Set(kInts, kWithout[axis])), voxels);
       hn::Store(first, kInts, first_[axis]);
+      hn::Store(last, kInts, last_[axis]);
       const auto corner = hn::ShiftLeft<kSubBits>(first);
       hn::Store(hn::Sub(a, corner), kInts, at_[0][axis]);
       hn::Store(hn::Sub(b, corner), kInts, at_[1][axis]);
@@ -194,15 +195,20 @@ class SmallTriangles {
   /// Asks the memory for where the triangles' first voxels are, in both layers. (Never a function of its own:
   /// one that does nothing else has no effect in GCC's eyes, and is left out.)
   HWY_INLINE void ask_for_rows() const {
-    const std::size_t layer = boundary_.words_per_row() * static_cast<std::size_t>(boundary_.size()[1]);
+    const std::size_t row = boundary_.words_per_row(),
+                      layer = row * static_cast<std::size_t>(boundary_.size()[1]);
     for (std::size_t lane = 0; lane < at_once(); ++lane) {
       if (kind_[lane] == kOutside) continue;
       std::int32_t cell[3];
       for (std::size_t axis = 0; axis < 3; ++axis)
         cell[axis] = std::clamp(first_[axis][lane], 0, boundary_.size()[axis] - 1);
-      const std::uint64_t* const word = boundary_.row(cell[1], cell[2]) + (cell[0] >> 6);
-      hwy::Prefetch(word);
-      hwy::Prefetch(word + layer);
+      const std::int32_t last_y = std::min(last_[1][lane], std::min(cell[1] + 3, boundary_.size()[1] - 1)),
+                         last_z = std::min(last_[2][lane], std::min(cell[2] + 3, boundary_.size()[2] - 1));
+      const std::uint64_t* word = boundary_.row(cell[1], cell[2]) + (cell[0] >> 6);
+      for (std::int32_t z = cell[2]; z <= last_z; ++z, word += layer) {
+        for (std::int32_t y = 0; y <= last_y - cell[1]; ++y)
+          hwy::Prefetch(word + static_cast<std::size_t>(y) * row);
+      }
     }
   }
 
@@ -226,7 +232,7 @@ class SmallTriangles {
   Slab slab_;
   BitVolume& boundary_;
   alignas(64) std::int32_t at_[3][3][kMost];  // [corner][axis]
-  alignas(64) std::int32_t first_[3][kMost], kind_[kMost], met_[kMost] = {};
+  alignas(64) std::int32_t first_[3][kMost], last_[3][kMost], kind_[kMost], met_[kMost] = {};
 };
 
 }  // namespace phantom::voxel::detail::HWY_NAMESPACE
