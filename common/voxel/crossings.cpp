@@ -132,7 +132,14 @@ void for_each_line(const SnappedMesh& mesh, const std::vector<std::uint32_t>* ov
     cross_triangle(mesh.points[t[0]], &mesh.points[t[1]], &mesh.points[t[2]], axes, lines, crossings);
   };
   if (over != nullptr) {
-    for (const std::uint32_t i : *over) cross(mesh.triangles[i]);
+    constexpr std::size_t kAhead = 12;
+    for (std::size_t i = 0; i < over->size(); ++i) {
+      if (i + kAhead < over->size()) {
+        for (const std::uint32_t corner : mesh.triangles[(*over)[i + kAhead]])
+          __builtin_prefetch(&mesh.points[corner]);
+      }
+      cross(mesh.triangles[(*over)[i]]);
+    }
   } else {
     for (const Corners& t : mesh.triangles) cross(t);
   }

@@ -340,7 +340,12 @@ void MarkAll(const SnappedMesh& mesh, Slab z, BitVolume& boundary, std::vector<s
     found += small.mark(triangles, static_cast<std::uint32_t>(first), valid, over.data() + found, mark_one);
   };
   std::size_t i = 0;
-  for (; i + step <= count; i += step) mark_some(&mesh.triangles[i], i, step);
+  for (; i + step <= count; i += step) {
+    for (std::size_t next = i + 2 * step; next < std::min(i + 3 * step, count); ++next) {
+      for (const std::uint32_t corner : mesh.triangles[next]) hwy::Prefetch(&mesh.points[corner]);
+    }
+    mark_some(&mesh.triangles[i], i, step);
+  }
   if (i < count) {
     Corners rest[SmallTriangles::kMost];
     for (std::size_t lane = 0; lane < step; ++lane)
