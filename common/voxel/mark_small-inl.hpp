@@ -38,12 +38,7 @@ class SmallTriangles {
   template <class Other>
   std::size_t mark(const Corners* triangles, std::uint32_t number, std::size_t valid, std::uint32_t* over,
                    const Other& other) {
-    for (std::size_t lane = 0; lane < at_once(); ++lane) {
-      for (std::size_t corner = 0; corner < 3; ++corner) {
-        const SnappedPoint& point = points_[triangles[lane][corner]];
-        for (std::size_t axis = 0; axis < 3; ++axis) at_[corner][axis][lane] = point[axis];
-      }
-    }
+    load_corners(triangles);
     const std::size_t reached = put_those_over_centres(number, valid, over);
     const Ints spanned = spanned_voxels();
     ask_for_rows();
@@ -190,6 +185,35 @@ class SmallTriangles {
       }
       hn::Store(hn::And(hn::DemoteTo(ints, passes), hn::Load(ints, met_ + lane)), ints, met_ + lane);
     }
+  }
+
+  HWY_INLINE void load_corners(const Corners* triangles) {
+#if HWY_TARGET == HWY_SCALAR
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      for (std::size_t axis = 0; axis < 3; ++axis) at_[corner][axis][0] = points_[triangles[0][corner]][axis];
+    }
+#else
+    const hn::FixedTag<std::int32_t, 4> point;
+    const hn::Repartition<std::int64_t, decltype(point)> pairs;
+    for (std::size_t lane = 0; lane < at_once(); lane += 4) {
+      for (std::size_t corner = 0; corner < 3; ++corner) {
+        const auto load = [&](std::size_t i) HWY_ATTR {
+          return hn::Load(point, points_[triangles[lane + i][corner]].data());
+        };
+        const auto a = load(0), b = load(1), c = load(2), d = load(3);
+        const auto low_ab = hn::BitCast(pairs, hn::InterleaveLower(point, a, b)),
+                   low_cd = hn::BitCast(pairs, hn::InterleaveLower(point, c, d)),
+                   high_ab = hn::BitCast(pairs, hn::InterleaveUpper(point, a, b)),
+                   high_cd = hn::BitCast(pairs, hn::InterleaveUpper(point, c, d));
+        hn::Store(hn::BitCast(point, hn::InterleaveLower(pairs, low_ab, low_cd)), point,
+                  at_[corner][0] + lane);
+        hn::Store(hn::BitCast(point, hn::InterleaveUpper(pairs, low_ab, low_cd)), point,
+                  at_[corner][1] + lane);
+        hn::Store(hn::BitCast(point, hn::InterleaveLower(pairs, high_ab, high_cd)), point,
+                  at_[corner][2] + lane);
+      }
+    }
+#endif
   }
 
   /// Asks the memory for where the triangles' first voxels are, in both layers. (Never a function of its own:
