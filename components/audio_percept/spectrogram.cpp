@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
 #include <numbers>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "common/pictures/png.hpp"
 #include "components/audio_percept/audio_percept.hpp"
 
 namespace phantom::audio_percept {
@@ -151,10 +152,12 @@ void draw_spectrogram(std::span<const std::int16_t> samples, Layout layout,
   draw_levels(samples, channels).copyTo(picture(cv::Rect(kLeft, level_top, kWidth, kLevelHeight)));
   cv::rectangle(picture, cv::Rect(kLeft, level_top, kWidth, kLevelHeight), kInk);
   draw_axes(picture, static_cast<double>(samples.size() / channels) / kSampleRate_Hz, layout);
+  const auto bytes = pictures::encode_png(picture.data, picture.cols, picture.rows, picture.step[0]);
   bool written = false;
-  try {
-    written = cv::imwrite(png.string(), picture);
-  } catch (const cv::Exception&) {
+  if (png.extension() == ".png") {
+    std::ofstream file(png, std::ios::binary);
+    file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    written = static_cast<bool>(file.flush());
   }
   if (!written)
     throw std::runtime_error(png.string() + " cannot be written; allowed: a path that ends in .png");

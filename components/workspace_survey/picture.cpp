@@ -6,8 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+
+#include "common/pictures/png.hpp"
 
 namespace phantom::workspace_survey {
 namespace {
@@ -69,9 +70,7 @@ class Drawing {
     nodes();
     scale_bar();
     bars();
-    std::vector<std::uint8_t> bytes;
-    cv::imencode(".png", image_, bytes);
-    return bytes;
+    return pictures::encode_png(image_.data, image_.cols, image_.rows, image_.step[0]);
   }
 
  private:

@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "common/pictures/png.hpp"
 #include "common/voxel/activation.hpp"
 
 namespace phantom::wva_server {
@@ -140,9 +140,7 @@ class Drawing {
     panel(side, 1, 2, 0);
     legend({side.x, kTop + 6});
     scale_bar({kMargin, image_.rows - 14});
-    std::vector<std::uint8_t> bytes;
-    cv::imencode(".png", image_, bytes);
-    return bytes;
+    return pictures::encode_png(image_.data, image_.cols, image_.rows, image_.step[0]);
   }
 
  private:
