@@ -212,6 +212,19 @@ bool import_by_assimp(const std::filesystem::path& path, const MeshImportOptions
 
 }  // namespace
 
+std::optional<bool> import_small_binary_stl(const std::filesystem::path& path,
+                                            const MeshImportOptions& options, LoadedMesh& mesh,
+                                            std::string& problem) {
+  constexpr std::uint64_t kMost = 1'000'000, kBytesEach = 256;  // triangles; memory for each while it is read
+  MeshImportOptions small = options;
+  small.max_triangles = static_cast<std::uint32_t>(
+      std::min({std::uint64_t{options.max_triangles}, kMost, options.max_memory_bytes / kBytesEach}));
+  std::string larger;
+  const auto bytes = is_stl(path) ? binary_stl_in(path, small, larger) : std::vector<std::uint8_t>{};
+  if (bytes.empty()) return std::nullopt;
+  return import_binary_stl(bytes, options, mesh, problem);
+}
+
 bool import_mesh_unguarded(const std::filesystem::path& path, const MeshImportOptions& options,
                            LoadedMesh& mesh, std::string& problem) {
   const std::vector<std::uint8_t> stl =

@@ -235,6 +235,12 @@ core::Expected<Importer> start_importer(const std::filesystem::path& path, const
 
 core::Expected<LoadedMesh> load_mesh(const std::filesystem::path& path, const MeshImportOptions& options) {
   if (Status checked = check_file(path, options); !checked) return checked;
+  LoadedMesh mesh;
+  std::string problem;
+  if (const auto read = detail::import_small_binary_stl(path, options, mesh, problem)) {
+    if (!*read) return about(path, ErrorCode::kInvalidArgument, problem);
+    return mesh;
+  }
   const auto importer = start_importer(path, options);
   if (!importer) return importer.status();
   std::vector<std::uint8_t> bytes;

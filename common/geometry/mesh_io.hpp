@@ -44,9 +44,10 @@ struct LoadedMesh : TriangleMesh {
 /// FBX, 3MF, AMF, X3D, OpenGEX, IFC, DXF with $INSUNITS, 3DS and ASE the axis), else guessed with a note.
 ///
 /// Some malformed files make the importer crash, hang or eat memory, so it runs in a child process under
-/// limits: the caller always gets a mesh or a Status whose message names the file and what is wrong
-/// (kNotFound: no such file; kInvalidArgument: not a usable mesh; kResourceExhausted: over a limit). Forks:
-/// call it before real-time threads start. Thread-safe. Not real-time safe.
+/// limits (but for binary STLs of up to a million triangles, which our own reader reads here): the caller
+/// always gets a mesh or a Status whose message names the file and what is wrong (kNotFound: no such file;
+/// kInvalidArgument: not a usable mesh; kResourceExhausted: over a limit). Forks: call it before real-time
+/// threads start. Thread-safe. Not real-time safe.
 core::Expected<LoadedMesh> load_mesh(const std::filesystem::path& path,
                                      const MeshImportOptions& options = {});
 
