@@ -1,6 +1,7 @@
 #include "common/voxel/dilation.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 
@@ -11,6 +12,8 @@ namespace phantom::voxel {
 namespace {
 
 constexpr std::int32_t kWord = 64;
+constexpr std::ptrdiff_t kAtOnce = 8;  // words that are gathered together
+using Words = std::array<std::uint64_t, static_cast<std::size_t>(kAtOnce)>;
 
 /// Square of the radius that an element's cells may have: (m + ½)² = m² + m + ¼, of which integers see m² +
 /// m.
@@ -42,28 +45,41 @@ Element element_of(ShapingElement shape, int m) {
 }
 
 /// Every row of a slice widened along x by 0…m voxels on both sides; only the words between the first and the
-/// last that can hold anything.
+/// last that can hold anything, and only rows within m of one that does: nothing but 0 in those between.
 class WidenedSlice {
  public:
+  explicit WidenedSlice(const Element& element) : element_(element), offsets_(element.rows.size()) {}
+
   /// False if the slice is empty.
-  bool load(const BitVolume& bits, std::int32_t z, int m);
+  bool load(const BitVolume& bits, std::int32_t z);
 
   std::ptrdiff_t first_word() const { return first_; }
   std::ptrdiff_t width() const { return width_; }
-  bool any(std::int32_t y) const {
-    return y >= 0 && y < static_cast<std::int32_t>(any_.size()) && any_[static_cast<std::size_t>(y)] != 0;
-  }
-  const std::uint64_t* row(std::int32_t y, int half) const {
-    return words_.data() + (std::ptrdiff_t{y} * (m_ + 1) + half) * width_;
+  /// Whether any row within m of y holds anything.
+  bool near(std::int32_t y) const { return near_[place(y)] != 0; }
+  /// What the element's rows at ±dz, centred on row y where near(y), hold of kAtOnce words from a word of
+  /// width() on.
+  Words gather(std::int32_t y, int dz, std::ptrdiff_t word) const {
+    const std::uint64_t* const here =
+        words_.data() + static_cast<std::ptrdiff_t>(place(y)) * (element_.m + 1) * stride_ + word;
+    Words gathered{};
+    for (const std::ptrdiff_t offset : offsets_[static_cast<std::size_t>(dz)]) {
+      for (std::size_t i = 0; i < gathered.size(); ++i)
+        gathered[i] |= here[offset + static_cast<std::ptrdiff_t>(i)];
+    }
+    return gathered;
   }
 
  private:
+  std::size_t place(std::int32_t y) const { return static_cast<std::size_t>(y + 2 * element_.m); }
   void find_words(const BitVolume& bits, std::int32_t z);
+  void find_near();
 
-  int m_ = 0;
-  std::ptrdiff_t first_ = 0, width_ = 0;
-  std::vector<std::uint8_t> any_;  // per row
-  std::vector<std::uint64_t> words_;
+  const Element& element_;
+  std::ptrdiff_t first_ = 0, width_ = 0, stride_ = 0;
+  std::vector<std::uint8_t> any_, near_;              // per row, 2 m rows more before and behind
+  std::vector<std::uint64_t> words_;                  // [row][half][word]
+  std::vector<std::vector<std::ptrdiff_t>> offsets_;  // by |dz|: of the element's rows in words_
 };
 
 /// `to` becomes the row widened by one voxel on both sides.
@@ -81,32 +97,62 @@ void widen(const std::uint64_t* row, std::ptrdiff_t words, std::uint64_t* to) {
 void WidenedSlice::find_words(const BitVolume& bits, std::int32_t z) {
   const auto words = static_cast<std::ptrdiff_t>(bits.words_per_row());
   std::ptrdiff_t first = words, last = 0;
-  any_.assign(static_cast<std::size_t>(bits.size()[1]), 0);
-  for (std::size_t y = 0; y < any_.size(); ++y) {
-    const std::uint64_t* row = bits.row(static_cast<std::int32_t>(y), z);
+  any_.assign(place(bits.size()[1] + 2 * element_.m), 0);
+  for (std::int32_t y = 0; y < bits.size()[1]; ++y) {
+    const std::uint64_t* row = bits.row(y, z);
     for (std::ptrdiff_t i = 0; i < words; ++i) {
       if (row[i] == 0) continue;
-      any_[y] = 1;
+      any_[place(y)] = 1;
       first = std::min(first, i);
       last = std::max(last, i + 1);
     }
   }
-  const std::ptrdiff_t margin = (m_ + kWord - 1) / kWord;
+  const std::ptrdiff_t margin = (element_.m + kWord - 1) / kWord;
   first_ = std::max<std::ptrdiff_t>(0, first - margin);
   width_ = first < last ? std::min(words, last + margin) - first_ : 0;
 }
 
-bool WidenedSlice::load(const BitVolume& bits, std::int32_t z, int m) {
-  m_ = m;
+void WidenedSlice::find_near() {
+  const auto m = static_cast<std::size_t>(element_.m);
+  near_.assign(any_.size(), 0);
+  std::size_t count = 0;  // of rows that hold anything, within m of row i
+  for (std::size_t i = 0; i < m; ++i) count += any_[i];
+  for (std::size_t i = 0; i < any_.size(); ++i) {
+    if (i + m < any_.size()) count += any_[i + m];
+    near_[i] = count > 0 ? 1 : 0;
+    if (i >= m) count -= any_[i - m];
+  }
+}
+
+bool WidenedSlice::load(const BitVolume& bits, std::int32_t z) {
   find_words(bits, z);
   if (width_ == 0) return false;
-  words_.resize(any_.size() * static_cast<std::size_t>((m + 1) * width_));
-  for (std::size_t y = 0; y < any_.size(); ++y) {
-    if (any_[y] == 0) continue;
-    const std::uint64_t* from = bits.row(static_cast<std::int32_t>(y), z) + first_;
-    std::uint64_t* wide = words_.data() + static_cast<std::ptrdiff_t>(y) * (m + 1) * width_;
+  find_near();
+  const std::int32_t m = element_.m;
+  stride_ = (width_ + kAtOnce - 1) / kAtOnce * kAtOnce;
+  const std::ptrdiff_t row_words = (m + 1) * stride_;
+  words_.resize(any_.size() * static_cast<std::size_t>(row_words));
+  for (std::size_t dz = 0; dz < offsets_.size(); ++dz) {
+    offsets_[dz].clear();
+    for (const ElementRow& row : element_.rows[dz])
+      offsets_[dz].push_back(row.dy * row_words + row.half * stride_);
+  }
+  const auto asked = [&](std::size_t i) {  // by a row that is near one that holds anything
+    const auto reach = static_cast<std::size_t>(m);
+    return near_[i] != 0 || (i >= reach && near_[i - reach] != 0) ||
+           (i + reach < near_.size() && near_[i + reach] != 0);
+  };
+  for (std::size_t i = 0; i < any_.size(); ++i) {
+    std::uint64_t* const wide = words_.data() + static_cast<std::ptrdiff_t>(i) * row_words;
+    if (any_[i] == 0) {
+      if (asked(i)) std::fill(wide, wide + row_words, 0);
+      continue;
+    }
+    const std::uint64_t* from = bits.row(static_cast<std::int32_t>(i) - 2 * m, z) + first_;
     std::copy(from, from + width_, wide);
-    for (int half = 1; half <= m; ++half, wide += width_) widen(wide, width_, wide + width_);
+    for (int half = 1; half <= m; ++half) widen(wide + (half - 1) * stride_, width_, wide + half * stride_);
+    for (int half = 0; half <= m; ++half)
+      std::fill(wide + half * stride_ + width_, wide + (half + 1) * stride_, 0);
   }
   return true;
 }
@@ -170,7 +216,7 @@ class Growth {
   void paint_solid(const Slab& slab, std::int32_t from_y, std::int32_t to_y);
   void spread(const Element& element, const Slab& slab);
   void spread_to_row(const Element& element, const Slab& slab, const WidenedSlice& slice, std::int32_t y,
-                     std::int32_t z, std::vector<std::uint64_t>& gathered);
+                     std::int32_t z);
   void settle(const Slab& slab, std::int8_t order);
 
   VoxelBox box_;
@@ -243,40 +289,32 @@ void Growth::paint_solid(const Slab& slab, std::int32_t from_y, std::int32_t to_
 }
 
 void Growth::spread(const Element& element, const Slab& slab) {
-  WidenedSlice slice;
-  std::vector<std::uint64_t> gathered;
+  WidenedSlice slice(element);
   const std::int32_t from = std::max(0, slab.from_z - element.m),
                      to = std::min(box_.size[2], slab.to_z + element.m);
   for (std::int32_t z = from; z < to; ++z) {
-    if (!slice.load(front_, z, element.m)) continue;
-    std::int32_t near = 0;  // rows that hold something, within m of y
-    for (std::int32_t y = 0; y < element.m; ++y) near += slice.any(y) ? 1 : 0;
+    if (!slice.load(front_, z)) continue;
     for (std::int32_t y = 0; y < box_.size[1]; ++y) {
-      near += slice.any(y + element.m) ? 1 : 0;
-      if (near > 0) spread_to_row(element, slab, slice, y, z, gathered);
-      near -= slice.any(y - element.m) ? 1 : 0;
+      if (slice.near(y)) spread_to_row(element, slab, slice, y, z);
     }
   }
 }
 
 /// What the element, centred on slice z, holds of the rows y of all slices.
 void Growth::spread_to_row(const Element& element, const Slab& slab, const WidenedSlice& slice,
-                           std::int32_t y, std::int32_t z, std::vector<std::uint64_t>& gathered) {
-  const std::ptrdiff_t width = slice.width();
+                           std::int32_t y, std::int32_t z) {
   for (int dz = 0; dz <= element.m; ++dz) {
-    const bool above = z + dz >= slab.from_z && z + dz<slab.to_z, below = dz> 0 && z - dz >= slab.from_z &&
-                       z - dz < slab.to_z;
-    if (!above && !below) continue;
-    gathered.assign(static_cast<std::size_t>(width), 0);
-    for (const ElementRow& part : element.rows[static_cast<std::size_t>(dz)]) {
-      if (!slice.any(y + part.dy)) continue;
-      const std::uint64_t* wide = slice.row(y + part.dy, part.half);
-      for (std::ptrdiff_t i = 0; i < width; ++i) gathered[static_cast<std::size_t>(i)] |= wide[i];
-    }
-    for (const std::int32_t to_z : {above ? z + dz : -1, below ? z - dz : -1}) {
-      if (to_z < 0) continue;
-      std::uint64_t* to = grown_.row(y, to_z) + slice.first_word();
-      for (std::ptrdiff_t i = 0; i < width; ++i) to[i] |= gathered[static_cast<std::size_t>(i)];
+    const std::int32_t above = z + dz, below = dz > 0 ? z - dz : -1;
+    const auto in_slab = [&](std::int32_t to_z) { return to_z >= slab.from_z && to_z < slab.to_z; };
+    if (!in_slab(above) && !in_slab(below)) continue;
+    for (std::ptrdiff_t first = 0; first < slice.width(); first += kAtOnce) {
+      const Words gathered = slice.gather(y, dz, first);
+      const auto count = static_cast<std::size_t>(std::min(kAtOnce, slice.width() - first));
+      for (const std::int32_t to_z : {above, below}) {
+        if (!in_slab(to_z)) continue;
+        std::uint64_t* to = grown_.row(y, to_z) + slice.first_word() + first;
+        for (std::size_t i = 0; i < count; ++i) to[i] |= gathered[i];
+      }
     }
   }
 }
