@@ -21,6 +21,11 @@ class Stamper {
 /// The echo to send back for `stamp`.
 msg::Echo echo_of(const msg::Stamp& stamp);
 
+/// When the sample was made that `echo` names, by the own monotonic clock; 0 if it is not of `own_session`,
+/// or names a time that it cannot be: none, or one after `received_ns`. Real-time safe: yes.
+core::Nanoseconds answered_ns(const msg::Echo& echo, std::uint64_t own_session,
+                              core::Nanoseconds received_ns) noexcept;
+
 /// Order check of one periodic topic: accepts a sample if it is newer than the last accepted, or from a new
 /// session of the writer. `accept` is real-time safe.
 class SequenceGuard {

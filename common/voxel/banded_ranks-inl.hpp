@@ -199,12 +199,13 @@ void rows_of_slice(const Extent& e, const BrickBlock& block, std::size_t y, std:
 
 constexpr std::size_t kRowsNoted = 16;  // rows whose greatest closeness is known together
 static_assert(kBrickEdge % kRowsNoted == 0);
+std::size_t row_parts(const Extent& e) { return (e.rows + kRowsNoted - 1) / kRowsNoted; }
 
 /// Notes rows of distances along z as they come.
 class RowNotes {
  public:
   RowNotes(const Extent& e, BandedDistance& work)
-      : vectors_(e.length / kPad), parts_((e.rows + kRowsNoted - 1) / kRowsNoted), ny_(e.ny), work_(work) {
+      : vectors_(e.length / kPad), parts_(row_parts(e)), ny_(e.ny), work_(work) {
     work.row_bits.resize(e.nz * vectors_);
     work.most_in_rows.resize(e.nz * vectors_ * parts_ * kPad);
   }
@@ -242,7 +243,7 @@ class RowNotes {
 /// Looks at the columns of a slice; false if they are all out of the band.
 bool look_at_columns(const Extent& e, BandedDistance& work, std::size_t z) {
   bool any = false;
-  const std::size_t parts = (e.rows + kRowsNoted - 1) / kRowsNoted;
+  const std::size_t parts = row_parts(e);
   for (std::size_t x = 0, i = 0; x < e.used; x += kPad, ++i) {
     RowsOfColumns& columns = work.columns[i];
     if (!columns.wanted) continue;

@@ -137,7 +137,9 @@ bool WidenedSlice::load(const BitVolume& bits, std::int32_t z) {
     for (const ElementRow& row : element_.rows[dz])
       offsets_[dz].push_back(row.dy * row_words + row.half * stride_);
   }
-  const auto asked = [&](std::size_t i) {  // by a row that is near one that holds anything
+  // Whether a row that is near one that holds anything looks at row i. Such rows come 2 m + 1 at a time, so
+  // that three places tell of all within m.
+  const auto asked = [&](std::size_t i) {
     const auto reach = static_cast<std::size_t>(m);
     return near_[i] != 0 || (i >= reach && near_[i - reach] != 0) ||
            (i + reach < near_.size() && near_[i + reach] != 0);

@@ -47,8 +47,8 @@ class SolidRows {
   /// Words of one y.
   struct Tile {
     alignas(64) std::uint32_t solid[kTile][kTile];  ///< [slice][column]
-    alignas(64) std::uint32_t inner[kTile], any[kTile] =
-                                                {};  ///< [column]: interior in all slices; solid in any
+    alignas(64) std::uint32_t inner[kTile];         ///< [column]: interior in all slices
+    alignas(64) std::uint32_t any[kTile];           ///< [column]: solid in any slice
   };
 
   /// What there is at one y, for slices within a range.

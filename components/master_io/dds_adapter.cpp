@@ -8,6 +8,7 @@
 #include "common/dds/endpoint.hpp"
 #include "common/dds/participant.hpp"
 #include "common/dds/source_guard.hpp"
+#include "common/dds/stamp.hpp"
 #include "common/dds/status_reporter.hpp"
 #include "components/master_io/dds_adapter_convert.hpp"
 
@@ -26,14 +27,6 @@ msg::Echo echo_of(const EchoStamp& stamp) {
   echo.monotonic_ns(stamp.monotonic_ns);
   echo.session(stamp.session);
   return echo;
-}
-
-/// When the sample was made that an echo names; 0 if it is not this process's, or of a time that it cannot
-/// be.
-core::Nanoseconds answered(const msg::Echo& echo, std::uint64_t own_session, core::Nanoseconds received_ns) {
-  const bool ours = echo.session() == own_session && echo.sequence_number() != 0 && echo.monotonic_ns() > 0 &&
-                    echo.monotonic_ns() <= received_ns;
-  return ours ? echo.monotonic_ns() : 0;
 }
 
 bool non_negative(const core::JointArray& values, std::size_t count) noexcept {
@@ -105,7 +98,7 @@ SlaveSample to_sample(const msg::SlaveState& slave, core::Nanoseconds received_n
   SlaveSample sample;
   sample.received_ns = received_ns;
   sample.stamp = stamp_of(slave.stamp());
-  sample.answers_ns = answered(slave.master_echo(), own_session, received_ns);
+  sample.answers_ns = dds::answered_ns(slave.master_echo(), own_session, received_ns);
   sample.answers_another = slave.master_echo().session() != 0 && slave.master_echo().session() != own_session;
   sample.state = static_cast<teleop::LinkState>(slave.state());
   sample.motion = {slave.position_rad(), slave.velocity_rad_s()};
@@ -123,7 +116,7 @@ DragSample to_sample(const msg::DragField& field, core::Nanoseconds received_ns,
   DragSample sample;
   sample.received_ns = received_ns;
   sample.stamp = stamp_of(field.stamp());
-  sample.answers_ns = answered(field.master_echo(), own_session, received_ns);
+  sample.answers_ns = dds::answered_ns(field.master_echo(), own_session, received_ns);
   sample.drag.valid = field.valid();
   sample.drag.plus = field.coefficient_plus();
   sample.drag.minus = field.coefficient_minus();
@@ -137,7 +130,7 @@ PhantomContact to_sample(const msg::Percept& percept, core::Nanoseconds received
 
 double RoundTrip::measure(const msg::DragField& field, core::Nanoseconds received_ns) noexcept {
   const msg::Echo& echo = field.master_echo();
-  const core::Nanoseconds made_ns = answered(echo, session_, received_ns);
+  const core::Nanoseconds made_ns = dds::answered_ns(echo, session_, received_ns);
   if (made_ns == 0 || echo.sequence_number() <= last_) return -1.0;
   last_ = echo.sequence_number();
   return core::seconds(received_ns - made_ns);

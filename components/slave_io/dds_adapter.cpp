@@ -8,6 +8,7 @@
 #include "common/dds/endpoint.hpp"
 #include "common/dds/participant.hpp"
 #include "common/dds/source_guard.hpp"
+#include "common/dds/stamp.hpp"
 #include "common/dds/status_reporter.hpp"
 #include "components/slave_io/dds_adapter_convert.hpp"
 
@@ -31,11 +32,9 @@ MasterSample to_sample(const msg::MasterState& master, core::Nanoseconds receive
                        std::uint64_t own_session) noexcept {
   const auto& stamp = master.stamp();
   const auto& echo = master.slave_echo();
-  const bool ours = echo.session() == own_session && echo.sequence_number() != 0 && echo.monotonic_ns() > 0 &&
-                    echo.monotonic_ns() <= received_ns;
   return {received_ns,
           {stamp.sequence_number(), stamp.monotonic_ns(), stamp.session()},
-          ours ? echo.monotonic_ns() : 0,
+          dds::answered_ns(echo, own_session, received_ns),
           echo.session() != 0 && echo.session() != own_session,
           static_cast<teleop::LinkState>(master.state()),
           master.position_rad(),

@@ -39,5 +39,17 @@ TEST(Echo, ReturnsWhatItsWriterStamped) {
   EXPECT_EQ(echo.monotonic_ns(), 123456789);
 }
 
+TEST(Echo, NamesWhenOurSampleWasMadeOnlyIfItCan) {
+  msg::Stamp given = stamp(9, 77);
+  given.monotonic_ns(5000);
+  EXPECT_EQ(answered_ns(echo_of(given), 9, 6000), 5000);
+  EXPECT_EQ(answered_ns(echo_of(given), 9, 5000), 5000);
+  EXPECT_EQ(answered_ns(echo_of(given), 9, 4999), 0) << "made after it was answered";
+  EXPECT_EQ(answered_ns(echo_of(given), 8, 6000), 0) << "another process's";
+  given.monotonic_ns(INT64_MIN);
+  EXPECT_EQ(answered_ns(echo_of(given), 9, 6000), 0);
+  EXPECT_EQ(answered_ns(msg::Echo(), 0, 6000), 0) << "none";
+}
+
 }  // namespace
 }  // namespace phantom::dds

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <Eigen/Geometry>
@@ -62,6 +63,25 @@ TEST_F(MeshFiles, JoinsTheVerticesOfAnStl) {
   EXPECT_EQ(mesh->vertices_m.size(), 8U);
   EXPECT_EQ(mesh->triangles.size(), 12U);
   EXPECT_NEAR(enclosed_volume_m3(*mesh), 0.024, 1e-8);
+}
+
+TEST_F(MeshFiles, ReadsABinaryStlWithoutAProcess) {
+  const auto faults_of_children = [] {
+    rusage used{};
+    getrusage(RUSAGE_CHILDREN, &used);
+    return used.ru_minflt;
+  };
+  const TriangleMesh sphere = make_sphere(0.1, 3);
+  const auto bytes = binary_stl(sphere);
+  const auto stl = write("sphere.stl", {bytes.begin(), bytes.end()}),
+             text = write("text.stl", ascii_stl(sphere));
+  const long before = faults_of_children();
+  const auto mesh = load_mesh(stl);
+  ASSERT_TRUE(mesh) << mesh.status().message();
+  EXPECT_EQ(mesh->triangles.size(), sphere.triangles.size());
+  EXPECT_EQ(faults_of_children(), before);
+  ASSERT_TRUE(load_mesh(text));
+  EXPECT_GT(faults_of_children(), before);
 }
 
 TEST_F(MeshFiles, ScalesMillimetresToMetres) {

@@ -180,6 +180,13 @@ TEST(Render, NamesWhatIsMissing) {
                std::runtime_error);
 }
 
+TEST(Spectrogram, IsRefusedUnderAnotherEnding) {
+  const auto other = temporary("short.txt");
+  EXPECT_THROW(draw_spectrogram(std::vector<std::int16_t>(480, 1000), Layout::kMono, other),
+               std::runtime_error);
+  EXPECT_FALSE(std::filesystem::exists(other));
+}
+
 TEST(Spectrogram, AShortSoundHasOneToo) {
   const auto png = temporary("short.png");
   draw_spectrogram(std::vector<std::int16_t>(480, 1000), Layout::kMono, png);
