@@ -1,6 +1,42 @@
 #include "common/voxel/brick_painter.hpp"
 
+#include <algorithm>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "common/voxel/brick_painter.cpp"
+#include <hwy/foreach_target.h>  // once per instruction set
+// (keep this order)
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace phantom::voxel::detail::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Gives the voxels of tiles side by side an order: bit 4 t + dx of rows[4 dz + dy] is (dx, dy, dz) of tile
+/// t.
+void PaintTiles(const TileRows& rows, std::uint64_t any, std::int8_t order, std::int8_t* tiles) {
+  constexpr std::size_t kTile = 64;
+  const hn::CappedTag<std::int8_t, kTile> d;
+  const auto orders = hn::Set(d, order);
+  for (std::size_t tile = 0; any >> (4 * tile) != 0 && tile < 16; ++tile) {
+    if ((any >> (4 * tile) & 15) == 0) continue;
+    std::uint64_t bits = 0;
+    for (std::size_t row = 0; row < rows.size(); ++row) bits |= (rows[row] >> (4 * tile) & 15) << (4 * row);
+    for (std::size_t part = 0; part < kTile; part += hn::Lanes(d)) {
+      const std::uint64_t of_part = bits >> part;
+      const auto mask = hn::LoadMaskBits(d, reinterpret_cast<const std::uint8_t*>(&of_part));
+      hn::BlendedStore(orders, mask, d, tiles + kTile * tile + part);
+    }
+  }
+}
+
+}  // namespace phantom::voxel::detail::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace phantom::voxel::detail {
+
+HWY_EXPORT(PaintTiles);
 
 BrickPainter::BrickPainter(const VoxelBox& part)
     : from_{part.min.x, part.min.y, part.min.z},
@@ -11,6 +47,31 @@ BrickPainter::BrickPainter(const VoxelBox& part)
     bricks_[axis] = static_cast<std::size_t>((part.size[axis] + kBrickEdge - 1) / kBrickEdge);
   }
   slots_.resize(bricks_[0] * bricks_[1] * bricks_[2]);
+}
+
+void BrickPainter::paint(std::int32_t x, std::int32_t y, std::int32_t z, const TileRows& rows,
+                         std::int8_t order) {
+  TileRows within = rows;
+  std::uint64_t any = 0;
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    const std::int32_t to_y = y + static_cast<std::int32_t>(row % 4),
+                       to_z = z + static_cast<std::int32_t>(row / 4);
+    if (to_y < from_[1] || to_y >= to_[1] || to_z < from_[2] || to_z >= to_[2]) within[row] = 0;
+    if (to_[0] - x < 64) within[row] &= (std::uint64_t{1} << std::max(0, to_[0] - x)) - 1;
+    any |= within[row];
+  }
+  for (const std::int32_t half : {0, kBrickEdge}) {
+    const std::uint64_t any_of_half = any >> half & 0xffffffff;
+    if (any_of_half == 0 || x + half < from_[0]) continue;
+    auto& orders = slot({(x + half) >> 5, y >> 5, z >> 5}).orders;
+    if (!orders) orders = std::make_unique<std::int8_t[]>(kBrickVoxels);
+    if (half > 0) {
+      for (std::uint64_t& row : within) row >>= half;
+    }
+    HWY_DYNAMIC_DISPATCH(PaintTiles)
+    (within, any_of_half, order,
+     orders.get() + brick_offset(0, static_cast<std::uint32_t>(y & 31), static_cast<std::uint32_t>(z & 31)));
+  }
 }
 
 bool BrickPainter::fill_interior(BrickKey key) {
@@ -37,3 +98,4 @@ ObjectBricks BrickPainter::finish() {
 }
 
 }  // namespace phantom::voxel::detail
+#endif

@@ -1,6 +1,7 @@
 #include "common/voxel/dilation.hpp"
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include "common/geometry/primitives.hpp"
 #include "common/voxel/tests/method_twins.hpp"
@@ -58,6 +59,26 @@ TEST(Dilation, EqualsTheLiteralTwinOnBodies) {
     const LayerProfile profile = layers(element, {2, 3, 1});
     expect_like_the_twin(*voxelise(mesh, grid, voxelise_clip(grid, profile)), profile);
   }
+}
+
+TEST(Dilation, EqualsTheLiteralTwinAcrossGroupsOfWords) {
+  const VoxelBox wide{{0, 0, 0}, {1700, 20, 20}};
+  for (const ShapingElement element : kElements) {
+    for (const std::int32_t x : {-3, 0, 37})
+      expect_like_the_twin(scattered_solid(5, {1690, 3, 4}, 500, {x, 9, 8}), layers(element, {4, 1, 3}),
+                           wide);
+  }
+}
+
+TEST(Dilation, IsTheSameWithEveryInstructionSet) {
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    SCOPED_TRACE(hwy::TargetName(target));
+    unsigned seed = 1;
+    for (const ShapingElement element : kElements)
+      expect_like_the_twin(scattered_solid(seed++, {40, 5, 6}, 50), layers(element, {3, 2}, 1));
+  }
+  hwy::SetSupportedTargetsForTest(0);
 }
 
 TEST(Dilation, WidensByMoreThanAWord) {
