@@ -13,6 +13,7 @@
 
 #include <cstddef>
 
+#include "common/voxel/mark_medium-inl.hpp"
 #include "common/voxel/snapped_mesh.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -31,13 +32,14 @@ class SmallTriangles {
   static constexpr std::size_t kMost = hn::MaxLanes(hn::ScalableTag<std::int32_t>());
   static std::size_t at_once() { return hn::Lanes(kInts); }  ///< at most kMost
 
-  /// Marks the voxels of those of at_once() triangles that are small. Calls other(triangle) for those that
-  /// are not, or reach beyond the slab or the volume. Writes into `over`, which has room for all, the numbers
-  /// of those of the first `valid` that reach over centres of the slab along y and z; returns how many.
-  /// `number`: of the first triangle.
-  template <class Other>
+  /// Marks the voxels of those of at_once() triangles that are small. Calls tile(bits, x, y, z) with what
+  /// those that span up to four voxels along each axis meet of the tile at (x, y, z), and other(triangle) for
+  /// those that span more, or reach beyond the slab or the volume. Writes into `over`, which has room for
+  /// all, the numbers of those of the first `valid` that reach over centres of the slab along y and z;
+  /// returns how many. `number`: of the first triangle.
+  template <class Tile, class Other>
   std::size_t mark(const Corners* triangles, std::uint32_t number, std::size_t valid, std::uint32_t* over,
-                   const Other& other) {
+                   const Tile& tile, const Other& other) {
     load_corners(triangles);
     const std::size_t reached = put_those_over_centres(number, valid, over);
     const Ints spanned = spanned_voxels();
@@ -46,8 +48,11 @@ class SmallTriangles {
       hn::Store(hn::And(spanned, met_by_shadows()), kInts, met_);
       keep_what_planes_pass();
     }
+    if (!hn::AllFalse(kInts, hn::Eq(hn::Load(kInts, kind_), hn::Set(kInts, kMedium))))
+      medium_.prepare(at_, at_once());
     for (std::size_t lane = 0; lane < at_once(); ++lane) {
       if (kind_[lane] == kSmall) put(lane);
+      if (kind_[lane] == kMedium) put_medium(lane, tile);
       if (kind_[lane] == kOther) other(triangles[lane]);
     }
     return reached;
@@ -57,7 +62,7 @@ class SmallTriangles {
   static constexpr hn::ScalableTag<std::int32_t> kInts{};
   static constexpr hn::ScalableTag<double> kDoubles{};
   using Ints = hn::Vec<hn::ScalableTag<std::int32_t>>;
-  static constexpr std::int32_t kOther = 0, kSmall = 1, kOutside = 2;
+  static constexpr std::int32_t kOther = 0, kMedium = 1, kSmall = 2, kOutside = 3;
 
   HWY_INLINE std::size_t put_those_over_centres(std::uint32_t number, std::size_t valid,
                                                 std::uint32_t* over) const {
@@ -86,18 +91,19 @@ class SmallTriangles {
     const std::int32_t least[3] = {0, 0, slab_.first};
     const std::int32_t most[3] = {boundary_.size()[0] - 1, boundary_.size()[1] - 1, slab_.last - 1};
     auto voxels = hn::Set(kInts, 0xff), kind = hn::Set(kInts, kSmall);
+    auto outside = hn::Lt(kind, hn::Zero(kInts));  // none
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto a = hn::Load(kInts, at_[0][axis]), b = hn::Load(kInts, at_[1][axis]),
                  c = hn::Load(kInts, at_[2][axis]);
       const auto first = hn::ShiftRight<kSubBits>(hn::Min(a, hn::Min(b, c)));
       const auto last = hn::ShiftRight<kSubBits>(hn::Max(a, hn::Max(b, c)));
       const auto low = hn::Set(kInts, least[axis]), high = hn::Set(kInts, most[axis]);
-      const auto other = hn::Or(hn::Gt(last, hn::Add(first, hn::Set(kInts, 1))),
+      const auto medium = hn::Gt(last, hn::Add(first, hn::Set(kInts, 1)));
+      const auto other = hn::Or(hn::Gt(last, hn::Add(first, hn::Set(kInts, 7))),
                                 hn::Or(hn::Lt(first, low), hn::Gt(last, high)));
-      const auto outside = hn::Or(hn::Lt(last, low), hn::Gt(first, high));
-      kind =
-          hn::IfThenElse(hn::And(other, hn::Eq(kind, hn::Set(kInts, kSmall))), hn::Set(kInts, kOther), kind);
-      kind = hn::IfThenElse(outside, hn::Set(kInts, kOutside), kind);
+      kind = hn::IfThenElse(medium, hn::Min(kind, hn::Set(kInts, kMedium)), kind);
+      kind = hn::IfThenElseZero(hn::Not(other), kind);
+      outside = hn::Or(outside, hn::Or(hn::Lt(last, low), hn::Gt(first, high)));
       voxels = hn::IfThenElse(hn::Eq(first, last), hn::And(voxels, hn::Set(kInts, kWithout[axis])), voxels);
       hn::Store(first, kInts, first_[axis]);
       hn::Store(last, kInts, last_[axis]);
@@ -106,6 +112,7 @@ class SmallTriangles {
       hn::Store(hn::Sub(b, corner), kInts, at_[1][axis]);
       hn::Store(hn::Sub(c, corner), kInts, at_[2][axis]);
     }
+    kind = hn::IfThenElse(outside, hn::Set(kInts, kOutside), kind);
     hn::Store(kind, kInts, kind_);
     return hn::IfThenElseZero(hn::Eq(kind, hn::Set(kInts, kSmall)), voxels);
   }
@@ -236,6 +243,23 @@ class SmallTriangles {
     }
   }
 
+  template <class Tile>
+  HWY_INLINE void put_medium(std::size_t lane, const Tile& tile) const {
+    const std::int32_t x = first_[0][lane], y = first_[1][lane], z = first_[2][lane];
+    const Range range[3] = {{0, last_[0][lane] - x}, {0, last_[1][lane] - y}, {0, last_[2][lane] - z}};
+    for (std::int32_t dz = 0; dz <= range[2].last; dz += kTile) {
+      for (std::int32_t dy = 0; dy <= range[1].last; dy += kTile) {
+        const std::uint64_t yz = nibbles(medium_.squares(1, lane, dy, dz));
+        if (yz == 0) continue;
+        for (std::int32_t dx = 0; dx <= range[0].last; dx += kTile) {
+          const std::uint64_t met = medium_.squares(0, lane, dx, dy) * 0x0001000100010001ULL & yz &
+                                    nibble_runs(medium_.squares(2, lane, dx, dz)) & within(dx, dy, dz, range);
+          if (met != 0) tile(met & medium_.passed(lane, dx, dy, dz), x + dx, y + dy, z + dz);
+        }
+      }
+    }
+  }
+
   HWY_INLINE void put(std::size_t lane) {
     const std::int32_t x = first_[0][lane];
     const int shift = x & 63;
@@ -255,6 +279,7 @@ class SmallTriangles {
   const std::vector<SnappedPoint>& points_;
   Slab slab_;
   BitVolume& boundary_;
+  MediumTriangles medium_;
   alignas(64) std::int32_t at_[3][3][kMost];  // [corner][axis]
   alignas(64) std::int32_t first_[3][kMost], last_[3][kMost], kind_[kMost], met_[kMost] = {};
 };

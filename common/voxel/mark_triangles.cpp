@@ -23,14 +23,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 // cube meet unless one of thirteen directions separates them: the cube's axes (the ranges below), the cross
 // products of the axes with the triangle's edges (three shadows with three edges each) and the triangle's
 // normal.
-constexpr int kTile = 4;
-
 alignas(64) constexpr std::int64_t kOddLanes[kTile] = {0, -1, 0, -1}, kUpperLanes[kTile] = {0, 0, -1, -1};
 alignas(64) constexpr double kLaneNumbers[kTile] = {0, 1, 2, 3};
-
-struct Range {
-  std::int32_t first, last;
-};
 
 /// The triangle's shadow on the plane (u, v), as seen by whole squares of the grid.
 struct Shadow {
@@ -184,32 +178,6 @@ class Plane {
 /// Rows of a tile at `at` that a range reaches.
 HWY_INLINE int rows_from(std::int32_t at, const Range& range) { return std::min(kTile, range.last - at + 1); }
 
-/// 16 bits, each becomes a nibble.
-HWY_INLINE std::uint64_t nibbles(std::uint64_t bits) {
-  bits = (bits | bits << 24) & 0x000000ff000000ffULL;
-  bits = (bits | bits << 12) & 0x000f000f000f000fULL;
-  bits = (bits | bits << 6) & 0x0303030303030303ULL;
-  bits = (bits | bits << 3) & 0x1111111111111111ULL;
-  return bits * 0xf;
-}
-
-/// 4 nibbles, each four times.
-HWY_INLINE std::uint64_t nibble_runs(std::uint64_t bits) {
-  bits = (bits | bits << 24) & 0x000000ff000000ffULL;
-  bits = (bits | bits << 12) & 0x000f000f000f000fULL;
-  return bits * 0x1111;
-}
-
-/// Which voxels of a tile lie within the ranges.
-HWY_INLINE std::uint64_t within(std::int32_t x, std::int32_t y, std::int32_t z, const Range* range) {
-  const auto ones = [](std::int32_t count) { return (1U << std::min(count, kTile)) - 1U; };
-  const std::uint64_t in_row = ones(range[0].last - x + 1);
-  const std::uint64_t rows = ones(range[1].last - y + 1);  // of one layer
-  const std::uint64_t layers = ones(range[2].last - z + 1);
-  return (in_row * 0x1111111111111111ULL) & (nibbles(rows) & 0xffff) * 0x0001000100010001ULL &
-         nibble_runs(nibbles(layers) & 0xffff);
-}
-
 /// The volume that voxels are marked in.
 class Marks {
  public:
@@ -332,12 +300,16 @@ void MarkAll(const SnappedMesh& mesh, Slab z, BitVolume& boundary, std::vector<s
   const auto mark_one = [&](const Corners& corners) {
     mark({mesh.points[corners[0]], mesh.points[corners[1]], mesh.points[corners[2]]}, z, marks);
   };
+  const auto mark_tile = [&](std::uint64_t tile, std::int32_t at_x, std::int32_t at_y, std::int32_t at_z) {
+    marks.put(tile, at_x, at_y, at_z);
+  };
   SmallTriangles small(mesh, z, boundary);
   const std::size_t step = SmallTriangles::at_once(), count = mesh.triangles.size();
   std::size_t found = 0;
   const auto mark_some = [&](const Corners* triangles, std::size_t first, std::size_t valid) {
     if (over.size() < found + step) over.resize(2 * found + 64 * step);
-    found += small.mark(triangles, static_cast<std::uint32_t>(first), valid, over.data() + found, mark_one);
+    found += small.mark(triangles, static_cast<std::uint32_t>(first), valid, over.data() + found, mark_tile,
+                        mark_one);
   };
   std::size_t i = 0;
   for (; i + step <= count; i += step) {

@@ -110,10 +110,11 @@ TEST(BoundaryTwin, RandomTrianglesOfAllSizes) {
 
 /// Large ones among them, and some that reach beyond the grid; whole and half voxels as above.
 std::vector<std::array<Point, 3>> many_small_triangles(int round, std::int32_t edge, std::mt19937& random) {
-  const std::int64_t grain = round % 3 == 0 ? kSub : round % 3 == 1 ? kSub / 2 : 64;
+  const std::int64_t grain = round % 3 == 0 ? kSub : round % 3 == 1 ? kSub / 2 : 1;
   std::vector<std::array<Point, 3>> triangles(20 + random() % 40);
   for (auto& t : triangles) {
-    const std::int64_t extent = random() % 9 == 0 ? 4 * kSub : random() % 2 == 0 ? kSub : kSub / 3;
+    const std::int64_t extents[] = {kSub / 3, kSub / 3, kSub, kSub, 2 * kSub, 3 * kSub, 5 * kSub};
+    const std::int64_t extent = extents[random() % std::size(extents)];
     Point centre;
     for (auto& c : centre)
       c = static_cast<std::int64_t>(random() % static_cast<std::uint64_t>((edge + 2) * kSub)) - kSub;
