@@ -67,6 +67,13 @@ TEST(Dilation, EqualsTheLiteralTwinAcrossGroupsOfWords) {
     for (const std::int32_t x : {-3, 0, 37})
       expect_like_the_twin(scattered_solid(5, {1690, 3, 4}, 500, {x, 9, 8}), layers(element, {4, 1, 3}),
                            wide);
+    // Alone beside where a group ends: 512 voxels from 64 before the solid's box on.
+    for (const std::int32_t x : {444, 447, 448, 451}) {
+      SolidVoxels dot = scattered_solid(1, {600, 1, 1}, 1, {0, 9, 8});
+      dot.boundary = dot.interior = BitVolume(dot.box.size);
+      dot.boundary.set(x, 0, 0);
+      expect_like_the_twin(dot, layers(element, {4, 1, 3}), wide);
+    }
   }
 }
 
