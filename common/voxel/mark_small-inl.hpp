@@ -27,7 +27,13 @@ namespace hn = hwy::HWY_NAMESPACE;
 class SmallTriangles {
  public:
   SmallTriangles(const SnappedMesh& mesh, Slab slab, BitVolume& boundary)
-      : points_(mesh.points), slab_(slab), boundary_(boundary) {}
+      : points_(mesh.points),
+        slab_(slab),
+        size_(boundary.size()),
+        words_(boundary.words().data()),
+        row_words_(boundary.words_per_row()),
+        layer_words_(row_words_ * static_cast<std::size_t>(size_[1])),
+        counted_in_32_bits_(boundary.words().size() <= 0xffffffffU) {}
 
   static constexpr std::size_t kMost = hn::MaxLanes(hn::ScalableTag<std::int32_t>());
   static std::size_t at_once() { return hn::Lanes(kInts); }  ///< at most kMost
@@ -67,7 +73,7 @@ class SmallTriangles {
   HWY_INLINE std::size_t put_those_over_centres(std::uint32_t number, std::size_t valid,
                                                 std::uint32_t* over) const {
     constexpr std::int32_t kHalf = static_cast<std::int32_t>(kSub / 2);
-    const std::int32_t least[3] = {0, 0, slab_.first}, most[3] = {0, boundary_.size()[1] - 1, slab_.last - 1};
+    const std::int32_t least[3] = {0, 0, slab_.first}, most[3] = {0, size_[1] - 1, slab_.last - 1};
     auto reaches = hn::FirstN(kInts, valid);
     for (std::size_t axis = 1; axis < 3; ++axis) {
       const auto a = hn::Load(kInts, at_[0][axis]), b = hn::Load(kInts, at_[1][axis]),
@@ -89,7 +95,7 @@ class SmallTriangles {
     // Without the second voxel along x, y, z these remain.
     constexpr std::int32_t kWithout[3] = {0x55, 0x33, 0x0f};
     const std::int32_t least[3] = {0, 0, slab_.first};
-    const std::int32_t most[3] = {boundary_.size()[0] - 1, boundary_.size()[1] - 1, slab_.last - 1};
+    const std::int32_t most[3] = {size_[0] - 1, size_[1] - 1, slab_.last - 1};
     auto voxels = hn::Set(kInts, 0xff), kind = hn::Set(kInts, kSmall);
     auto outside = hn::Lt(kind, hn::Zero(kInts));  // none
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -112,8 +118,10 @@ class SmallTriangles {
       hn::Store(hn::Sub(b, corner), kInts, at_[1][axis]);
       hn::Store(hn::Sub(c, corner), kInts, at_[2][axis]);
     }
+    if (!counted_in_32_bits_) kind = hn::Zero(kInts);
     kind = hn::IfThenElse(outside, hn::Set(kInts, kOutside), kind);
     hn::Store(kind, kInts, kind_);
+    find_first_words();
     return hn::IfThenElseZero(hn::Eq(kind, hn::Set(kInts, kSmall)), voxels);
   }
 
@@ -223,22 +231,28 @@ class SmallTriangles {
 #endif
   }
 
+  /// Where the triangles' first voxels are, if they are within the volume.
+  HWY_INLINE void find_first_words() {
+    const hn::RebindToUnsigned<decltype(kInts)> numbers;
+    const auto at = [&](std::size_t axis)
+                        HWY_ATTR { return hn::BitCast(numbers, hn::Load(kInts, first_[axis])); };
+    const auto row = hn::Add(hn::Mul(at(2), hn::Set(numbers, static_cast<std::uint32_t>(size_[1]))), at(1));
+    hn::Store(hn::Add(hn::Mul(row, hn::Set(numbers, static_cast<std::uint32_t>(row_words_))),
+                      hn::ShiftRight<6>(at(0))),
+              numbers, word_);
+  }
+
   /// Asks the memory for where the triangles' first voxels are, in both layers. (Never a function of its own:
   /// one that does nothing else has no effect in GCC's eyes, and is left out.)
   HWY_INLINE void ask_for_rows() const {
-    const std::size_t row = boundary_.words_per_row(),
-                      layer = row * static_cast<std::size_t>(boundary_.size()[1]);
     for (std::size_t lane = 0; lane < at_once(); ++lane) {
-      if (kind_[lane] == kOutside) continue;
-      std::int32_t cell[3];
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        cell[axis] = std::clamp(first_[axis][lane], 0, boundary_.size()[axis] - 1);
-      const std::int32_t last_y = std::min(last_[1][lane], std::min(cell[1] + 3, boundary_.size()[1] - 1)),
-                         last_z = std::min(last_[2][lane], std::min(cell[2] + 3, boundary_.size()[2] - 1));
-      const std::uint64_t* word = boundary_.row(cell[1], cell[2]) + (cell[0] >> 6);
-      for (std::int32_t z = cell[2]; z <= last_z; ++z, word += layer) {
-        for (std::int32_t y = 0; y <= last_y - cell[1]; ++y)
-          hwy::Prefetch(word + static_cast<std::size_t>(y) * row);
+      if (kind_[lane] != kSmall && kind_[lane] != kMedium) continue;
+      const std::int32_t rows = std::min(last_[1][lane] - first_[1][lane], 3),
+                         layers = std::min(last_[2][lane] - first_[2][lane], 3);
+      const std::uint64_t* word = words_ + word_[lane];
+      for (std::int32_t z = 0; z <= layers; ++z, word += layer_words_) {
+        for (std::int32_t y = 0; y <= rows; ++y)
+          hwy::Prefetch(word + static_cast<std::size_t>(y) * row_words_);
       }
     }
   }
@@ -261,13 +275,10 @@ class SmallTriangles {
   }
 
   HWY_INLINE void put(std::size_t lane) {
-    const std::int32_t x = first_[0][lane];
-    const int shift = x & 63;
-    std::uint64_t* const word = boundary_.row(first_[1][lane], first_[2][lane]) + (x >> 6);
-    const std::size_t row = boundary_.words_per_row(),
-                      layer = row * static_cast<std::size_t>(boundary_.size()[1]);
+    const int shift = first_[0][lane] & 63;
+    std::uint64_t* const word = words_ + word_[lane];
     const auto met = static_cast<std::uint64_t>(met_[lane]);
-    const std::size_t offsets[4] = {0, row, layer, layer + row};
+    const std::size_t offsets[4] = {0, row_words_, layer_words_, layer_words_ + row_words_};
     for (std::size_t i = 0; i < 4; ++i) {
       const std::uint64_t bits = met >> (2 * i) & 3;
       if (bits == 0) continue;
@@ -278,10 +289,14 @@ class SmallTriangles {
 
   const std::vector<SnappedPoint>& points_;
   Slab slab_;
-  BitVolume& boundary_;
+  std::array<std::int32_t, 3> size_;
+  std::uint64_t* words_;
+  std::size_t row_words_, layer_words_;
+  bool counted_in_32_bits_;  // the volume's words; of 32 GiB and more every triangle is other
   MediumTriangles medium_;
   alignas(64) std::int32_t at_[3][3][kMost];  // [corner][axis]
   alignas(64) std::int32_t first_[3][kMost], last_[3][kMost], kind_[kMost], met_[kMost] = {};
+  alignas(64) std::uint32_t word_[kMost];
 };
 
 }  // namespace phantom::voxel::detail::HWY_NAMESPACE
