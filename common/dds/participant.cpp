@@ -14,6 +14,7 @@
 #include "common/core/host_interfaces.hpp"
 #include "common/dds/participant_impl.hpp"
 #include "common/dds/qos.hpp"
+#include "common/dds/readmission.hpp"
 #include "common/dds/security.hpp"
 #include "common/dds/topic_list.hpp"
 
@@ -62,6 +63,19 @@ void use_discovery_servers(eprosima::fastrtps::rtps::DiscoverySettings& discover
   }
 }
 
+// Two threads that hear of two participants at once, one by shared memory, one by UDP (or one by multicast),
+// overwrite each other's notes in Fast DDS 2.9.1's SecurityManager (match_builtin_endpoints), and one of the
+// two participants is never admitted. So a secured participant hears announcements and handshakes by one
+// socket; samples take shared memory as before.
+void discover_by_udp_alone(eprosima::fastrtps::rtps::BuiltinAttributes& builtin, bool multicast) {
+  eprosima::fastrtps::rtps::Locator_t locator;  // any interface that may be used, the participant's own port
+  locator.kind = LOCATOR_KIND_UDPv4;
+  builtin.metatrafficUnicastLocatorList.push_back(locator);
+  if (!multicast) return;
+  eprosima::fastrtps::rtps::IPLocator::setIPv4(locator, "239.255.0.1");
+  builtin.metatrafficMulticastLocatorList.push_back(locator);
+}
+
 edds::DomainParticipantQos participant_qos(const std::string& component, const core::NetworkOptions& network,
                                            bool observes) {
   edds::DomainParticipantQos qos = edds::PARTICIPANT_QOS_DEFAULT;
@@ -91,7 +105,10 @@ edds::DomainParticipantQos participant_qos(const std::string& component, const c
   }
   if (!network.discovery_servers.empty())
     use_discovery_servers(discovery, network.discovery_servers, observes);
-  if (!network.security.empty()) add_security(qos.properties(), network.security, component);
+  if (!network.security.empty()) {
+    add_security(qos.properties(), network.security, component);
+    discover_by_udp_alone(qos.wire_protocol().builtin, network.initial_peers.empty());
+  }
   return qos;
 }
 
@@ -104,6 +121,7 @@ std::uint64_t random_session() {
 }  // namespace
 
 Participant::Impl::~Impl() {
+  if (readmission) readmission->stop();
   if (participant == nullptr) return;
   participant->delete_contained_entities();
   edds::DomainParticipantFactory::get_instance()->delete_participant(participant);
@@ -178,16 +196,23 @@ Participant::Participant(const std::string& component, const core::NetworkOption
   core::require_interfaces(network, core::host_interfaces());
   impl_->component = component;
   impl_->session = random_session();
+  const bool observes = discovery != nullptr;
   impl_->discovery = std::move(discovery);
+  if (!network.security.empty())
+    impl_->discovery = impl_->readmission = std::make_shared<Readmission>(component, impl_->discovery);
   impl_->participant = edds::DomainParticipantFactory::get_instance()->create_participant(
-      static_cast<edds::DomainId_t>(network.domain),
-      participant_qos(component, network, impl_->discovery != nullptr), impl_->discovery.get(),
-      edds::StatusMask::none());
+      static_cast<edds::DomainId_t>(network.domain), participant_qos(component, network, observes),
+      impl_->discovery.get(), edds::StatusMask::none());
   if (impl_->participant == nullptr) {
     throw DdsError("domain " + std::to_string(network.domain) + ": Fast DDS could not join" +
                    (network.security.empty() ? ""
                                              : "; check the documents by deploy/security/make check " +
                                                    network.security.string()));
+  }
+  if (impl_->readmission) {
+    GuidPrefix own{};
+    std::copy_n(impl_->participant->guid().guidPrefix.value, own.size(), own.begin());
+    impl_->readmission->start(own);
   }
   edds::PublisherQos publisher = edds::PUBLISHER_QOS_DEFAULT;
   edds::SubscriberQos subscriber = edds::SUBSCRIBER_QOS_DEFAULT;

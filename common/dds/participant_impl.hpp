@@ -23,11 +23,14 @@ struct EndpointCounters {
       incompatible_qos{0};
 };
 
+class Readmission;
+
 /// Private to common/dds and common/observation.
 struct Participant::Impl {
   std::string component;
   std::uint64_t session = 0;
   std::shared_ptr<eprosima::fastdds::dds::DomainParticipantListener> discovery;  // outlives the participant
+  std::shared_ptr<Readmission> readmission;  // the same one, on a secured site
   eprosima::fastdds::dds::DomainParticipant* participant = nullptr;
   eprosima::fastdds::dds::Publisher* publisher = nullptr;
   eprosima::fastdds::dds::Subscriber* subscriber = nullptr;

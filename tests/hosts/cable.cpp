@@ -4,7 +4,8 @@
 //
 // cable INTERFACE_A INTERFACE_B; then a line on standard input for each change:
 //   set LOSS DELAY_MS JITTER_MS     share of frames lost, 0…1; each way; evenly spread around the delay,
-//   never overtaking cut | heal
+//   never overtaking
+//   cut | cut a | cut b | heal      both ways, or only what comes from INTERFACE_A or from INTERFACE_B
 // After each line it says "ok" and how many frames it carried and lost so far. It ends with its standard
 // input.
 #include <arpa/inet.h>
@@ -57,7 +58,7 @@ int open_end(const char* name) {
 
 struct Quality {
   double loss = 0.0, delay_ms = 0.0, jitter_ms = 0.0;
-  bool cut = false;
+  bool cut_a = false, cut_b = false;  // what comes from there is lost
 };
 
 struct Frame {
@@ -69,12 +70,12 @@ class Way {
  public:
   Way(int from, int to) : from_(from), to_(to), buffer_(1 << 17) {}
 
-  void take_in(const Quality& quality, std::mt19937& random) {
+  void take_in(const Quality& quality, bool cut, std::mt19937& random) {
     for (;;) {
       const ssize_t size = recv(from_, buffer_.data(), buffer_.size(), 0);
       if (size <= 0) return;
       std::uniform_real_distribution<double> share(0.0, 1.0);
-      if (quality.cut || share(random) < quality.loss) {
+      if (cut || share(random) < quality.loss) {
         ++lost;
         continue;
       }
@@ -117,8 +118,11 @@ bool obey(const std::string& line, Quality& quality) {
   std::string word;
   words >> word;
   if (word == "cut" || word == "heal") {
-    quality.cut = word == "cut";
-    return true;
+    std::string from;
+    words >> from;
+    quality.cut_a = word == "cut" && from != "b";
+    quality.cut_b = word == "cut" && from != "a";
+    return from.empty() || (word == "cut" && (from == "a" || from == "b"));
   }
   Quality wished = quality;
   if (word != "set" || !(words >> wished.loss >> wished.delay_ms >> wished.jitter_ms)) return false;
@@ -148,8 +152,8 @@ int main(int argc, char** argv) {
                         std::chrono::duration_cast<std::chrono::nanoseconds>(left).count() % 1'000'000'000};
     pollfd ends[] = {{a, POLLIN, 0}, {b, POLLIN, 0}, {STDIN_FILENO, POLLIN, 0}};
     ppoll(ends, 3, &wait, nullptr);
-    there.take_in(quality, random);
-    back.take_in(quality, random);
+    there.take_in(quality, quality.cut_a, random);
+    back.take_in(quality, quality.cut_b, random);
     there.pass_on();
     back.pass_on();
     if (ends[2].revents == 0) continue;
@@ -160,10 +164,8 @@ int main(int argc, char** argv) {
     for (auto end = typed.find('\n'); end != std::string::npos; end = typed.find('\n')) {
       const bool known = obey(typed.substr(0, end), quality);
       typed.erase(0, end + 1);
-      if (quality.cut) {
-        there.forget();
-        back.forget();
-      }
+      if (quality.cut_a) there.forget();
+      if (quality.cut_b) back.forget();
       std::cout << (known ? "ok" : "unknown") << ' ' << there.carried + back.carried << ' '
                 << there.lost + back.lost << '\n'
                 << std::flush;

@@ -142,8 +142,9 @@ class Cable:
     def set(self, loss=0.0, delay_ms=0.0, jitter_ms=0.0):
         return self.tell(f"set {loss} {delay_ms} {jitter_ms}")
 
-    def cut(self):
-        return self.tell("cut")
+    def cut(self, lost=""):
+        """Both ways; or `lost` is "from" (what the host sends) or "to" (what is sent to it)."""
+        return self.tell({"": "cut", "to": "cut a", "from": "cut b"}[lost])
 
     def heal(self):
         return self.tell("heal")

@@ -22,7 +22,6 @@ START_S = 150  # limits only bound a failing test
 class Wall:
     def __init__(self, mode, binaries, cable, folder):
         self.secured, self.bin, self.folder = mode == "secured", binaries, folder
-        self.sessions = {}
         self.security = self.folder / "security"
         self.topology = self.make_topology()
         if self.secured:
@@ -50,7 +49,7 @@ class Wall:
 
     def start_session(self, host):
         words = self.words("phantom_session", "--host", host, "--seconds", "0", "--report-dir", self.folder / "report" / host)
-        self.sessions[host] = self.site[host].start(words, self.folder / f"session_{host}.log")
+        self.site[host].start(words, self.folder / f"session_{host}.log")
 
     def spy(self, host, *topics, name="spy"):
         words = self.words("dds_spy", "echo", *topics, "--json", "--every", "0.1", "--seconds", "0")
@@ -123,42 +122,10 @@ def watch_bricks(wall):
     return version["brick_count"]
 
 
-def spy_that_hears(wall, host, hears, starts=3):
-    """Secured discovery under loss: once in some runs a participant of Fast DDS 2.9 finds nobody for ever. A person would start the
-    spy anew; what runs already is not concerned."""
-    for start in range(starts):
-        watch = wall.spy(host, "slave_state", name=f"spy_{host}_{start}")
-        try:
-            eventually(lambda: hears(watch), START_S / starts, f"start {start + 1} of a spy on {host} that hears")
-            return watch
-        except AssertionError as problem:
-            if start + 1 == starts:
-                raise
-            print(f"{problem}: started anew", flush=True)
-            watch.process.terminate()
-
-
-def couples_again(wall, watch, starts=3):
-    """Secured, once in some runs slave_io's participant of Fast DDS 2.9 finds nobody after an outage. Both sides stay safe and say so;
-    a person would start the slave's host anew (deploy/security/README.md)."""
-    starts = starts if wall.secured else 1
-    for start in range(starts):
-        try:
-            eventually(lambda: link_state(watch, "master_state") == "LINK_COUPLED", START_S / starts, "coupled again")
-            return
-        except AssertionError as problem:
-            assert link_state(watch, "master_state") != "LINK_STOPPED"
-            if start + 1 == starts:
-                raise
-            print(f"{problem}: the slave's host is started anew", flush=True)
-            wall.sessions["slave"].terminate()
-            wall.sessions["slave"].wait(30)
-            wall.start_session("slave")
-
-
 def partition_is_safe_and_heals(wall, watch):
     """Cut off, both sides go to their safe state by themselves; once the cable heals they find each other and couple again."""
-    behind = spy_that_hears(wall, "slave", lambda watch: link_state(watch, "slave_state") == "LINK_COUPLED")
+    behind = wall.spy("slave", "slave_state", name="behind")
+    eventually(lambda: link_state(behind, "slave_state") == "LINK_COUPLED", START_S, "the slave following")
     cable = wall.site.cables["slave"]
     cut = time.monotonic()
     cable.cut()
@@ -174,7 +141,7 @@ def partition_is_safe_and_heals(wall, watch):
     assert link_state(watch, "master_state") == "LINK_DEGRADED", link_state(watch, "master_state")
     cable.heal()
     healed = time.monotonic()
-    couples_again(wall, watch)
+    eventually(lambda: link_state(watch, "master_state") == "LINK_COUPLED", START_S, "coupled again")
     eventually(lambda: link_state(behind, "slave_state") == "LINK_COUPLED", START_S, "the slave following again")
     print(f"partition: both safe as seen after {safe_s:.2f} s; coupled again {time.monotonic() - healed:.2f} s after healing")
     behind.process.terminate()

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/dds/handshake_watch.hpp"
+
+namespace phantom::dds {
+
+/// The RTPS message by which participant `own` takes leave from `peer` alone: the disposal of its own
+/// announcement (OMG DDSI-RTPS, Simple Participant Discovery Protocol: DATA with KeyHash and StatusInfo), as
+/// a participant that ends sends it to all. `peer` forgets `own`, and discovers it anew with its next
+/// announcement. `sequence` must be greater than those of the announcements.
+std::vector<std::uint8_t> departure(const GuidPrefix& own, const GuidPrefix& peer, std::uint32_t sequence);
+
+}  // namespace phantom::dds

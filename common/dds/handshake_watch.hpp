@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "common/core/clock.hpp"
+
+namespace phantom::dds {
+
+/// What all GUIDs of one participant begin with.
+using GuidPrefix = std::array<std::uint8_t, 12>;
+
+/// Remembers which other participants announce themselves on a secured site without having shown who they
+/// are, and says when to begin their handshake anew. Knows no DDS. Not thread-safe. Real-time safe: no.
+class HandshakeWatch {
+ public:
+  /// A handshake over a bad link takes seconds; whoever has the smaller GUID loses patience first, so that
+  /// two participants do not undo each other's attempt at the same time.
+  static constexpr core::Nanoseconds kPatience = 10 * core::kNsPerSecond;
+  static constexpr core::Nanoseconds kPatienceOfGreater = 15 * core::kNsPerSecond;
+  /// After some attempts in a row it waits this long before each: a stranger never succeeds.
+  static constexpr int kAttemptsInARow = 3;
+  static constexpr core::Nanoseconds kMostPatience = 60 * core::kNsPerSecond;
+  /// Attempts that one call of overdue() asks for, who waits longest first: strangers may be many.
+  static constexpr std::size_t kMostAtOnce = 8;
+
+  struct Attempt {
+    GuidPrefix peer{};
+    int number = 0;                   ///< 1 for the first with this peer since it was discovered
+    core::Nanoseconds waited_ns = 0;  ///< since it was discovered
+  };
+
+  void discovered(const GuidPrefix& peer, core::Nanoseconds now);
+  /// It has shown who it is; returns how many attempts that had taken.
+  int admitted(const GuidPrefix& peer);
+  /// It left, or was not heard for its lease.
+  void left(const GuidPrefix& peer);
+  /// With whom `own` is to begin anew now; it is expected to do so.
+  std::vector<Attempt> overdue(const GuidPrefix& own, core::Nanoseconds now);
+
+ private:
+  struct Waiting {
+    core::Nanoseconds since = 0, last = 0;  // discovered; discovered or last attempted
+    int attempts = 0;
+  };
+  std::map<GuidPrefix, Waiting> waiting_;
+};
+
+}  // namespace phantom::dds

@@ -1,0 +1,138 @@
+#include "common/dds/readmission.hpp"
+
+#include <arpa/inet.h>
+#include <fastrtps/utils/IPLocator.h>
+#include <netinet/in.h>
+#include <spdlog/spdlog.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "common/dds/departure.hpp"
+#include "common/dds/security.hpp"
+
+namespace phantom::dds {
+namespace {
+
+namespace edds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastrtps::rtps;
+
+constexpr std::chrono::seconds kLookPeriod{1};
+// Greater than an announcement's: those are numbered by how often what they say has changed. A peer forgets
+// the number together with the participant.
+constexpr std::uint32_t kDepartureSequence = 1 << 20;
+
+GuidPrefix prefix_of(const rtps::GUID_t& guid) {
+  GuidPrefix prefix{};
+  std::copy_n(guid.guidPrefix.value, prefix.size(), prefix.begin());
+  return prefix;
+}
+
+sockaddr_in socket_address(const rtps::Locator_t& locator) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(locator.port));
+  std::copy_n(rtps::IPLocator::getIPv4(locator), 4, reinterpret_cast<std::uint8_t*>(&address.sin_addr));
+  return address;
+}
+
+}  // namespace
+
+Readmission::Readmission(std::string component, std::shared_ptr<edds::DomainParticipantListener> next)
+    : component_(std::move(component)),
+      next_(std::move(next)),
+      socket_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {}
+
+Readmission::~Readmission() {
+  stop();
+  if (socket_ >= 0) close(socket_);
+}
+
+void Readmission::start(const GuidPrefix& own) {
+  thread_ = std::thread([this, own] { run(own); });
+}
+
+void Readmission::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  stopped_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+void Readmission::on_participant_discovery(edds::DomainParticipant* participant,
+                                           rtps::ParticipantDiscoveryInfo&& info) {
+  using Status = rtps::ParticipantDiscoveryInfo;
+  const GuidPrefix prefix = prefix_of(info.info.m_guid);
+  {
+    const std::lock_guard lock(mutex_);
+    if (info.status == Status::DISCOVERED_PARTICIPANT) {
+      Peer peer{identity_name(info.info.m_participantName.to_string()), {}};  // anybody may have written it
+      for (const rtps::Locator_t& locator : info.info.metatraffic_locators.unicast) {
+        if (locator.kind == LOCATOR_KIND_UDPv4) peer.addresses.push_back(locator);
+      }
+      peers_[prefix] = std::move(peer);
+      watch_.discovered(prefix, core::monotonic_ns());
+    } else if (info.status != Status::CHANGED_QOS_PARTICIPANT) {
+      watch_.left(prefix);
+      peers_.erase(prefix);
+    }
+  }
+  if (next_) next_->on_participant_discovery(participant, std::move(info));
+}
+
+void Readmission::onParticipantAuthentication(edds::DomainParticipant* participant,
+                                              rtps::ParticipantAuthenticationInfo&& info) {
+  // A refusal may be the answer to half a handshake of before the outage; the watch goes on.
+  if (info.status == rtps::ParticipantAuthenticationInfo::AUTHORIZED_PARTICIPANT) {
+    const GuidPrefix prefix = prefix_of(info.guid);
+    const std::lock_guard lock(mutex_);
+    if (const int attempts = watch_.admitted(prefix); attempts > 0)
+      spdlog::info("{}: {} is admitted, after its handshake was begun anew {}", component_,
+                   peers_[prefix].name, attempts == 1 ? "once" : std::to_string(attempts) + " times");
+    peers_.erase(prefix);
+  }
+  if (next_) next_->onParticipantAuthentication(participant, std::move(info));
+}
+
+void Readmission::on_subscriber_discovery(edds::DomainParticipant* participant,
+                                          rtps::ReaderDiscoveryInfo&& info) {
+  if (next_) next_->on_subscriber_discovery(participant, std::move(info));
+}
+
+void Readmission::on_publisher_discovery(edds::DomainParticipant* participant,
+                                         rtps::WriterDiscoveryInfo&& info) {
+  if (next_) next_->on_publisher_discovery(participant, std::move(info));
+}
+
+void Readmission::run(const GuidPrefix& own) {
+  std::unique_lock lock(mutex_);
+  while (!stopped_.wait_for(lock, kLookPeriod, [this] { return stop_; })) {
+    for (const auto& attempt : watch_.overdue(own, core::monotonic_ns()))
+      begin_anew(own, attempt, peers_[attempt.peer]);
+  }
+}
+
+void Readmission::begin_anew(const GuidPrefix& own, const HandshakeWatch::Attempt& attempt,
+                             const Peer& peer) const {
+  char text[INET_ADDRSTRLEN] = "unknown";
+  const std::vector<std::uint8_t> message = departure(own, attempt.peer, kDepartureSequence);
+  for (const rtps::Locator_t& locator : peer.addresses) {
+    const sockaddr_in address = socket_address(locator);
+    inet_ntop(AF_INET, &address.sin_addr, text, sizeof text);
+    // A message that does not arrive is sent again at the next attempt.
+    [[maybe_unused]] const auto sent = sendto(socket_, message.data(), message.size(), 0,
+                                              reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  }
+  spdlog::warn(
+      "{}: {} at {} announces itself, but has not shown for {:.0f} s who it is; its handshake is begun anew "
+      "(attempt {}). It is not spoken with until it succeeds; if it goes on, check its documents.",
+      component_, peer.name.empty() ? "somebody" : peer.name, text, core::seconds(attempt.waited_ns),
+      attempt.number);
+}
+
+}  // namespace phantom::dds

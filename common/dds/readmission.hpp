@@ -1,0 +1,60 @@
+#pragma once
+
+#include <condition_variable>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "common/dds/handshake_watch.hpp"
+
+namespace phantom::dds {
+
+/// Lets a secured participant be admitted again where Fast DDS 2.9.1 would wait for ever: when one of two
+/// participants has forgotten the other and the other has not (an outage about as long as the lease, a
+/// process that stood still), the handshake that the one begins is ignored by the other, which goes on
+/// hearing it and so never forgets it. The one takes leave from the other, so that both begin anew. Nobody
+/// else notices, and no endpoint of this process is touched.
+///
+/// Private to common/dds: the listener of a secured participant. It passes on what it hears to `next`.
+class Readmission : public eprosima::fastdds::dds::DomainParticipantListener {
+ public:
+  Readmission(std::string component, std::shared_ptr<eprosima::fastdds::dds::DomainParticipantListener> next);
+  ~Readmission() override;
+  /// Call once, with the participant's own prefix, when it has been made; starts the thread.
+  void start(const GuidPrefix& own);
+  /// Ends the thread; call it before the participant is deleted.
+  void stop();
+
+  void on_participant_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
+                                eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& info) override;
+  void onParticipantAuthentication(eprosima::fastdds::dds::DomainParticipant* participant,
+                                   eprosima::fastrtps::rtps::ParticipantAuthenticationInfo&& info) override;
+  void on_subscriber_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
+                               eprosima::fastrtps::rtps::ReaderDiscoveryInfo&& info) override;
+  void on_publisher_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
+                              eprosima::fastrtps::rtps::WriterDiscoveryInfo&& info) override;
+
+ private:
+  struct Peer {
+    std::string name;
+    std::vector<eprosima::fastrtps::rtps::Locator_t> addresses;  // where it listens for announcements; UDP
+  };
+  void run(const GuidPrefix& own);
+  void begin_anew(const GuidPrefix& own, const HandshakeWatch::Attempt& attempt, const Peer& peer) const;
+
+  const std::string component_;
+  const std::shared_ptr<eprosima::fastdds::dds::DomainParticipantListener> next_;
+  const int socket_;
+  std::mutex mutex_;
+  std::condition_variable stopped_;
+  bool stop_ = false;
+  HandshakeWatch watch_;
+  std::map<GuidPrefix, Peer> peers_;
+  std::thread thread_;
+};
+
+}  // namespace phantom::dds

@@ -1,0 +1,115 @@
+#include "common/dds/handshake_watch.hpp"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+namespace phantom::dds {
+namespace {
+
+constexpr core::Nanoseconds kS = core::kNsPerSecond;
+
+GuidPrefix prefix(std::uint8_t last) {
+  GuidPrefix made{};
+  made.back() = last;
+  return made;
+}
+
+const GuidPrefix kOwn = prefix(5), kGreater = prefix(9), kSmaller = prefix(2);
+
+TEST(HandshakeWatch, IsPatientWithAHandshakeThatSucceeds) {
+  HandshakeWatch watch;
+  watch.discovered(kGreater, 100 * kS);
+  EXPECT_TRUE(watch.overdue(kOwn, 100 * kS + HandshakeWatch::kPatience - 1).empty());
+  EXPECT_EQ(watch.admitted(kGreater), 0);
+  EXPECT_TRUE(watch.overdue(kOwn, 1000 * kS).empty());
+}
+
+TEST(HandshakeWatch, NobodyIsAskedAnythingWhileAlone) {
+  HandshakeWatch watch;
+  EXPECT_TRUE(watch.overdue(kOwn, 0).empty());
+  EXPECT_TRUE(watch.overdue(kOwn, 100000 * kS).empty());
+}
+
+TEST(HandshakeWatch, WhoLeftIsLetGo) {
+  HandshakeWatch watch;
+  watch.discovered(kGreater, 0);
+  watch.left(kGreater);
+  EXPECT_TRUE(watch.overdue(kOwn, 1000 * kS).empty());
+  watch.left(kSmaller);  // never seen
+}
+
+TEST(HandshakeWatch, WhoHasTheSmallerGuidBeginsFirst) {
+  HandshakeWatch watch;
+  watch.discovered(kGreater, 0);
+  watch.discovered(kSmaller, 0);
+  const auto first = watch.overdue(kOwn, HandshakeWatch::kPatience);
+  ASSERT_EQ(first.size(), 1u);
+  EXPECT_EQ(first[0].peer, kGreater);
+  const auto second = watch.overdue(kOwn, HandshakeWatch::kPatienceOfGreater);
+  ASSERT_EQ(second.size(), 1u);
+  EXPECT_EQ(second[0].peer, kSmaller);
+  EXPECT_LT(HandshakeWatch::kPatience, HandshakeWatch::kPatienceOfGreater);
+}
+
+TEST(HandshakeWatch, AStrangerIsAskedEverMoreSeldom) {
+  HandshakeWatch watch;
+  watch.discovered(kGreater, 0);
+  std::vector<core::Nanoseconds> at;
+  for (core::Nanoseconds now = 0; now <= 300 * kS; now += kS) {
+    for (const auto& attempt : watch.overdue(kOwn, now)) {
+      at.push_back(now / kS);
+      EXPECT_EQ(attempt.number, static_cast<int>(at.size()));
+      EXPECT_EQ(attempt.waited_ns, now);
+    }
+  }
+  EXPECT_EQ(at, (std::vector<core::Nanoseconds>{10, 20, 30, 90, 150, 210, 270}));
+}
+
+TEST(HandshakeWatch, StaysSeldomForDays) {
+  HandshakeWatch watch;
+  watch.discovered(kGreater, 0);
+  core::Nanoseconds last = 0;
+  for (core::Nanoseconds now = 0; now < 2 * 86400 * kS; now += 10 * kS) {
+    if (watch.overdue(kOwn, now).empty()) continue;
+    EXPECT_LE(now - last, HandshakeWatch::kMostPatience);
+    if (now > 60 * kS) {
+      EXPECT_EQ(now - last, HandshakeWatch::kMostPatience);
+    }
+    last = now;
+  }
+  EXPECT_GT(last, (2 * 86400 - 70) * kS);
+}
+
+TEST(HandshakeWatch, CountsTheAttemptsUntilAdmission) {
+  HandshakeWatch watch;
+  watch.discovered(kGreater, 0);
+  EXPECT_EQ(watch.overdue(kOwn, 10 * kS).size(), 1u);
+  EXPECT_EQ(watch.overdue(kOwn, 20 * kS).size(), 1u);
+  EXPECT_EQ(watch.admitted(kGreater), 2);
+  EXPECT_EQ(watch.admitted(kGreater), 0);
+}
+
+TEST(HandshakeWatch, DiscoveredAnewItIsGivenTimeAnew) {
+  HandshakeWatch watch;
+  watch.discovered(kGreater, 0);
+  watch.left(kGreater);
+  watch.discovered(kGreater, 9 * kS);
+  EXPECT_TRUE(watch.overdue(kOwn, 18 * kS).empty());
+  EXPECT_EQ(watch.overdue(kOwn, 19 * kS).size(), 1u);
+}
+
+TEST(HandshakeWatch, ACrowdOfStrangersIsServedInTurns) {
+  HandshakeWatch watch;
+  for (int i = 0; i < 100; ++i) watch.discovered(prefix(static_cast<std::uint8_t>(100 + i)), 0);
+  std::set<GuidPrefix> asked;
+  for (core::Nanoseconds now = 15 * kS; now < 28 * kS; now += kS) {  // the first ones are due again by then
+    const auto due = watch.overdue(kOwn, now);
+    EXPECT_LE(due.size(), HandshakeWatch::kMostAtOnce);
+    for (const auto& attempt : due) asked.insert(attempt.peer);
+  }
+  EXPECT_EQ(asked.size(), 100u);
+}
+
+}  // namespace
+}  // namespace phantom::dds
