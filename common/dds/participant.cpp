@@ -209,11 +209,7 @@ Participant::Participant(const std::string& component, const core::NetworkOption
                                              : "; check the documents by deploy/security/make check " +
                                                    network.security.string()));
   }
-  if (impl_->readmission) {
-    GuidPrefix own{};
-    std::copy_n(impl_->participant->guid().guidPrefix.value, own.size(), own.begin());
-    impl_->readmission->start(own);
-  }
+  if (impl_->readmission) impl_->readmission->start(impl_->participant->guid());
   edds::PublisherQos publisher = edds::PUBLISHER_QOS_DEFAULT;
   edds::SubscriberQos subscriber = edds::SUBSCRIBER_QOS_DEFAULT;
   if (!network.partition.empty()) {

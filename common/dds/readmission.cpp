@@ -8,10 +8,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
+#include <system_error>
 #include <utility>
 
 #include "common/dds/departure.hpp"
+#include "common/dds/participant.hpp"
 #include "common/dds/security.hpp"
 
 namespace phantom::dds {
@@ -44,15 +47,17 @@ sockaddr_in socket_address(const rtps::Locator_t& locator) {
 Readmission::Readmission(std::string component, std::shared_ptr<edds::DomainParticipantListener> next)
     : component_(std::move(component)),
       next_(std::move(next)),
-      socket_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {}
+      socket_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
+  if (socket_ < 0) throw DdsError("no UDP socket could be opened: " + std::generic_category().message(errno));
+}
 
 Readmission::~Readmission() {
   stop();
-  if (socket_ >= 0) close(socket_);
+  close(socket_);
 }
 
-void Readmission::start(const GuidPrefix& own) {
-  thread_ = std::thread([this, own] { run(own); });
+void Readmission::start(const rtps::GUID_t& own) {
+  thread_ = std::thread([this, prefix = prefix_of(own)] { run(prefix); });
 }
 
 void Readmission::stop() {

@@ -22,11 +22,12 @@ namespace phantom::dds {
 /// Private to common/dds: the listener of a secured participant. It passes on what it hears to `next`.
 class Readmission : public eprosima::fastdds::dds::DomainParticipantListener {
  public:
+  /// Throws DdsError if there is no socket left.
   Readmission(std::string component, std::shared_ptr<eprosima::fastdds::dds::DomainParticipantListener> next);
   ~Readmission() override;
-  /// Call once, with the participant's own prefix, when it has been made; starts the thread.
-  void start(const GuidPrefix& own);
-  /// Ends the thread; call it before the participant is deleted.
+  /// Call once, with the participant's own GUID, when it has been made; starts the thread.
+  void start(const eprosima::fastrtps::rtps::GUID_t& own);
+  /// Ends the thread; call it before the participant is deleted. May be called twice.
   void stop();
 
   void on_participant_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
