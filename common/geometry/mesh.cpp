@@ -23,7 +23,21 @@ std::uint64_t fnv1a(std::uint64_t hash, const void* data, std::size_t size) {
 
 BoundingBox TriangleMesh::bounding_box() const {
   BoundingBox box;
-  for (const auto& vertex : vertices_m) box.extend(vertex);
+  // Four vertices at a time: their coordinates fill three vectors.
+  using Four = Eigen::Array<float, 3, 4>;
+  const auto count = static_cast<Eigen::Index>(vertices_m.size()), whole = count / 4 * 4;
+  if (whole > 0) {
+    const float* from = vertices_m.data()->data();
+    Four low = Eigen::Map<const Four>(from), high = low;
+    for (Eigen::Index i = 4; i < whole; i += 4) {
+      const Eigen::Map<const Four> here(from + 3 * i);
+      low = low.min(here);
+      high = high.max(here);
+    }
+    box.min_m = low.rowwise().minCoeff();
+    box.max_m = high.rowwise().maxCoeff();
+  }
+  for (Eigen::Index i = whole; i < count; ++i) box.extend(vertices_m[static_cast<std::size_t>(i)]);
   return box;
 }
 

@@ -4,6 +4,7 @@
 
 #include <map>
 #include <numbers>
+#include <random>
 #include <utility>
 
 #include "common/geometry/primitives.hpp"
@@ -82,6 +83,24 @@ TEST(TriangleMesh, RefusesBytesThatAreNoMesh) {
   not_finite[2] = 0xc0;
   not_finite[3] = 0x7f;
   EXPECT_FALSE(mesh_from_bytes(not_finite.data(), not_finite.size(), 8, 12, mesh));
+}
+
+TEST(TriangleMesh, BoundingBoxHoldsEveryVertexHoweverMany) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> coordinate(-9.0F, 9.0F);
+  for (std::size_t count = 1; count < 30; ++count) {
+    TriangleMesh mesh;
+    Eigen::Vector3f low = Eigen::Vector3f::Constant(10.0F), high = -low;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Eigen::Vector3f vertex{coordinate(random), coordinate(random), coordinate(random)};
+      mesh.vertices_m.push_back(vertex);
+      low = low.cwiseMin(vertex);
+      high = high.cwiseMax(vertex);
+    }
+    EXPECT_EQ(mesh.bounding_box().min_m, low) << count;
+    EXPECT_EQ(mesh.bounding_box().max_m, high) << count;
+  }
+  EXPECT_EQ(TriangleMesh{}.bounding_box().min_m, BoundingBox{}.min_m);
 }
 
 }  // namespace
