@@ -35,17 +35,20 @@ class HandshakeWatch {
   void discovered(const GuidPrefix& peer, core::Nanoseconds now);
   /// It has shown who it is; returns how many attempts that had taken.
   int admitted(const GuidPrefix& peer);
-  /// It left, or was not heard for its lease.
-  void left(const GuidPrefix& peer);
+  /// It left, or was not heard for its lease. Returns whether it is gone: Fast DDS may tell of a peer's end
+  /// only after it has told that it discovered the same one anew.
+  bool left(const GuidPrefix& peer);
   /// With whom `own` is to begin anew now; it is expected to do so.
   std::vector<Attempt> overdue(const GuidPrefix& own, core::Nanoseconds now);
 
  private:
-  struct Waiting {
+  struct Peer {
+    int present = 0;  // times discovered that it has not left
+    bool waiting = false;
     core::Nanoseconds since = 0, last = 0;  // discovered; discovered or last attempted
     int attempts = 0;
   };
-  std::map<GuidPrefix, Waiting> waiting_;
+  std::map<GuidPrefix, Peer> peers_;
 };
 
 }  // namespace phantom::dds

@@ -34,9 +34,21 @@ TEST(HandshakeWatch, NobodyIsAskedAnythingWhileAlone) {
 TEST(HandshakeWatch, WhoLeftIsLetGo) {
   HandshakeWatch watch;
   watch.discovered(kGreater, 0);
-  watch.left(kGreater);
+  EXPECT_TRUE(watch.left(kGreater));
   EXPECT_TRUE(watch.overdue(kOwn, 1000 * kS).empty());
-  watch.left(kSmaller);  // never seen
+  EXPECT_TRUE(watch.left(kSmaller));  // never seen
+}
+
+// The thread that drops a peer and the one that discovers it anew tell of it in any order.
+TEST(HandshakeWatch, AnEndThatIsToldLateDoesNotEndTheWatch) {
+  HandshakeWatch watch;
+  watch.discovered(kGreater, 0);
+  EXPECT_EQ(watch.admitted(kGreater), 0);
+  watch.discovered(kGreater, 20 * kS);
+  EXPECT_FALSE(watch.left(kGreater));
+  EXPECT_EQ(watch.overdue(kOwn, 30 * kS).size(), 1u);
+  EXPECT_TRUE(watch.left(kGreater));
+  EXPECT_TRUE(watch.overdue(kOwn, 1000 * kS).empty());
 }
 
 TEST(HandshakeWatch, WhoHasTheSmallerGuidBeginsFirst) {
