@@ -8,16 +8,14 @@
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/process.hpp"
 #include "components/synthetic_viewer/dds_adapter.hpp"
+#include "components/synthetic_viewer/publishing_schedule.hpp"
 #include "components/synthetic_viewer/viewer_loop.hpp"
 #include "components/synthetic_viewer/window.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr double kTurn_s = 0.1;  // of the loop below: the rate of view_pose
-constexpr int kTurnsPerStatus = 5;
-// A view that was drawn longer ago is not told any more: the viewer hangs, or has far too much to do.
-constexpr core::Nanoseconds kOldestView_ns = 2 * core::kNsPerSecond;
+constexpr double kTurn_s = core::seconds(PublishingSchedule::kViewPeriod_ns);  // of the loop below
 
 /// Null if none is wanted, or there is nothing to open one on.
 std::unique_ptr<Window> open_window(const ViewerConfig& config, const std::string& cell, PageContent& content,
@@ -66,7 +64,8 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
     if (const core::Status sent = command(wish); !sent.is_ok()) spdlog::warn("{}", sent.message());
   };
   std::unique_ptr<Window> window = open_window(config, cell.name, content, std::move(actions));
-  for (int turn = 1; viewer.running() && !runtime::stop_requested(); ++turn) {
+  PublishingSchedule schedule(config.page.allow_commands, config.frame_rate_hz);
+  while (viewer.running() && !runtime::stop_requested()) {
     if (window && !window->turn(kTurn_s)) {
       spdlog::info("window closed; the viewer goes on without it");
       window.reset();
@@ -74,11 +73,9 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
       break;
     }
     const ViewPoseSample view = viewer.view_pose();
-    if (config.page.allow_commands && view.made_ns != 0 &&
-        core::monotonic_ns() - view.made_ns < kOldestView_ns) {
-      adapter.publish(view);
-    }
-    if (turn % kTurnsPerStatus == 0) adapter.publish(viewer.health());
+    const PublishingSchedule::Due due = schedule.at(core::monotonic_ns(), view.made_ns);
+    if (due.view_pose) adapter.publish(view);
+    if (due.status) adapter.publish(viewer.health());
   }
   window.reset();
   const std::string url = server ? server->url() : std::string();
