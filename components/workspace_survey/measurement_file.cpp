@@ -151,11 +151,12 @@ class Table {
 
   std::string name_of(const Column& column, const std::string& cell) const {
     const bool fine =
-        !cell.empty() && cell.size() <= kLongestName &&
+        !cell.empty() && cell.size() <= kLongestName && cell.front() != '#' &&
         std::all_of(cell.begin(), cell.end(), [](char c) { return c > ' ' && c < 127 && c != '"'; });
     if (!fine)
-      throw error(fmt::format("{} is {}; allowed: a name of 1 to {} letters, digits and signs", column.name,
-                              shown(cell), kLongestName));
+      throw error(
+          fmt::format("{} is {}; allowed: a name of 1 to {} letters, digits and signs, without # in front",
+                      column.name, shown(cell), kLongestName));
     return cell;
   }
 

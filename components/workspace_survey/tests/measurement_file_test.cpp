@@ -61,6 +61,8 @@ TEST(MeasurementFile, EachFaultIsNamedWithItsPlaceAndWhatIsAllowed) {
   EXPECT_THAT(said(kHead + "A,whole,1,3500,1\n"), HasSubstr("has 5 cells; allowed: 6"));
   EXPECT_THAT(said(kHead + "A,half,1,3500,1,2\n"), HasSubstr("part is 'half'; allowed: whole, part"));
   EXPECT_THAT(said(kHead + "A,whole,,3500,1,2\n"), HasSubstr("node is ''"));
+  EXPECT_THAT(said("node,face,range_mm,pan_deg,tilt_deg\n1,#A,3500,1,2\n"),
+              AllOf(HasSubstr("points.csv:2: face is '#A'"), HasSubstr("without # in front")));
   EXPECT_THAT(said(kHead + "A,whole,1,3500,,2\n"), HasSubstr("some of range, pan and tilt"));
   EXPECT_THAT(refusal([] { read_measurements("/nowhere/points.csv"); }),
               HasSubstr("/nowhere/points.csv: no such file"));
