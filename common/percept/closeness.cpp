@@ -10,7 +10,8 @@ double greatest_neighbour_mu(const voxel::Workspace& workspace) {
     const auto brick = workspace.brick(key);
     for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i) {
       // Everything between free space and the surface is a layer or the guard.
-      const bool fluid = brick.order[i] > voxel::kOrderFree && brick.order[i] < voxel::kOrderBoundary;
+      const std::int8_t order = brick.order_of(i);
+      const bool fluid = order > voxel::kOrderFree && order < voxel::kOrderBoundary;
       greatest = std::max(greatest, fluid ? brick.mu_code[i] : std::uint8_t{0});
     }
   }

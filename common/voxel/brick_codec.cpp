@@ -37,7 +37,7 @@ ZSTD_DCtx* decompressor() {
 std::vector<std::uint8_t> encode_brick(const Workspace::BrickView& brick) {
   BrickData plain;
   std::memcpy(plain.mu_code.data(), brick.mu_code, kBrickVoxels);
-  std::memcpy(plain.order.data(), brick.order, kBrickVoxels);
+  brick.copy_orders(plain.order.data());
   brick.copy_objects(plain.object.data());
 
   thread_local std::vector<std::uint8_t> bytes(ZSTD_compressBound(kPlainBytes));

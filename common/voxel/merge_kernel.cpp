@@ -1,52 +1,20 @@
 #include "common/voxel/merge_kernel.hpp"
 
-#include <algorithm>
-#include <array>
-
 // Compiled once per instruction set; the best one that the machine has is picked when it runs.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "common/voxel/merge_kernel.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "common/voxel/byte_lookup-inl.hpp"
+
 HWY_BEFORE_NAMESPACE();
 namespace phantom::voxel::detail::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-constexpr hn::ScalableTag<std::uint8_t> kBytes;
-using Bytes = hn::Vec<decltype(kBytes)>;
-
-/// A code table as rows of 16 that one instruction looks up; rows without a code are left out.
-class Lookup {
- public:
-  explicit Lookup(const CodeTable& table) : table_(table) {
-    for (std::size_t row = 0; row < 256; row += 16) {
-      if (std::any_of(table.begin() + static_cast<std::ptrdiff_t>(row),
-                      table.begin() + static_cast<std::ptrdiff_t>(row) + 16,
-                      [](std::uint8_t code) { return code != 0; }))
-        rows_[count_++] = static_cast<std::uint8_t>(row);
-    }
-  }
-  HWY_INLINE Bytes operator()(const std::int8_t* orders) const {
-    const auto order = hn::LoadU(kBytes, reinterpret_cast<const std::uint8_t*>(orders));
-#if HWY_TARGET == HWY_SCALAR
-    return hn::Set(kBytes, table_[hn::GetLane(order)]);
-#else
-    const auto column = hn::And(order, hn::Set(kBytes, std::uint8_t{15})), row = hn::Sub(order, column);
-    auto code = hn::Zero(kBytes);
-    for (std::size_t i = 0; i < count_; ++i) {
-      const auto found = hn::TableLookupBytes(hn::LoadDup128(kBytes, table_.data() + rows_[i]), column);
-      code = hn::IfThenElse(hn::Eq(row, hn::Set(kBytes, rows_[i])), found, code);
-    }
-    return code;
-#endif
-  }
-
- private:
-  const CodeTable& table_;
-  std::array<std::uint8_t, 16> rows_{};
-  std::size_t count_ = 0;
-};
+HWY_INLINE Bytes load(const std::int8_t* from) {
+  return hn::LoadU(kBytes, reinterpret_cast<const std::uint8_t*>(from));
+}
 
 constexpr hn::ScalableTag<std::uint16_t> kShorts;
 constexpr hn::Rebind<std::uint8_t, decltype(kShorts)> kHalfBytes;
@@ -62,10 +30,10 @@ HWY_INLINE void for_ids(Bytes chosen, const Put& put) {
 
 void look_up(const CodeTable& table, const std::int8_t* orders, std::uint16_t id, std::uint8_t* codes,
              std::uint16_t* objects) {
-  const Lookup lookup(table);
+  const ByteLookup lookup(table.data());
   const auto ids = hn::Set(kShorts, id);
   for (std::size_t i = 0; i < kBrickVoxels; i += hn::Lanes(kBytes)) {
-    const auto code = lookup(orders + i);
+    const auto code = lookup(load(orders + i));
     hn::StoreU(code, kBytes, codes + i);
     if (objects != nullptr)
       for_ids(code, [&](std::size_t lane, auto there) HWY_ATTR {
@@ -76,12 +44,12 @@ void look_up(const CodeTable& table, const std::int8_t* orders, std::uint16_t id
 
 void take(const CodeTable& table, const std::int8_t* orders, std::uint16_t id, const std::uint8_t* settled,
           std::uint8_t* codes, std::int8_t* winners, std::uint16_t* objects) {
-  const Lookup lookup(table);
+  const ByteLookup lookup(table.data());
   const auto ids = hn::Set(kShorts, id);
   for (std::size_t i = 0; i < kBrickVoxels; i += hn::Lanes(kBytes)) {
-    const auto order = hn::LoadU(kBytes, reinterpret_cast<const std::uint8_t*>(orders + i));
+    const auto order = load(orders + i);
     const auto there = hn::LoadU(kBytes, codes + i);
-    auto code = lookup(orders + i);
+    auto code = lookup(order);
     if (settled != nullptr)
       code = hn::IfThenElseZero(hn::Eq(hn::LoadU(kBytes, settled + i), hn::Zero(kBytes)), code);
     const auto higher = hn::Max(code, there);

@@ -43,18 +43,19 @@ std::vector<BrickKey> Workspace::bricks() const {
 
 std::size_t Workspace::bytes() const noexcept {
   std::size_t orders = 0;
-  for (const Slot& slot : slots_) orders += slot.own_orders.size() + (slot.shared_orders ? kBrickVoxels : 0);
+  for (const Slot& slot : slots_) {
+    orders += slot.own_orders.size() + (slot.shared_orders ? kBrickVoxels : 0) + slot.orders_by_code.bytes();
+  }
   return directory_.size() * sizeof(directory_[0]) + slots_.size() * sizeof(slots_[0]) + mu_codes_.size() +
          orders + objects_.size() * sizeof(objects_[0]);
 }
 
-Workspace::BrickView Workspace::brick(BrickKey key) const noexcept {
-  const std::uint32_t slot = directory_[directory_index(key)];
-  const std::size_t first = slot * kBrickVoxels;
-  const Slot& about = slots_[slot];
-  return {mu_codes_.data() + first, about.orders(),
-          about.object_list == 0 ? nullptr : objects_.data() + about.object_list * kBrickVoxels,
-          about.object};
+void Workspace::BrickView::copy_orders(std::int8_t* to) const {
+  if (order != nullptr) {
+    std::copy_n(order, kBrickVoxels, to);
+  } else {
+    orders_by_code(*tables, second, mu_code, to);
+  }
 }
 
 void Workspace::BrickView::copy_objects(std::uint16_t* to) const {
@@ -110,7 +111,8 @@ Workspace::MutableBrick Workspace::arrays(std::uint32_t slot) noexcept {
   const std::size_t first = slot * kBrickVoxels;
   Slot& about = slots_[slot];
   const std::uint32_t list = about.object_list;
-  return {mu_codes_.data() + first, about.shared_orders ? nullptr : about.own_orders.data(),
+  const bool own = !about.shared_orders && !about.orders_by_code.tables;
+  return {mu_codes_.data() + first, own ? about.own_orders.data() : nullptr,
           list == 0 ? nullptr : objects_.data() + list * kBrickVoxels};
 }
 
@@ -127,10 +129,14 @@ Workspace::MutableBrick Workspace::make_brick(BrickKey key) {
     slot = take_slot();
     std::copy_n(mu_codes_.data() + before * kBrickVoxels, kBrickVoxels,
                 mu_codes_.data() + slot * kBrickVoxels);
-    slots_[slot].own_orders.assign(slots_[before].orders(), slots_[before].orders() + kBrickVoxels);
-  } else if (auto& shared = slots_[slot].shared_orders) {
-    slots_[slot].own_orders.assign(shared.get(), shared.get() + kBrickVoxels);
-    shared = nullptr;
+    slots_[slot].own_orders.resize(kBrickVoxels);
+    view(before).copy_orders(slots_[slot].own_orders.data());
+  } else if (arrays(slot).order == nullptr) {
+    LargeVector<std::int8_t> orders(kBrickVoxels);
+    view(slot).copy_orders(orders.data());
+    slots_[slot].own_orders = std::move(orders);
+    slots_[slot].shared_orders = nullptr;
+    slots_[slot].orders_by_code = {};
   }
   const std::uint32_t list = take_object_list();
   brick(key).copy_objects(objects_.data() + list * kBrickVoxels);
@@ -159,8 +165,24 @@ Workspace::MutableBrick Workspace::make_brick_of(BrickKey key, std::uint16_t obj
   return arrays(slot);
 }
 
+Workspace::MutableBrick Workspace::make_brick_of(BrickKey key, std::uint16_t object, OrdersByCode orders) {
+  if (!orders.tables) return make_brick_of(key, object);
+  remove_brick(key);
+  const std::uint32_t slot = take_slot();
+  slots_[slot].object = object;
+  slots_[slot].own_orders = {};
+  slots_[slot].orders_by_code = std::move(orders);
+  directory_[directory_index(key)] = slot;
+  ++brick_count_;
+  return arrays(slot);
+}
+
 Workspace::MutableBrick Workspace::make_brick_of_several(BrickKey key) {
-  make_brick_of(key, 0);
+  return make_brick_of_several(key, OrdersByCode{});
+}
+
+Workspace::MutableBrick Workspace::make_brick_of_several(BrickKey key, OrdersByCode orders) {
+  make_brick_of(key, 0, std::move(orders));
   const std::uint32_t slot = directory_[directory_index(key)];
   slots_[slot].object_list = take_object_list();
   return arrays(slot);
@@ -196,6 +218,7 @@ void Workspace::remove_brick(BrickKey key) {
     if (slot.object_list != 0) free_object_lists_.push_back(slot.object_list);
     if (slot.uniform) std::erase(uniform_slots_, place);
     slot.shared_orders = nullptr;
+    slot.orders_by_code = {};
     free_slots_.push_back(place);
   }
   place = 0;

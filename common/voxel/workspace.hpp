@@ -7,6 +7,7 @@
 
 #include "common/voxel/grid.hpp"
 #include "common/voxel/large_pages.hpp"
+#include "common/voxel/orders_by_code.hpp"
 #include "common/voxel/voxel_box.hpp"
 
 namespace phantom::voxel {
@@ -66,7 +67,7 @@ class Workspace {
   std::int8_t order(Index3 v) const noexcept {
     if (!grid_.contains(v)) return kOrderFree;
     const std::size_t at = address(v);
-    return slots_[at / kBrickVoxels].orders()[at % kBrickVoxels];
+    return view(static_cast<std::uint32_t>(at / kBrickVoxels)).order_of(at % kBrickVoxels);
   }
   std::uint16_t object(Index3 v) const noexcept {
     if (!grid_.contains(v)) return 0;
@@ -87,10 +88,18 @@ class Workspace {
   /// One brick's arrays, kBrickVoxels long, in brick_offset order; the empty brick's if it does not exist.
   struct BrickView {
     const std::uint8_t* mu_code;
-    const std::int8_t* order;
+    const std::int8_t* order;     ///< null: the tables and `second` tell it (order_by_code)
     const std::uint16_t* object;  ///< null: every voxel with a μ belongs to `sole_object`
     std::uint16_t sole_object = 0;
+    const OrderTables* tables = nullptr;
+    const std::uint64_t* second = nullptr;
 
+    /// The voxel's order, by brick_offset. Real-time safe: yes.
+    std::int8_t order_of(std::size_t voxel) const noexcept {
+      return order != nullptr ? order[voxel] : order_by_code(*tables, second, voxel, mu_code[voxel]);
+    }
+    /// Orders of all voxels, to kBrickVoxels elements.
+    void copy_orders(std::int8_t* to) const;
     /// Object ids of all voxels, to kBrickVoxels elements; 0 where there is none.
     void copy_objects(std::uint16_t* to) const;
   };
@@ -99,7 +108,7 @@ class Workspace {
     std::int8_t* order;
     std::uint16_t* object;
   };
-  BrickView brick(BrickKey key) const noexcept;
+  BrickView brick(BrickKey key) const noexcept { return view(directory_[directory_index(key)]); }
   /// Makes the brick if need be (zeroed). Pointers last until the next call that makes one. Not real-time
   /// safe.
   MutableBrick make_brick(BrickKey key);
@@ -112,6 +121,9 @@ class Workspace {
   /// Makes the brick anew for several objects; codes, orders and objects are for the caller to fill, all of
   /// them.
   MutableBrick make_brick_of_several(BrickKey key);
+  /// The same two with orders that the codes tell, if there are tables: `order` is null then.
+  MutableBrick make_brick_of(BrickKey key, std::uint16_t object, OrdersByCode orders);
+  MutableBrick make_brick_of_several(BrickKey key, OrdersByCode orders);
   /// Makes the brick anew with all voxels alike; such bricks share their memory.
   void fill_brick(BrickKey key, std::uint8_t mu_code, std::int8_t order, std::uint16_t object);
   /// A brick that exists, to be changed as it was made: not one of fill_brick()'s.
@@ -153,14 +165,26 @@ class Workspace {
     std::uint32_t users = 0;        ///< bricks whose memory it is; 0: free
     std::uint32_t object_list = 0;  ///< where the object ids stand, in bricks; 0: nowhere, all are `object`
     std::uint16_t object = 0;
-    bool uniform = false;  ///< made by fill_brick(): never changed
+    bool uniform = false;         ///< made by fill_brick(): never changed
+    OrdersByCode orders_by_code;  ///< if it has tables, these are the orders
     std::shared_ptr<const std::int8_t[]> shared_orders;
-    LargeVector<std::int8_t> own_orders;  ///< if nothing is shared; stays when the slot is free
+    LargeVector<std::int8_t> own_orders;  ///< if neither; stays when the slot is free
 
     const std::int8_t* orders() const noexcept {
-      return shared_orders ? shared_orders.get() : own_orders.data();
+      return orders_by_code.tables ? nullptr : shared_orders ? shared_orders.get() : own_orders.data();
     }
   };
+  BrickView view(std::uint32_t slot) const noexcept {
+    const std::size_t first = slot * kBrickVoxels;
+    const Slot& about = slots_[slot];
+    const std::vector<std::uint64_t>& second = about.orders_by_code.second;
+    return {mu_codes_.data() + first,
+            about.orders(),
+            about.object_list == 0 ? nullptr : objects_.data() + about.object_list * kBrickVoxels,
+            about.object,
+            about.orders_by_code.tables.get(),
+            second.empty() ? nullptr : second.data()};
+  }
   std::uint32_t take_slot();
   std::uint32_t take_object_list();
   MutableBrick arrays(std::uint32_t slot) noexcept;

@@ -77,13 +77,15 @@ bool uniform(const BrickData& brick) {
 }
 
 /// Puts a brick into the workspace with as little memory as its content needs.
-void store_brick(BrickKey key, const BrickData& brick, std::uint16_t object, Workspace& workspace) {
+void store_brick(BrickKey key, const BrickData& brick, std::uint16_t object, OrderPacker& orders,
+                 Workspace& workspace) {
   if (object != kSeveral && uniform(brick))
     return workspace.fill_brick(key, brick.mu_code[0], brick.order[0], object);
-  const Workspace::MutableBrick to =
-      object != kSeveral ? workspace.make_brick_of(key, object) : workspace.make_brick_of_several(key);
+  const Workspace::MutableBrick to = object != kSeveral
+                                         ? workspace.make_brick_of(key, object, orders.pack(brick))
+                                         : workspace.make_brick_of_several(key, orders.pack(brick));
   std::memcpy(to.mu_code, brick.mu_code.data(), kBrickVoxels);
-  std::memcpy(to.order, brick.order.data(), kBrickVoxels);
+  if (to.order != nullptr) std::memcpy(to.order, brick.order.data(), kBrickVoxels);
   if (to.object != nullptr) std::copy(brick.object.begin(), brick.object.end(), to.object);
 }
 
@@ -133,7 +135,7 @@ core::Status WorkspaceAssembler::put_brick(BrickKey key, std::uint64_t version,
             greatest_code(brick),
             greatest_fluid_code(brick)};
   if (held.formed) {
-    store_brick(key, brick, held.object, *forming_);
+    store_brick(key, brick, held.object, order_packer_, *forming_);
   } else {
     held.packed.assign(bytes.begin(), bytes.end());
   }
@@ -252,16 +254,17 @@ void WorkspaceAssembler::write_brick(Workspace& to, BrickKey key) {
   const std::vector<std::uint8_t>& packed = found->second.packed;
   if (packed.empty()) return copy_brick(key, to);
   if (!decode_brick(packed, *scratch_)) throw std::logic_error("a brick that was checked does not decode");
-  store_brick(key, *scratch_, found->second.object, to);
+  store_brick(key, *scratch_, found->second.object, order_packer_, to);
 }
 
 /// As it is in current_.
 void WorkspaceAssembler::copy_brick(BrickKey key, Workspace& to) {
   const Workspace::BrickView from = current_->brick(key);
   std::memcpy(scratch_->mu_code.data(), from.mu_code, kBrickVoxels);
-  std::memcpy(scratch_->order.data(), from.order, kBrickVoxels);
+  from.copy_orders(scratch_->order.data());
   from.copy_objects(scratch_->object.data());
-  store_brick(key, *scratch_, from.object == nullptr ? from.sole_object : sole_object(*scratch_), to);
+  store_brick(key, *scratch_, from.object == nullptr ? from.sole_object : sole_object(*scratch_),
+              order_packer_, to);
 }
 
 void WorkspaceAssembler::build(const VersionDescription& description) {

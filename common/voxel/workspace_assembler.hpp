@@ -101,6 +101,7 @@ class WorkspaceAssembler {
   std::shared_ptr<Workspace> spare_;   // the version before, or a copy
   std::set<BrickKey> spare_behind_;    // where spare_ differs from current_
   std::size_t bricks_written_ = 0;
+  OrderPacker order_packer_;
   std::unique_ptr<BrickData> scratch_ = std::make_unique<BrickData>();
 };
 

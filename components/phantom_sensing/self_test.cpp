@@ -159,13 +159,13 @@ std::string check_brick(voxel::BrickKey key, const voxel::Workspace& workspace,
         static_cast<std::int32_t>((i >> 9 & 7) << 2 | (i >> 2 & 3)) + key.y * voxel::kBrickEdge,
         static_cast<std::int32_t>((i >> 12 & 7) << 2 | (i >> 4 & 3)) + key.z * voxel::kBrickEdge};
     if (object == 0) return name_of(v) + " has a viscosity and belongs to no object";
-    const auto expected = mu_of(cell.objects[object - 1U].profile, brick.order[i]);
+    const auto expected = mu_of(cell.objects[object - 1U].profile, brick.order_of(i));
     if (!expected || workspace.palette()[brick.mu_code[i]] != *expected) {
       return text(name_of(v), " of ", cell.objects[object - 1U].name, ", order ",
-                  static_cast<int>(brick.order[i]), ", has ", workspace.palette()[brick.mu_code[i]],
+                  static_cast<int>(brick.order_of(i)), ", has ", workspace.palette()[brick.mu_code[i]],
                   " Pa·s/m, which its profile does not give it");
     }
-    if (workspace.grid().contains(v)) samples.try_emplace({object, brick.order[i]}, v);
+    if (workspace.grid().contains(v)) samples.try_emplace({object, brick.order_of(i)}, v);
   }
   return "";
 }

@@ -46,8 +46,9 @@ Voxels voxels_of(const voxel::Workspace& workspace, std::uint16_t object) {
     brick.copy_objects(objects.data());
     for (std::uint32_t i = 0; i < voxel::kBrickVoxels; ++i) {
       if (objects[i] != object) continue;
-      voxels.solid += brick.order[i] == voxel::kOrderBoundary || brick.order[i] == voxel::kOrderInterior;
-      voxels.guard += brick.order[i] == voxel::kOrderGuard;
+      const std::int8_t order = brick.order_of(i);
+      voxels.solid += order == voxel::kOrderBoundary || order == voxel::kOrderInterior;
+      voxels.guard += order == voxel::kOrderGuard;
     }
   }
   return voxels;

@@ -57,9 +57,9 @@ void code(TeleopSetup& setup, Coding coding, double error_m, const Settings& set
   if (coding != Coding::kFreeInside) return;
   for (const voxel::BrickKey key : setup.workspace.bricks()) {
     std::uint8_t* mu_code = setup.workspace.edit_brick(key).mu_code;
-    const std::int8_t* order = setup.workspace.brick(key).order;
+    const auto brick = setup.workspace.brick(key);
     for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i) {
-      if (order[i] == voxel::kOrderInterior) mu_code[i] = 0;
+      if (brick.order_of(i) == voxel::kOrderInterior) mu_code[i] = 0;
     }
   }
 }

@@ -7,7 +7,8 @@
 
 namespace phantom::voxel {
 
-/// A workspace of 4×3×2 bricks, about half of which hold noise; made backwards on wish.
+/// A workspace of 4×3×2 bricks, about half of which hold noise; made backwards on wish. Orders are noise too,
+/// in half of the bricks one of two to each code.
 inline Workspace random_workspace(unsigned seed, bool backwards = false) {
   Workspace workspace({{-0.5, 0.25, 1.0}, 0.005, {120, 96, 50}}, {0.0F, 9.0F, 20.0F, 100.0F});
   std::vector<BrickKey> keys;
@@ -22,10 +23,14 @@ inline Workspace random_workspace(unsigned seed, bool backwards = false) {
   if (backwards) std::reverse(keys.begin(), keys.end());
   for (const BrickKey key : keys) {
     std::mt19937 noise(seed + static_cast<unsigned>(key.x + 10 * key.y + 100 * key.z));
+    const bool by_code = noise() % 2 == 0;
     const auto brick = workspace.make_brick(key);
     for (std::size_t i = 0; i < kBrickVoxels; ++i) {
       brick.mu_code[i] = static_cast<std::uint8_t>(noise() % 4);
-      brick.order[i] = static_cast<std::int8_t>(brick.mu_code[i] == 0 ? 0 : noise() % 100);
+      const std::uint8_t code = brick.mu_code[i];
+      brick.order[i] = static_cast<std::int8_t>(code == 0 ? 0
+                                                : by_code ? 9 * code + noise() % 2
+                                                          : noise() % 100);
       brick.object[i] = static_cast<std::uint16_t>(brick.mu_code[i] == 0 ? 0 : noise());
     }
   }
