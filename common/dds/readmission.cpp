@@ -83,7 +83,7 @@ void Readmission::on_participant_discovery(edds::DomainParticipant* participant,
       peers_[prefix] = std::move(peer);
       watch_.discovered(prefix, core::monotonic_ns());
     } else if (info.status != Status::CHANGED_QOS_PARTICIPANT) {
-      if (watch_.left(prefix)) peers_.erase(prefix);
+      if (watch_.left(prefix, core::monotonic_ns())) peers_.erase(prefix);
     }
   }
   if (next_) next_->on_participant_discovery(participant, std::move(info));
