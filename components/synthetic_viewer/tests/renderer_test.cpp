@@ -3,10 +3,6 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#if defined(__SANITIZE_ADDRESS__)
-#include <sanitizer/lsan_interface.h>
-#endif
-
 #include <fstream>
 #include <thread>
 
@@ -30,19 +26,8 @@ DrawItem red_item(MeshHandle mesh, const geometry::Pose& X_WM) {
   return {mesh, matrix_of(X_WM), {0.9F, 0.0F, 0.0F}, 1.0F, 1.0F, false};
 }
 
-// The graphics driver keeps memory of its own when it is unloaded; leaks are looked for in what is ours.
-#if defined(__SANITIZE_ADDRESS__)
-struct DriversOwnMemory {
-  DriversOwnMemory() { __lsan_disable(); }
-  ~DriversOwnMemory() { __lsan_enable(); }
-};
-#else
-struct DriversOwnMemory {};
-#endif
-
 class Rendering : public ::testing::Test {
  protected:
-  DriversOwnMemory driver_;
   Renderer renderer_{GraphicsPlatform::kSurfaceless};
 };
 
@@ -212,7 +197,6 @@ TEST_F(Rendering, AnotherRendererMayComeAndGo) {
   const Image before = renderer_.render(frame, kFormat);
   ASSERT_TRUE(is_red(before, 160, 120));
   std::thread([] {
-    [[maybe_unused]] const DriversOwnMemory driver;
     Renderer other(GraphicsPlatform::kSurfaceless);
     Frame empty;
     other.render(empty, kFormat);
@@ -388,13 +372,11 @@ TEST(Hud, WritesOnThePictureAndEncodes) {
 
 // On a machine without a graphics card, and beside one that cannot be used, software draws.
 TEST(GlContext, WithoutACardSoftwareRenders) {
-  [[maybe_unused]] const DriversOwnMemory driver;
   EXPECT_FALSE(GlContext(GraphicsPlatform::kAuto).description().empty());
 }
 
 TEST(GlContext, MissingGraphicsNameWhatWasTried) {
   // No machine has a display server for tests; a graphics card may be there.
-  [[maybe_unused]] const DriversOwnMemory driver;
   try {
     GlContext context(GraphicsPlatform::kDevice);
     EXPECT_FALSE(context.description().empty());
