@@ -351,7 +351,7 @@ TEST(WorkspaceAssembler, DropsLeftOversOfChangedVersionsToo) {
 }
 
 TEST(WorkspaceAssembler, AcceptsAnEmptyWorkspace) {
-  const Workspace empty({{}, 0.01, {64, 64, 64}}, {0.0F, 3.0F});
+  const Workspace empty({Eigen::Vector3d::Zero(), 0.01, {64, 64, 64}}, {0.0F, 3.0F});
   WorkspaceAssembler assembler;
   ASSERT_TRUE(assembler.commit(describe(empty)));
   ASSERT_NE(assembler.current(), nullptr);

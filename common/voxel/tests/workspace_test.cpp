@@ -28,7 +28,7 @@ TEST(BrickOffset, NamesEveryVoxelOnceAndKeepsTilesTogether) {
 TEST(Workspace, IsFreeWhereNothingIs) {
   const Workspace nothing;
   EXPECT_EQ(nothing.mu({0, 0, 0}), 0.0F);
-  const Workspace empty({{}, 0.01, {70, 40, 33}}, {0.0F, 5.0F});
+  const Workspace empty({Eigen::Vector3d::Zero(), 0.01, {70, 40, 33}}, {0.0F, 5.0F});
   EXPECT_EQ(empty.size_bricks(), (std::array<std::int32_t, 3>{3, 2, 2}));
   EXPECT_EQ(empty.brick_count(), 0U);
   for (const Index3 v : {Index3{0, 0, 0}, {69, 39, 32}, {70, 0, 0}, {-1, 5, 5}, {0, 0, 1 << 30}}) {
@@ -39,7 +39,7 @@ TEST(Workspace, IsFreeWhereNothingIs) {
 }
 
 TEST(Workspace, KeepsWhatIsWrittenWhereItIsWritten) {
-  Workspace workspace({{}, 0.01, {70, 40, 33}}, {0.0F, 5.0F, 9.0F});
+  Workspace workspace({Eigen::Vector3d::Zero(), 0.01, {70, 40, 33}}, {0.0F, 5.0F, 9.0F});
   const auto brick = workspace.make_brick({2, 1, 1});
   const std::size_t at = brick_offset(69 - 64, 39 - 32, 0);
   brick.mu_code[at] = 2;
@@ -55,7 +55,7 @@ TEST(Workspace, KeepsWhatIsWrittenWhereItIsWritten) {
 }
 
 TEST(Workspace, ForgetsRemovedBricksAndReusesTheirRoom) {
-  Workspace workspace({{}, 0.01, {128, 32, 32}}, {0.0F, 5.0F});
+  Workspace workspace({Eigen::Vector3d::Zero(), 0.01, {128, 32, 32}}, {0.0F, 5.0F});
   workspace.make_brick({0, 0, 0}).mu_code[5] = 1;
   workspace.make_brick({1, 0, 0}).mu_code[5] = 1;
   const std::size_t bytes = workspace.bytes();
@@ -114,7 +114,7 @@ TEST(Workspace, BricksOfOneObjectAndBricksOfOneValueReadLikeAnyOther) {
 TEST(Workspace, SharedOrdersStayAsTheyAreWhateverIsWritten) {
   const std::shared_ptr<std::int8_t[]> orders(new std::int8_t[kBrickVoxels]);
   std::fill_n(orders.get(), kBrickVoxels, std::int8_t{3});
-  Workspace one({{}, 0.01, {64, 32, 32}}, {0.0F, 5.0F});
+  Workspace one({Eigen::Vector3d::Zero(), 0.01, {64, 32, 32}}, {0.0F, 5.0F});
   const auto made = one.make_brick_of({1, 0, 0}, 7, orders);
   EXPECT_EQ(made.order, nullptr);
   std::fill_n(made.mu_code, kBrickVoxels, std::uint8_t{1});
@@ -150,7 +150,7 @@ TEST(Workspace, HashTellsContentNotHistory) {
 }
 
 TEST(Workspace, HashTellsWhereABrickIs) {
-  Workspace here({{}, 0.01, {64, 32, 32}}, {0.0F, 5.0F}), there = here;
+  Workspace here({Eigen::Vector3d::Zero(), 0.01, {64, 32, 32}}, {0.0F, 5.0F}), there = here;
   here.make_brick({0, 0, 0}).mu_code[3] = 1;
   there.make_brick({1, 0, 0}).mu_code[3] = 1;
   EXPECT_NE(here.content_hash(), there.content_hash());
@@ -165,7 +165,7 @@ TEST(Palette, MustRiseFromZero) {
   EXPECT_FALSE(check_palette({0.0F, std::numeric_limits<float>::quiet_NaN()}));
   EXPECT_FALSE(check_palette({0.0F, std::numeric_limits<float>::infinity()}));
   EXPECT_FALSE(check_palette(std::vector<float>(257)));
-  EXPECT_THROW(Workspace({{}, 0.01, {32, 32, 32}}, {2.0F}), std::invalid_argument);
+  EXPECT_THROW(Workspace({Eigen::Vector3d::Zero(), 0.01, {32, 32, 32}}, {2.0F}), std::invalid_argument);
 }
 
 }  // namespace
