@@ -37,6 +37,7 @@ edds::DataReaderQos reader_qos(const PayloadQos& given) {
   qos.type_consistency().representation.m_value = {edds::XCDR_DATA_REPRESENTATION,
                                                    edds::XCDR2_DATA_REPRESENTATION};
   qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+  qos.reliable_reader_qos().times.initialAcknackDelay = {0, 0};
   qos.reliable_reader_qos().times.heartbeatResponseDelay = {0, 0};
   qos.data_sharing().off();
   return qos;

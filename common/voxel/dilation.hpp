@@ -15,7 +15,8 @@ bool in_element(ShapingElement element, int m, int i, int j, int k);
 ///
 /// `part` is the part of the grid whose bricks are wanted, its lower corner a brick's; the solid must be
 /// known within the profile's reach around it. The same for any number of threads, and in whatever parts the
-/// grid is done. Work space: three bits a voxel of what the layers reach. Not real-time safe.
+/// grid is done. Work space: three bits a voxel of what the layers reach, and for each thread a few slices of
+/// the element's size. Not real-time safe.
 ObjectBricks dilation_bricks(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& part,
                              const WorkOptions& options = {});
 

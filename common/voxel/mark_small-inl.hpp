@@ -20,7 +20,8 @@ HWY_BEFORE_NAMESPACE();
 namespace phantom::voxel::detail::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Triangles that span at most two voxels along each axis. In coordinates from the corner of their first
+/// The small triangles, which span at most two voxels along each axis; sorts out those that span a few more
+/// (MediumTriangles) and all others. In coordinates from the corner of their first
 /// voxel on, products of two differences fit 32 bits: 2 · 32767² + 32767 · 32768 wraps where it is formed,
 /// but no value that is compared does. The thirteen directions are those of larger triangles
 /// (mark_triangles.cpp), for all eight voxels.
@@ -35,12 +36,12 @@ class SmallTriangles {
         layer_words_(row_words_ * static_cast<std::size_t>(size_[1])),
         counted_in_32_bits_(boundary.words().size() <= 0xffffffffU) {}
 
-  static constexpr std::size_t kMost = hn::MaxLanes(hn::ScalableTag<std::int32_t>());
+  static constexpr std::size_t kMost = MediumTriangles::kMost;
   static std::size_t at_once() { return hn::Lanes(kInts); }  ///< at most kMost
 
   /// Marks the voxels of those of at_once() triangles that are small. Calls tile(bits, x, y, z) with what
-  /// those that span up to four voxels along each axis meet of the tile at (x, y, z), and other(triangle) for
-  /// those that span more, or reach beyond the slab or the volume. Writes into `over`, which has room for
+  /// those that span up to eight voxels along each axis meet of the tile at (x, y, z), and other(triangle)
+  /// for those that span more, or reach beyond the slab or the volume. Writes into `over`, which has room for
   /// all, the numbers of those of the first `valid` that reach over centres of the slab along y and z;
   /// returns how many. `number`: of the first triangle.
   template <class Tile, class Other>

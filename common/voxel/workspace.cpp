@@ -149,36 +149,34 @@ Workspace::MutableBrick Workspace::make_brick(BrickKey key) {
   return arrays(slot);
 }
 
-Workspace::MutableBrick Workspace::make_brick_of(BrickKey key, std::uint16_t object,
-                                                 std::shared_ptr<const std::int8_t[]> orders) {
+/// Memory of the brick's own, anew.
+std::uint32_t Workspace::make_slot(BrickKey key, std::uint16_t object) {
   remove_brick(key);
   const std::uint32_t slot = take_slot();
   slots_[slot].object = object;
+  directory_[directory_index(key)] = slot;
+  ++brick_count_;
+  return slot;
+}
+
+Workspace::MutableBrick Workspace::make_brick_of(BrickKey key, std::uint16_t object,
+                                                 std::shared_ptr<const std::int8_t[]> orders) {
+  const std::uint32_t slot = make_slot(key, object);
   if (orders) {
     slots_[slot].own_orders = {};
     slots_[slot].shared_orders = std::move(orders);
   } else {
     slots_[slot].own_orders.resize(kBrickVoxels);
   }
-  directory_[directory_index(key)] = slot;
-  ++brick_count_;
   return arrays(slot);
 }
 
 Workspace::MutableBrick Workspace::make_brick_of(BrickKey key, std::uint16_t object, OrdersByCode orders) {
   if (!orders.tables) return make_brick_of(key, object);
-  remove_brick(key);
-  const std::uint32_t slot = take_slot();
-  slots_[slot].object = object;
+  const std::uint32_t slot = make_slot(key, object);
   slots_[slot].own_orders = {};
   slots_[slot].orders_by_code = std::move(orders);
-  directory_[directory_index(key)] = slot;
-  ++brick_count_;
   return arrays(slot);
-}
-
-Workspace::MutableBrick Workspace::make_brick_of_several(BrickKey key) {
-  return make_brick_of_several(key, OrdersByCode{});
 }
 
 Workspace::MutableBrick Workspace::make_brick_of_several(BrickKey key, OrdersByCode orders) {

@@ -118,12 +118,11 @@ class Workspace {
   /// too.
   MutableBrick make_brick_of(BrickKey key, std::uint16_t object,
                              std::shared_ptr<const std::int8_t[]> orders = nullptr);
-  /// Makes the brick anew for several objects; codes, orders and objects are for the caller to fill, all of
-  /// them.
-  MutableBrick make_brick_of_several(BrickKey key);
-  /// The same two with orders that the codes tell, if there are tables: `order` is null then.
+  /// The same; the codes tell the orders if there are tables for them, and `order` is null then.
   MutableBrick make_brick_of(BrickKey key, std::uint16_t object, OrdersByCode orders);
-  MutableBrick make_brick_of_several(BrickKey key, OrdersByCode orders);
+  /// Makes the brick anew for several objects; codes, orders (unless there are tables for them, as above) and
+  /// objects are for the caller to fill, all of them.
+  MutableBrick make_brick_of_several(BrickKey key, OrdersByCode orders = {});
   /// Makes the brick anew with all voxels alike; such bricks share their memory.
   void fill_brick(BrickKey key, std::uint8_t mu_code, std::int8_t order, std::uint16_t object);
   /// A brick that exists, to be changed as it was made: not one of fill_brick()'s.
@@ -186,6 +185,7 @@ class Workspace {
             second.empty() ? nullptr : second.data()};
   }
   std::uint32_t take_slot();
+  std::uint32_t make_slot(BrickKey key, std::uint16_t object);
   std::uint32_t take_object_list();
   MutableBrick arrays(std::uint32_t slot) noexcept;
 

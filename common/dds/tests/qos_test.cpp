@@ -1,6 +1,10 @@
+#include "common/dds/qos.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -12,6 +16,7 @@
 namespace phantom::dds {
 namespace {
 
+namespace edds = eprosima::fastdds::dds;
 using testing::AllOf;
 using testing::HasSubstr;
 
@@ -52,6 +57,33 @@ void expect_refused(const std::string& profiles, const testing::Matcher<const st
 TEST(Qos, ShippedProfilesKeepEveryTopicsContract) {
   EXPECT_NO_THROW(check_qos_profiles(PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml"));
   EXPECT_EQ(all_topics().size(), 18u);
+}
+
+// Fast DDS's own times would let who joins late wait for up to 0.1 s.
+TEST(Qos, ShippedReadersAskForWhatTheyMissAtOnce) {
+  check_qos_profiles(PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml");
+  auto* factory = edds::DomainParticipantFactory::get_instance();
+  edds::DomainParticipantFactoryQos quiet;
+  quiet.entity_factory().autoenable_created_entities = false;  // it opens no port
+  factory->set_qos(quiet);
+  auto* participant = factory->create_participant(0, edds::PARTICIPANT_QOS_DEFAULT);
+  factory->set_qos(edds::DomainParticipantFactoryQos());
+  ASSERT_NE(participant, nullptr);
+  auto* subscriber = participant->create_subscriber(edds::SUBSCRIBER_QOS_DEFAULT);
+  ASSERT_NE(subscriber, nullptr);
+  int reliable = 0;
+  for (const TopicDescription* topic : all_topics()) {
+    auto qos = reader_qos(*subscriber, *topic);
+    if (qos.reliability().kind != edds::RELIABLE_RELIABILITY_QOS) continue;
+    ++reliable;
+    EXPECT_EQ(qos.reliable_reader_qos().times.initialAcknackDelay, eprosima::fastrtps::Duration_t(0, 0))
+        << topic->name;
+    EXPECT_EQ(qos.reliable_reader_qos().times.heartbeatResponseDelay, eprosima::fastrtps::Duration_t(0, 0))
+        << topic->name;
+  }
+  EXPECT_EQ(reliable, 11);
+  participant->delete_contained_entities();
+  factory->delete_participant(participant);
 }
 
 TEST(Qos, AProfileThatContradictsTheContractIsRefusedInWords) {
