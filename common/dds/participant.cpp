@@ -112,6 +112,26 @@ edds::DomainParticipantQos participant_qos(const std::string& component, const c
   return qos;
 }
 
+enum class Joins { kNow, kNever };
+
+// All participants are made here, one at a time: whether they join is a setting of the factory, which all
+// threads share. Null if Fast DDS refuses.
+edds::DomainParticipant* make_participant(int domain, const edds::DomainParticipantQos& qos,
+                                          edds::DomainParticipantListener* listener, Joins joins) {
+  static std::mutex mutex;
+  const std::lock_guard lock(mutex);
+  auto* factory = edds::DomainParticipantFactory::get_instance();
+  edds::DomainParticipantFactoryQos before;
+  factory->get_qos(before);
+  edds::DomainParticipantFactoryQos wanted = before;
+  wanted.entity_factory().autoenable_created_entities = joins == Joins::kNow;
+  factory->set_qos(wanted);
+  auto* made = factory->create_participant(static_cast<edds::DomainId_t>(domain), qos, listener,
+                                           edds::StatusMask::none());
+  factory->set_qos(before);
+  return made;
+}
+
 std::uint64_t random_session() {
   std::random_device device;
   const std::uint64_t high = device();
@@ -159,16 +179,8 @@ void report_incompatible(const std::string& component, const EndpointCounters& c
 
 void check_qos_profiles(const std::filesystem::path& qos_profiles) {
   load_profiles(qos_profiles);
-  auto* factory = edds::DomainParticipantFactory::get_instance();
-  // A participant that is never enabled announces nothing and opens no port.
-  edds::DomainParticipantFactoryQos factory_qos;
-  factory->get_qos(factory_qos);
-  const bool enable = factory_qos.entity_factory().autoenable_created_entities;
-  factory_qos.entity_factory().autoenable_created_entities = false;
-  factory->set_qos(factory_qos);
-  auto* participant = factory->create_participant(0, edds::PARTICIPANT_QOS_DEFAULT);
-  factory_qos.entity_factory().autoenable_created_entities = enable;
-  factory->set_qos(factory_qos);
+  // A participant that never joins announces nothing and opens no port.
+  auto* participant = make_participant(0, edds::PARTICIPANT_QOS_DEFAULT, nullptr, Joins::kNever);
   if (participant == nullptr) throw DdsError("a DDS participant could not be made");
   struct Cleanup {
     edds::DomainParticipant* participant;
@@ -200,9 +212,8 @@ Participant::Participant(const std::string& component, const core::NetworkOption
   impl_->discovery = std::move(discovery);
   if (!network.security.empty())
     impl_->discovery = impl_->readmission = std::make_shared<Readmission>(component, impl_->discovery);
-  impl_->participant = edds::DomainParticipantFactory::get_instance()->create_participant(
-      static_cast<edds::DomainId_t>(network.domain), participant_qos(component, network, observes),
-      impl_->discovery.get(), edds::StatusMask::none());
+  impl_->participant = make_participant(network.domain, participant_qos(component, network, observes),
+                                        impl_->discovery.get(), Joins::kNow);
   if (impl_->participant == nullptr) {
     throw DdsError("domain " + std::to_string(network.domain) + ": Fast DDS could not join" +
                    (network.security.empty() ? ""

@@ -36,7 +36,7 @@ struct EndpointStatistics {
 
 /// Loads the profiles and compares every topic's with its contract (common/dds/topics.hpp). Throws DdsError
 /// naming file, topic, policy, what it says and what is allowed. Participant's constructor does the same;
-/// --check calls it alone.
+/// --check calls it alone. Thread-safe.
 void check_qos_profiles(const std::filesystem::path& qos_profiles);
 
 /// One DDS participant: the process's membership in the domain. Writers and readers keep it alive.
@@ -44,7 +44,7 @@ class Participant {
  public:
   /// Joins `network.domain` as `component` (the executable's name). `discovery` is told of every other
   /// participant and its endpoints, from the first on (for common/observation; null: nobody). Throws
-  /// DdsError, and MissingError if an interface that it is to use is not there or does not run.
+  /// DdsError, and MissingError if an interface that it is to use is not there or does not run. Thread-safe.
   Participant(const std::string& component, const core::NetworkOptions& network,
               std::shared_ptr<eprosima::fastdds::dds::DomainParticipantListener> discovery = nullptr);
   ~Participant();

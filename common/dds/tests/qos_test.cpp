@@ -3,13 +3,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <thread>
+#include <vector>
 
 #include "common/dds/endpoint.hpp"
+#include "common/dds/participant_impl.hpp"
 #include "common/dds/tests/test_network.hpp"
 #include "common/dds/topic_list.hpp"
 
@@ -100,6 +104,22 @@ TEST(Qos, AMissingProfileFileOrProfileIsRefused) {
   expect_refused(replaced(shipped_profiles(), "profile_name=\"percept\"", "profile_name=\"precept\""),
                  HasSubstr("no data_writer profile called 'percept'"));
   EXPECT_THROW(check_qos_profiles("/nowhere/phantom.xml"), DdsError);
+}
+
+// Whether a participant joins is a setting of the factory, which the check of the profiles needs otherwise.
+TEST(Qos, ParticipantsOfSeveralThreadsJoinWhileProfilesAreChecked) {
+  std::atomic<int> idle{0};
+  std::vector<std::jthread> threads;
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([&] {
+      for (int i = 0; i < 10; ++i) {
+        const Participant participant("p", test_network());
+        if (!participant.impl()->participant->is_enabled()) ++idle;
+      }
+    });
+  }
+  threads.clear();
+  EXPECT_EQ(idle, 0) << "participants that never joined";
 }
 
 TEST(Qos, AnAddressThatIsNoneIsRefused) {
