@@ -116,7 +116,12 @@ class Doctor(unittest.TestCase):
         self.finds("interfaces", "bad", "master: 192.0.2.9", {}, TOPOLOGY % "192.0.2.9")
 
     def test_interface_down(self):
-        self.finds("interfaces", "bad", "ip link set eth0 up", {"sys/class/net/eth0/operstate": "down"}, TOPOLOGY % "10.30.1.2")
+        for state in ("down", "lowerlayerdown", "dormant"):
+            self.finds("interfaces", "bad", "ip link set eth0 up", {"sys/class/net/eth0/operstate": state}, TOPOLOGY % "10.30.1.2")
+
+    def test_interface_that_tells_no_state_has_a_link(self):
+        _, found = self.look({"sys/class/net/eth0/operstate": "unknown"}, TOPOLOGY % "10.30.1.2")
+        self.assertEqual(found["interfaces"]["level"], "good")
 
     def test_security_without_documents(self):
         topology = (TOPOLOGY % "10.30.1.2").replace("{shared_memory: true}", "{shared_memory: true, security: keys}")
