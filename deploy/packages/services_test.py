@@ -1,10 +1,14 @@
 #!/usr/bin/env python3
 """Runs as a service of a machine that systemd has booted, with the packages installed: starts every component's unit, and sees
-what systemd does when one is killed, hangs, or is wrongly configured. scripts/test_packages boots such a machine and calls it.
+what systemd does when one is killed, hangs, is wrongly configured, or misses its network. scripts/test_packages boots such a machine
+and calls it.
 """
+import fcntl
 import os
 import pwd
 import signal
+import socket
+import struct
 import subprocess
 import sys
 import time
@@ -67,6 +71,29 @@ def refuses_wrong_configuration(unit):
     systemctl("daemon-reload")
 
 
+def set_loopback(up):
+    """Gives the interface of the topology its link, or takes it away."""
+    get_flags, set_flags, up_flag = 0x8913, 0x8914, 1  # SIOCGIFFLAGS, SIOCSIFFLAGS, IFF_UP
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
+        request = struct.pack("16sh14x", b"lo", 0)
+        flags = struct.unpack("16xh14x", fcntl.ioctl(any_socket, get_flags, request))[0]
+        fcntl.ioctl(any_socket, set_flags, struct.pack("16sh14x", b"lo", flags | up_flag if up else flags & ~up_flag))
+
+
+def waits_for_a_link(unit):
+    """Without a link it refuses with 3 and is tried again, beyond the failures that end others; with one it runs."""
+    set_loopback(False)
+    subprocess.run(["systemctl", "start", unit], capture_output=True)
+
+    def refused_again():
+        now = show(unit)
+        assert now["ActiveState"] != "failed", now
+        return int(now["NRestarts"]) >= 6 and now["ExecMainStatus"] == "3"
+    eventually(refused_again, f"{unit} without a link is tried again and again")
+    set_loopback(True)
+    eventually(lambda: running(unit), f"{unit} runs once there is a link")
+
+
 def main():
     assert Path("/proc/1/comm").read_text().strip() == "systemd"
     names = [line.split()[0] for line in systemctl("list-unit-files", "phantom-*.service", "--no-legend").splitlines()]
@@ -93,6 +120,8 @@ def main():
     print("stopped: all ended in order", flush=True)
     refuses_wrong_configuration("phantom-slave-io.service")
     print("wrongly configured: it is not tried again", flush=True)
+    waits_for_a_link("phantom-dds-recorder.service")
+    print("without a link: it is tried again until there is one", flush=True)
 
 
 try:
