@@ -22,8 +22,9 @@ std::string head_of_file(const std::filesystem::path& path) {
   return head;
 }
 
-/// First bytes of the archive's first member with this ending; empty if there is none.
-std::string head_of_member(const std::filesystem::path& path, std::string_view ending) {
+/// First bytes of the archive's first member whose name passes; empty if there is none.
+template <class Passes>
+std::string head_of_member(const std::filesystem::path& path, const Passes& passes) {
   const std::unique_ptr<void, int (*)(void*)> archive(unzOpen(path.c_str()), unzClose);
   if (!archive || unzGoToFirstFile(archive.get()) != UNZ_OK) return {};
   do {
@@ -31,7 +32,7 @@ std::string head_of_member(const std::filesystem::path& path, std::string_view e
     unz_file_info info{};  // minizip 1.1 writes to it unasked
     if (unzGetCurrentFileInfo(archive.get(), &info, name, sizeof name - 1, nullptr, 0, nullptr, 0) !=
             UNZ_OK ||
-        !std::string_view(name).ends_with(ending)) {
+        !passes(std::string_view(name))) {
       continue;
     }
     if (unzOpenCurrentFile(archive.get()) != UNZ_OK) return {};
@@ -44,13 +45,24 @@ std::string head_of_member(const std::filesystem::path& path, std::string_view e
   return {};
 }
 
+std::string head_of_first(const std::filesystem::path& path, std::string_view ending) {
+  return head_of_member(path, [&](std::string_view name) { return name.ends_with(ending); });
+}
+
+/// Head of a 3MF package's model: of those in it, the one that its relationships name as the root.
+std::string head_of_3mf_model(const std::filesystem::path& path) {
+  const std::string target = root_model_of_3mf(head_of_first(path, "_rels/.rels"));
+  std::string head;
+  if (!target.empty()) head = head_of_member(path, [&](std::string_view name) { return name == target; });
+  return head.empty() ? head_of_first(path, ".model") : head;
+}
+
 /// A text format's head, out of its archive where it comes in one.
 std::string head_of(const std::filesystem::path& path, std::string_view format) {
   std::string head = head_of_file(path);
   if (!head.starts_with("PK")) return head;
-  return head_of_member(path, format.starts_with("3mf")       ? ".model"
-                              : format.starts_with("Collada") ? ".dae"
-                                                              : "");
+  if (format.starts_with("3mf")) return head_of_3mf_model(path);
+  return head_of_first(path, format.starts_with("Collada") ? ".dae" : "");
 }
 
 DeclaredFrame fbx(const aiScene& scene) {

@@ -1,16 +1,16 @@
 #include "common/geometry/mesh_import.hpp"
 
-#include <assimp/config.h>
-#include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <assimp/Importer.hpp>
 #include <cctype>
 #include <cmath>
 #include <fstream>
 
+#include "common/geometry/assimp_scene.hpp"
 #include "common/geometry/joined_corners.hpp"
 #include "common/geometry/mesh_frame.hpp"
 #include "common/geometry/stl.hpp"
@@ -33,6 +33,10 @@ bool for_each_triangle(const aiScene& scene, const aiNode& node, const Affine& t
   const Affine here = to_root * Affine(node.mTransformation);
   const bool mirrored = aiMatrix3x3t<double>(here).Determinant() < 0;
   for (unsigned m = 0; m < node.mNumMeshes; ++m) {
+    if (node.mMeshes[m] >= scene.mNumMeshes) {
+      problem = "has a node that names a mesh which does not exist";
+      return false;
+    }
     const aiMesh& part = *scene.mMeshes[node.mMeshes[m]];
     for (unsigned f = 0; f < part.mNumFaces; ++f) {
       const aiFace& face = part.mFaces[f];
@@ -43,17 +47,12 @@ bool for_each_triangle(const aiScene& scene, const aiNode& node, const Affine& t
       }
       --left;
       Eigen::Vector3d corners[3];
-      for (unsigned i = 0; i < 3; ++i) {
-        if (face.mIndices[i] >= part.mNumVertices) {
-          problem = "has a triangle that names a vertex which does not exist";
-          return false;
-        }
-        corners[i] = at(here, part.mVertices[face.mIndices[i]]);
-      }
+      for (unsigned i = 0; i < 3; ++i) corners[i] = at(here, part.mVertices[face.mIndices[i]]);
       visit(corners[0], corners[mirrored ? 2 : 1], corners[mirrored ? 1 : 2]);
     }
   }
   for (unsigned c = 0; c < node.mNumChildren; ++c) {
+    if (node.mChildren[c] == nullptr) continue;  // some importers leave gaps
     if (!for_each_triangle(scene, *node.mChildren[c], here, left, problem, visit)) return false;
   }
   return true;
@@ -102,18 +101,6 @@ void settle_frame(const MeshImportOptions& options, const SceneFrame& frame, con
   }
 }
 
-const aiScene* read_scene(Assimp::Importer& importer, const std::filesystem::path& path) {
-  // Only shape matters here. Normals and the like would also keep equal vertices apart.
-  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
-                              aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_COLORS |
-                                  aiComponent_TEXCOORDS | aiComponent_BONEWEIGHTS | aiComponent_ANIMATIONS |
-                                  aiComponent_TEXTURES | aiComponent_LIGHTS | aiComponent_CAMERAS |
-                                  aiComponent_MATERIALS);
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);  // settle_frame() turns
-  return importer.ReadFile(
-      path.string(), aiProcess_ValidateDataStructure | aiProcess_RemoveComponent | aiProcess_Triangulate);
-}
-
 /// What is said of every outcome; false and why if there is none.
 bool settle(bool finite, std::size_t collapsed, LoadedMesh& mesh, std::string& problem) {
   if (!finite) {
@@ -122,6 +109,7 @@ bool settle(bool finite, std::size_t collapsed, LoadedMesh& mesh, std::string& p
   }
   if (mesh.triangles.empty()) {
     problem = "holds no triangles";
+    if (collapsed > 0) problem += " but " + std::to_string(collapsed) + " without extent";
     return false;
   }
   if (collapsed > 0)
@@ -133,12 +121,7 @@ std::string too_many(const MeshImportOptions& options) {
   return "has more than " + std::to_string(options.max_triangles) + " triangles";
 }
 
-bool is_stl(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending == ".stl";
-}
+bool is_stl(const std::filesystem::path& path) { return ending_of(path) == "stl"; }
 
 /// The file, if it is a binary STL; empty if it is not, or has too many triangles.
 std::vector<std::uint8_t> binary_stl_in(const std::filesystem::path& path, const MeshImportOptions& options,
@@ -188,11 +171,8 @@ bool import_binary_stl(const std::vector<std::uint8_t>& bytes, const MeshImportO
 bool import_by_assimp(const std::filesystem::path& path, const MeshImportOptions& options, LoadedMesh& mesh,
                       std::string& problem) {
   Assimp::Importer importer;
-  const aiScene* scene = read_scene(importer, path);
-  if (scene == nullptr || scene->mRootNode == nullptr) {
-    problem = std::string("is not a readable mesh: ") + importer.GetErrorString();
-    return false;
-  }
+  const aiScene* scene = read_scene(importer, path, options.max_memory_bytes, mesh.notes, problem);
+  if (scene == nullptr) return false;
   const SceneFrame frame = scene_frame(*scene, path);
   settle_frame(
       options, frame, [&] { return extents_of(*scene, frame.to_file); }, mesh);
@@ -208,6 +188,43 @@ bool import_by_assimp(const std::filesystem::path& path, const MeshImportOptions
     return false;
   }
   return settle(corners.finite(), corners.collapsed(), mesh, problem);
+}
+
+/// Whether a text STL has its last line; assimp takes what stands before where it was cut short.
+bool has_end(const std::filesystem::path& path) {
+  std::error_code none;
+  const auto size = std::filesystem::file_size(path, none);
+  const auto last = static_cast<std::size_t>(std::min<std::uint64_t>(none ? 0 : size, 4096));
+  std::string text(last, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.seekg(-static_cast<std::streamoff>(last), std::ios::end);
+  file.read(text.data(), static_cast<std::streamsize>(last));
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text.find("endsolid") != std::string::npos;
+}
+
+/// Why a file with an STL's ending is neither kind of STL; the importer does not say.
+std::string no_stl(const std::filesystem::path& path) {
+  std::array<std::uint8_t, kStlHeadBytes> head{};
+  std::ifstream file(path, std::ios::binary);
+  if (!file.read(reinterpret_cast<char*>(head.data()), kStlHeadBytes))
+    return "is not a readable mesh: neither a text nor a binary STL";
+  std::uint64_t triangles = 0;
+  for (std::size_t i = 4; i-- > 0;) triangles = triangles << 8 | head[80 + i];
+  std::error_code none;
+  return "is not a readable mesh: neither a text STL, nor a binary one, which would be " +
+         std::to_string(kStlHeadBytes + 50 * triangles) + " bytes long for the " + std::to_string(triangles) +
+         " triangles that stand in its head; it has " +
+         std::to_string(std::filesystem::file_size(path, none)) + ". Was it cut short?";
+}
+
+bool import_stl_text(const std::filesystem::path& path, const MeshImportOptions& options, LoadedMesh& mesh,
+                     std::string& problem) {
+  const bool read = import_by_assimp(path, options, mesh, problem);
+  if (!read && problem.find("STL storage representation") != std::string::npos) problem = no_stl(path);
+  if (read && !has_end(path)) mesh.notes.emplace_back("has no 'endsolid' at its end: was it cut short?");
+  return read;
 }
 
 }  // namespace
@@ -227,10 +244,10 @@ std::optional<bool> import_small_binary_stl(const std::filesystem::path& path,
 
 bool import_mesh_unguarded(const std::filesystem::path& path, const MeshImportOptions& options,
                            LoadedMesh& mesh, std::string& problem) {
-  const std::vector<std::uint8_t> stl =
-      is_stl(path) ? binary_stl_in(path, options, problem) : std::vector<std::uint8_t>{};
+  if (!is_stl(path)) return import_by_assimp(path, options, mesh, problem);
+  const std::vector<std::uint8_t> stl = binary_stl_in(path, options, problem);
   if (!problem.empty()) return false;
-  return stl.empty() ? import_by_assimp(path, options, mesh, problem)
+  return stl.empty() ? import_stl_text(path, options, mesh, problem)
                      : import_binary_stl(stl, options, mesh, problem);
 }
 

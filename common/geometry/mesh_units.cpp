@@ -159,6 +159,20 @@ UpAxis guess_up(std::string_view format) {
              : UpAxis::kZ;
 }
 
+std::string root_model_of_3mf(std::string_view relationships) {
+  constexpr std::string_view kTag = "<Relationship";
+  for (std::size_t at = relationships.find(kTag); at != std::string_view::npos;
+       at = relationships.find(kTag, at + 1)) {
+    const std::string_view one = relationships.substr(at, relationships.find('>', at) - at);
+    const std::string_view type = attribute(one, kTag, "Type").value_or("");
+    if (!type.ends_with("/3dmodel")) continue;
+    std::string_view target = attribute(one, kTag, "Target").value_or("");
+    if (target.starts_with('/')) target.remove_prefix(1);  // names in the package have none
+    return std::string(target);
+  }
+  return {};
+}
+
 DeclaredFrame declared_in_text(std::string_view format, std::string_view head) {
   if (format.starts_with("Collada")) {
     DeclaredFrame frame = collada(head);

@@ -43,4 +43,8 @@ std::string unit_name(double scale);
 /// whatever they hold, the answer is just empty if nothing is understood. Pure; not real-time safe.
 DeclaredFrame declared_in_text(std::string_view format, std::string_view head);
 
+/// Name of a 3MF package's root model in the package, as its relationships (the text of _rels/.rels) have it;
+/// empty if nothing is understood. Pure; not real-time safe.
+std::string root_model_of_3mf(std::string_view relationships);
+
 }  // namespace phantom::geometry

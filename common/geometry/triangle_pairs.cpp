@@ -21,10 +21,36 @@ int side(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d
   return value > kRounding * scale ? 1 : value < -kRounding * scale ? -1 : 0;
 }
 
-bool pierces(const Vector3d& p, const Vector3d& q, const Corners& t) {
-  if (side(t[0], t[1], t[2], p) * side(t[0], t[1], t[2], q) >= 0) return false;
-  const int first = side(p, q, t[0], t[1]);
-  return first != 0 && side(p, q, t[1], t[2]) == first && side(p, q, t[2], t[0]) == first;
+/// Of each corner, on the plane of the other triangle.
+std::array<int, 3> sides_of(const Corners& t, const Corners& plane) {
+  return {side(plane[0], plane[1], plane[2], t[0]), side(plane[0], plane[1], plane[2], t[1]),
+          side(plane[0], plane[1], plane[2], t[2])};
+}
+
+bool on_both_sides(const std::array<int, 3>& sides) {
+  return std::max({sides[0], sides[1], sides[2]}) > 0 && std::min({sides[0], sides[1], sides[2]}) < 0;
+}
+
+/// The triangle with the corner first that lies alone on its side of the other's plane, and the same way
+/// round; `sides`: of its corners.
+Corners alone_first(const Corners& t, const std::array<int, 3>& sides) {
+  const int all = sides[0] + sides[1] + sides[2];  // two on one side; or one on either side and one on it
+  for (std::size_t i = 0; i < 3; ++i) {
+    const bool alone = all == 0 ? sides[i] > 0 : sides[i] == -all;
+    if (alone) return {t[i], t[(i + 1) % 3], t[(i + 2) % 3]};
+  }
+  return t;
+}
+
+/// Whether two triangles, each with corners on both sides of the other's plane, have more than a point in
+/// common: their stretches of the line in which the planes meet overlap (Guigue & Devillers 2003, strictly).
+bool stretches_overlap(const Corners& s, std::array<int, 3> s_sides, const Corners& t,
+                       std::array<int, 3> t_sides) {
+  Corners a = alone_first(s, s_sides), b = alone_first(t, t_sides);
+  // The theorem wants each alone corner on the positive side of the other's plane.
+  if (side(b[0], b[1], b[2], a[0]) > 0) std::swap(b[1], b[2]);
+  if (side(a[0], a[1], a[2], b[0]) > 0) std::swap(a[1], a[2]);
+  return side(a[0], a[1], b[0], b[1]) * side(a[0], a[2], b[2], b[0]) > 0;
 }
 
 struct Plain {
@@ -159,18 +185,11 @@ class Boxes {
 }  // namespace
 
 bool triangles_cross(const Corners& s, const Corners& t) {
-  int front = 0, back = 0;
-  for (const Vector3d& p : t) {
-    const int where = side(s[0], s[1], s[2], p);
-    front += where > 0 ? 1 : 0;
-    back += where < 0 ? 1 : 0;
-  }
-  if (front == 3 || back == 3) return false;
-  if (front == 0 && back == 0) return overlap_in_plane(s, t);
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (pierces(s[i], s[(i + 1) % 3], t) || pierces(t[i], t[(i + 1) % 3], s)) return true;
-  }
-  return false;
+  const std::array<int, 3> t_sides = sides_of(t, s);
+  if (t_sides == std::array{0, 0, 0}) return overlap_in_plane(s, t);
+  if (!on_both_sides(t_sides)) return false;
+  const std::array<int, 3> s_sides = sides_of(s, t);
+  return on_both_sides(s_sides) && stretches_overlap(s, s_sides, t, t_sides);
 }
 
 TrianglePairs crossing_pairs(const TriangleMesh& mesh, std::size_t max_pairs) {

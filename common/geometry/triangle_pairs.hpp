@@ -11,8 +11,8 @@ struct TrianglePairs {
   bool complete = true;
 };
 
-/// Whether two triangles pass through one another: an edge of one pierces the other, or they overlap in a
-/// plane. Touching, also within rounding, does not count.
+/// Whether two triangles pass through one another: each has corners on both sides of the other and they share
+/// more than a point, or they overlap in a plane. Touching, also within rounding, does not count.
 bool triangles_cross(const std::array<Eigen::Vector3d, 3>& s, const std::array<Eigen::Vector3d, 3>& t);
 
 /// Counts crossing pairs; stops after `max_pairs` were tested.

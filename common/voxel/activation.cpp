@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cmath>
+#include <cstdio>
 
 #include "common/core/parallel.hpp"
 #include "common/voxel/layer_methods.hpp"
@@ -50,8 +51,10 @@ core::Status check_place(const Body& body, double voxel_size_m) {
   const double farthest_m =
       bounds.empty() ? 0.0 : std::max(-bounds.min_m.minCoeff(), bounds.max_m.maxCoeff());
   if (farthest_m < std::min(1e6, 1e9 * voxel_size_m)) return core::Status::ok();
+  char farthest[32];
+  std::snprintf(farthest, sizeof farthest, "%.3g", farthest_m);
   return {core::ErrorCode::kResourceExhausted,
-          "reaches " + std::to_string(farthest_m) + " m from the origin; is its scale right?"};
+          std::string("reaches ") + farthest + " m from the origin; is its scale right?"};
 }
 
 /// Smallest box (in the solid's own voxels' addresses) that holds all its boundary and interior voxels.

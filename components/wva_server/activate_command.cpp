@@ -257,7 +257,8 @@ int run_activate(const ActivateRequest& request, const WvaServerConfig& config, 
                        {"export", end_s - export_from_s},
                        {"total", end_s - start_s}}},
                      {"export", request.out}};
-  print << line.dump() << std::endl;
+  // Names of files need not be UTF-8, but JSON is.
+  print << line.dump(-1, ' ', false, json::error_handler_t::replace) << std::endl;
   return 0;
 }
 

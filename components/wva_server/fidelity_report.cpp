@@ -57,7 +57,7 @@ std::string fidelity_json(const FidelityHead& head, const std::vector<voxel::Lay
                        {"layers_vox", head.layers_vox},
                        {"guard_vox", head.guard_vox},
                        {"layers", list}};
-  return report.dump(2) + "\n";
+  return report.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace phantom::wva_server

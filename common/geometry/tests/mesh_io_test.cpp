@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <Eigen/Geometry>
 #include <cstring>
@@ -13,49 +12,12 @@
 
 #include "common/geometry/primitives.hpp"
 #include "common/geometry/stl.hpp"
+#include "common/geometry/tests/mesh_files.hpp"
 
 namespace phantom::geometry {
 namespace {
 
 using ::testing::HasSubstr;
-
-class MeshFiles : public ::testing::Test {
- protected:
-  void SetUp() override {
-    std::string pattern = ::testing::TempDir() + "mesh_io_XXXXXX";
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  std::filesystem::path write(const std::string& name, const std::string& text) {
-    const auto path = folder_ / name;
-    std::ofstream(path, std::ios::binary) << text;
-    return path;
-  }
-  static std::string ascii_stl(const TriangleMesh& mesh) {
-    std::ostringstream text;
-    text.precision(9);
-    text << "solid part\n";
-    for (const auto& t : mesh.triangles) {
-      text << "facet normal 0 0 0\nouter loop\n";
-      for (const auto v : t) text << "vertex " << mesh.vertices_m[v].transpose() << "\n";
-      text << "endloop\nendfacet\n";
-    }
-    text << "endsolid part\n";
-    return text.str();
-  }
-  /// Expects a refusal that names the file and says `reason`.
-  static void expect_refused(const std::filesystem::path& path, const std::string& reason,
-                             const MeshImportOptions& options = {}) {
-    const auto mesh = load_mesh(path, options);
-    ASSERT_FALSE(mesh) << path;
-    EXPECT_THAT(mesh.status().message(), HasSubstr(path.string()));
-    EXPECT_THAT(mesh.status().message(), HasSubstr(reason));
-  }
-
-  std::filesystem::path folder_;
-};
 
 TEST_F(MeshFiles, JoinsTheVerticesOfAnStl) {
   const auto mesh = load_mesh(write("box.stl", ascii_stl(make_box({0.2, 0.3, 0.4}))));
@@ -229,12 +191,14 @@ TEST_F(MeshFiles, RefusesWhatHoldsNoMesh) {
   expect_refused(folder_, "not a regular file");
   expect_refused(write("empty.stl", ""), "is empty");
   expect_refused(write("garbage.stl", std::string(5000, '\x5a')), "is not a readable mesh");
-  expect_refused(write("part.unknown", "hello"), "is not a readable mesh");
-  expect_refused(write("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"), "");
+  expect_refused(write("part.unknown", "hello"), "by its ending 'unknown'); allowed: STL, OBJ");
+  expect_refused(write("model.wrl", "#VRML V2.0 utf8\n"), "is in no format that is read");
+  expect_refused(write("garbage.glb", "glTF and no more"), "holds something else than its ending 'glb' says");
+  expect_refused(write("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n"), "holds no triangles");
   expect_refused(write("sliver.stl",
                        "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0 0 0\n"
                        "vertex 1 0 0\nendloop\nendfacet\nendsolid s\n"),
-                 "holds no triangles");
+                 "holds no triangles but 1 without extent");
 }
 
 TEST_F(MeshFiles, RefusesCoordinatesThatAreNotFinite) {
@@ -254,12 +218,25 @@ TEST_F(MeshFiles, RefusesAHeaderThatClaimsMoreThanThereIs) {
   binary_stl[81] = '\xff';
   binary_stl[82] = '\xff';
   binary_stl[83] = '\x3f';
-  expect_refused(write("claims.stl", binary_stl), "");
+  expect_refused(write("claims.stl", binary_stl),
+                 "53687091234 bytes long for the 1073741823 triangles that stand in its head; it has 84");
   expect_refused(write("claims.ply",
                        "ply\nformat ascii 1.0\nelement vertex 2000000000\nproperty float x\nproperty "
                        "float y\nproperty float z\nelement face 2000000000\nproperty list uchar int "
                        "vertex_indices\nend_header\n0 0 0\n"),
-                 "", {.max_cpu_s = 2, .max_memory_bytes = 256 << 20});
+                 "needs more memory than the 256 MiB allowed",
+                 {.max_cpu_s = 2, .max_memory_bytes = 256 << 20});
+}
+
+TEST_F(MeshFiles, WarnsOfATextStlThatWasCutShort) {
+  const std::string whole = ascii_stl(make_box({0.2, 0.3, 0.4}));
+  const auto last = whole.rfind("facet normal");
+  const auto told = [&](const std::string& text) {
+    const auto mesh = load_mesh(write("box.stl", text), {.scale = 1.0, .y_up = false});
+    return mesh ? mesh->notes : std::vector<std::string>{mesh.status().message()};
+  };
+  EXPECT_THAT(told(whole), ::testing::IsEmpty());
+  EXPECT_THAT(told(whole.substr(0, last)), ::testing::ElementsAre(HasSubstr("cut short")));
 }
 
 TEST_F(MeshFiles, SurvivesATruncatedPlyHeader) {

@@ -113,6 +113,29 @@ TEST(MeshReport, FindsTrianglesThatPassThroughOneAnother) {
   EXPECT_EQ(inspect_mesh(flat).intersecting_pairs, 1U);
 }
 
+/// Here every edge that meets the other box meets its edges or its faces' diagonals, and pierces no triangle.
+TEST(MeshReport, FindsTrianglesThatCrossAtTheirEdgesOnly) {
+  const std::array<Vector3d, 3> lying{{{0, 0, 0}, {2, 0, 0}, {0, 2, 0}}},
+      upright{{{0.5, 0, -1}, {0.5, 0, 1}, {0.5, 3, 0}}}, behind{{{0.5, -1, -1}, {0.5, -1, 1}, {0.5, 0, 0}}};
+  EXPECT_TRUE(detail::triangles_cross(lying, upright));
+  EXPECT_TRUE(detail::triangles_cross(upright, lying));
+  EXPECT_FALSE(detail::triangles_cross(lying, behind));  // touches in a point
+  EXPECT_FALSE(detail::triangles_cross(behind, lying));
+  TriangleMesh boxes = make_box({1, 1, 1});
+  boxes.append(make_box({1, 1, 1}).transformed({Eigen::Matrix3d::Identity(), {0.5, 0.5, 0.5}}));
+  EXPECT_GT(inspect_mesh(boxes).intersecting_pairs, 0U);
+}
+
+TEST(MeshReport, FlawlessBodiesCrossNothing) {
+  for (const TriangleMesh& body :
+       {make_sphere(0.37, 4), make_torus(0.3, 0.11, 48, 24), make_box({0.1, 0.2, 0.3})}) {
+    for (const double turn_rad : {0.0, 0.3, 1.1}) {
+      const Pose pose{rotation_from_rpy(turn_rad, -turn_rad, 2 * turn_rad), {0.1, 0.2, 0.3}};
+      EXPECT_EQ(inspect_mesh(body.transformed(pose)).intersecting_pairs, 0U);
+    }
+  }
+}
+
 TEST(MeshReport, StopsAtItsLimitAndSaysSo) {
   std::mt19937 random(3);
   std::uniform_real_distribution<float> place(-1, 1);

@@ -193,6 +193,15 @@ TEST_F(ActivateCommand, RefusesValuesThatCannotBe) {
   EXPECT_THAT(refusal(mesh("--scale 1000")), AllOf(HasSubstr("post.stl"), HasSubstr("scale")));
 }
 
+TEST_F(ActivateCommand, TakesFileNamesThatAreNotUtf8) {
+  const auto odd = folder_ / "post\xff.stl";
+  std::filesystem::copy_file(folder_ / "post.stl", odd);
+  const auto line =
+      run("--mesh " + odd.string() + " --voxel-size-m 0.01 --layers 2 --mu 32 --scale 0.001 --fidelity " +
+          (folder_ / "post.json").string());
+  EXPECT_EQ(line["objects"][0]["name"], "post\xEF\xBF\xBD.stl");
+}
+
 TEST_F(ActivateCommand, NamesAMissingMesh) {
   ActivateRequest request;
   request.mesh = folder_ / "nowhere.stl";

@@ -1,0 +1,198 @@
+#include "common/geometry/assimp_scene.hpp"
+
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+#include <algorithm>
+#include <assimp/DefaultLogger.hpp>
+#include <assimp/Importer.hpp>
+#include <assimp/Logger.hpp>
+#include <cctype>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <utility>
+
+namespace phantom::geometry::detail {
+namespace {
+
+using nlohmann::json;
+
+bool starts_with_any(std::string_view text, std::initializer_list<std::string_view> starts) {
+  return std::any_of(starts.begin(), starts.end(),
+                     [&](std::string_view start) { return text.starts_with(start); });
+}
+
+/// Whether a shape is read truly although the file requires this extension: assimp reads it, or it is about
+/// looks and motions.
+bool leaves_shape_true(std::string_view extension) {
+  return starts_with_any(extension,
+                         {"KHR_draco_mesh_compression", "KHR_materials_", "KHR_texture_", "EXT_texture_",
+                          "MSFT_texture_", "KHR_lights_", "EXT_lights_", "KHR_animation_", "KHR_xmp"});
+}
+
+/// The JSON text of a .gltf or .glb file; empty if there is none.
+std::string json_of(const std::filesystem::path& path) {
+  std::error_code none;
+  const auto size = std::filesystem::file_size(path, none);
+  std::ifstream file(path, std::ios::binary);
+  char head[20] = {};  // magic, version, length; length and type of the first chunk
+  if (none || !file) return {};
+  if (!file.read(head, sizeof head) || std::memcmp(head, "glTF", 4) != 0) {
+    file.clear();
+    file.seekg(0);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  std::uint32_t length = 0;
+  for (std::size_t i = 4; i-- > 0;) length = length << 8 | static_cast<std::uint8_t>(head[12 + i]);
+  if (std::memcmp(head + 16, "JSON", 4) != 0 || length > size) return {};
+  std::string text(length, '\0');
+  file.read(text.data(), length);
+  return file ? text : std::string();
+}
+
+/// The lists of extensions of a glTF file, and nothing else of it.
+json extension_lists(const std::filesystem::path& path) {
+  const json::parser_callback_t only_lists = [](int depth, json::parse_event_t event, json& parsed) {
+    if (depth != 1 || event != json::parse_event_t::key) return true;
+    return parsed == "extensionsRequired" || parsed == "extensionsUsed";
+  };
+  return json::parse(json_of(path), only_lists, false);
+}
+
+bool is_sound(const aiMesh& mesh) {
+  for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+    const aiFace& face = mesh.mFaces[f];
+    if (face.mNumIndices > 0 && face.mIndices == nullptr) return false;
+    for (unsigned i = 0; i < face.mNumIndices; ++i) {
+      if (face.mIndices[i] >= mesh.mNumVertices) return false;
+    }
+  }
+  return mesh.mNumVertices == 0 || mesh.mVertices != nullptr;
+}
+
+bool is_sound(const aiScene& scene) {
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    if (scene.mMeshes[m] == nullptr || !is_sound(*scene.mMeshes[m])) return false;
+  }
+  return true;
+}
+
+/// Keeps what the importer calls an error although it goes on: something of the shape that it left out or
+/// made up. Hears it as long as it lives, in the whole process.
+class Complaints {
+ public:
+  explicit Complaints(std::vector<std::string>& notes) { Assimp::DefaultLogger::set(new Ear(notes)); }
+  ~Complaints() { Assimp::DefaultLogger::set(nullptr); }  // the library's own: it deletes the ear
+  Complaints(const Complaints&) = delete;
+  Complaints& operator=(const Complaints&) = delete;
+
+ private:
+  class Ear : public Assimp::Logger {
+   public:
+    explicit Ear(std::vector<std::string>& notes) : notes_(notes) {}
+    bool attachStream(Assimp::LogStream*, unsigned) override { return false; }
+    bool detachStream(Assimp::LogStream*, unsigned) override { return false; }
+
+   private:
+    static constexpr std::size_t kMost = 5;  // of a kind or not: a damaged file repeats itself
+
+    void OnDebug(const char*) override {}
+    void OnVerboseDebug(const char*) override {}
+    void OnInfo(const char*) override {}
+    void OnWarn(const char*) override {}
+    void OnError(const char* message) override {
+      std::string note = std::string("its importer says: ") + message;
+      std::replace(note.begin(), note.end(), '\n', ' ');
+      if (is_of_looks_or_motion(note) || notes_.size() >= kMost) return;
+      if (std::find(notes_.begin(), notes_.end(), note) == notes_.end()) notes_.push_back(std::move(note));
+    }
+    static bool is_of_looks_or_motion(std::string_view text) {
+      constexpr std::string_view kWords[] = {"material", "texture", "tangent",   "binormal",         "Bone",
+                                             "light",    "camera",  "animation", "unsupported chunk"};
+      return std::any_of(std::begin(kWords), std::end(kWords),
+                         [&](std::string_view word) { return text.find(word) != std::string_view::npos; });
+    }
+
+    std::vector<std::string>& notes_;
+  };
+};
+
+/// The importer's refusal, in words that tell a person what to do.
+std::string refusal(const Assimp::Importer& importer, const std::filesystem::path& path,
+                    std::uint64_t max_memory_bytes) {
+  const std::string ending = ending_of(path), said = importer.GetErrorString();
+  if (ending.empty() || !importer.IsExtensionSupported("." + ending)) {
+    return "is in no format that is read (by its ending '" + ending +
+           "'); allowed: STL, OBJ, PLY, OFF, glTF, COLLADA, 3MF, X, X3D, AMF, FBX and what else assimp reads";
+  }
+  if (said.find("bad_alloc") != std::string::npos)
+    return "needs more memory than the " + std::to_string(max_memory_bytes >> 20) + " MiB allowed";
+  if (said.find("No suitable reader") != std::string::npos)
+    return "holds something else than its ending '" + ending + "' says, or a version of it that is not read";
+  return "is not a readable mesh: " + said;
+}
+
+}  // namespace
+
+std::string ending_of(const std::filesystem::path& path) {
+  std::string ending = path.extension().string();
+  if (!ending.empty()) ending.erase(0, 1);
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending;
+}
+
+std::string unread_gltf_extension(const std::filesystem::path& path) {
+  const std::string ending = ending_of(path);
+  if (ending != "gltf" && ending != "glb") return {};
+  const json lists = extension_lists(path);
+  if (!lists.is_object()) return {};  // not JSON: the importer says so
+  for (const auto& [list, names] : lists.items()) {
+    if (!names.is_array()) continue;
+    for (const json& name : names) {
+      if (!name.is_string()) continue;
+      const auto& extension = name.get_ref<const std::string&>();
+      // Numbers of other types, and copies of a mesh, also count where a reader may do without them.
+      const bool shape = extension == "KHR_mesh_quantization" || extension == "EXT_mesh_gpu_instancing";
+      if (shape || (list == "extensionsRequired" && !leaves_shape_true(extension))) return extension;
+    }
+  }
+  return {};
+}
+
+const aiScene* read_scene(Assimp::Importer& importer, const std::filesystem::path& path,
+                          std::uint64_t max_memory_bytes, std::vector<std::string>& notes,
+                          std::string& problem) {
+  if (const std::string extension = unread_gltf_extension(path); !extension.empty()) {
+    problem = "depends on the glTF extension " + extension + ", which is not read: export it without";
+    return nullptr;
+  }
+  const Complaints complaints(notes);
+  // Only shape matters here. Normals and the like would also keep equal vertices apart.
+  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
+                              aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_COLORS |
+                                  aiComponent_TEXCOORDS | aiComponent_BONEWEIGHTS | aiComponent_ANIMATIONS |
+                                  aiComponent_TEXTURES | aiComponent_LIGHTS | aiComponent_CAMERAS |
+                                  aiComponent_MATERIALS);
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);  // the caller turns
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // made up where there is no shape
+  // Not aiProcess_ValidateDataStructure: it also refuses a light without a node, an empty part, points
+  // beside the triangles. What is used of the scene is looked at here, before polygons are cut up.
+  const aiScene* scene = importer.ReadFile(path.string(), aiProcess_RemoveComponent);
+  if (scene == nullptr || scene->mRootNode == nullptr) {
+    problem = refusal(importer, path, max_memory_bytes);
+    return nullptr;
+  }
+  if (!is_sound(*scene)) {
+    problem = "has a face that names a vertex which does not exist";
+    return nullptr;
+  }
+  scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
+  if (scene == nullptr) problem = refusal(importer, path, max_memory_bytes);
+  return scene;
+}
+
+}  // namespace phantom::geometry::detail
