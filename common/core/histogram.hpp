@@ -29,7 +29,7 @@ class DurationHistogram {
   static int bin_of(std::int64_t duration_ns) noexcept;
   static std::int64_t upper_edge_ns(int bin) noexcept;
 
-  std::array<std::uint32_t, kBins> bins_{};
+  std::array<std::uint64_t, kBins> bins_{};  // 32 bits are full after 50 days at 1 kHz
   std::uint64_t count_ = 0;
   double sum_ns_ = 0.0;
   std::int64_t max_ns_ = 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 namespace phantom::teleop {
@@ -56,7 +57,8 @@ core::JointArray master_torque(const core::JointArray& percept_Nm, const core::J
                                const core::JointArray& limit_Nm, std::size_t joint_count) noexcept {
   core::JointArray torque_Nm{};
   for (std::size_t j = 0; j < joint_count; ++j) {
-    torque_Nm[j] = std::clamp(percept_Nm[j] + feedback_Nm[j], -limit_Nm[j], limit_Nm[j]);
+    const double sum_Nm = percept_Nm[j] + feedback_Nm[j];
+    if (!std::isnan(sum_Nm)) torque_Nm[j] = std::clamp(sum_Nm, -limit_Nm[j], limit_Nm[j]);
   }
   return torque_Nm;
 }

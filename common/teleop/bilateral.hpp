@@ -56,7 +56,7 @@ core::JointArray feedback_torque(BilateralLaw law, const JointMotion& master, co
                                  std::size_t joint_count) noexcept;
 
 /// Sum on the master's joint, eq. 5.20: percept torque (already G·τ₁) plus feedback (already τ₂/A), within
-/// the device's torque limit. Real-time safe: yes.
+/// the device's torque limit; a sum that is not a number gives no torque. Real-time safe: yes.
 core::JointArray master_torque(const core::JointArray& percept_Nm, const core::JointArray& feedback_Nm,
                                const core::JointArray& limit_Nm, std::size_t joint_count) noexcept;
 

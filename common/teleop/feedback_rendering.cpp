@@ -16,7 +16,8 @@ FeedbackRenderer::FeedbackRenderer(const FeedbackParameters& parameters)
 // Moves 1/A to what is wished for; returns it with the contact's share.
 double FeedbackRenderer::follow_gain(const FeedbackInputs& in, double dt_s) noexcept {
   const double own = parameters_.inverse_a[static_cast<std::size_t>(law_)];
-  const double wished = in.law == law_ && in.inverse_a >= 0.0 ? in.inverse_a : own;
+  const double wished =
+      in.law == law_ && in.inverse_a >= 0.0 && std::isfinite(in.inverse_a) ? in.inverse_a : own;
   if (authority_.value() == 0.0) {
     inverse_a_ = wished;  // nothing is felt: no need to wait
   } else {

@@ -97,8 +97,11 @@ LinkState LinkMonitor::step(const LinkObservation& seen, double dt_s) noexcept {
 double pose_difference(const core::JointArray& a, const core::JointArray& b,
                        const core::JointArray& tolerance, std::size_t joint_count) noexcept {
   double greatest = 0.0;
-  for (std::size_t j = 0; j < joint_count; ++j)
-    greatest = std::max(greatest, std::abs(a[j] - b[j]) / tolerance[j]);
+  for (std::size_t j = 0; j < joint_count; ++j) {
+    const double difference = std::abs(a[j] - b[j]) / tolerance[j];
+    if (std::isnan(difference)) return std::numeric_limits<double>::infinity();
+    greatest = std::max(greatest, difference);
+  }
   return greatest;
 }
 

@@ -107,7 +107,8 @@ class LinkMonitor {
   std::uint32_t stops_seen_ = 0;
 };
 
-/// Greatest |a − b| ÷ tolerance over the joints: at most 1 while the poses agree. Real-time safe: yes.
+/// Greatest |a − b| ÷ tolerance over the joints: at most 1 while the poses agree; ∞ if a position is not a
+/// number. Real-time safe: yes.
 double pose_difference(const core::JointArray& a, const core::JointArray& b,
                        const core::JointArray& tolerance, std::size_t joint_count) noexcept;
 

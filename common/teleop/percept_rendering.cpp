@@ -80,6 +80,7 @@ void PerceptRenderer::aim_coupled(const DragCoefficients& drag, double gain, Ren
     double row = 0.0;
     for (std::size_t j = 0; j < count; ++j) {
       const auto& limit = parameters_.damping_limit_Nms_per_rad;
+      if (entry(drag, i, j) == 0.0) continue;  // 0 ÷ 0 for a joint that may not be damped at all
       row += gain * std::abs(entry(drag, i, j)) / std::sqrt(limit[i] * limit[j]);
     }
     bound = std::max(bound, row);
@@ -125,7 +126,9 @@ void PerceptRenderer::render_coupled(const core::JointArray& v, RenderedPercept&
   if (!(power_W <= 0.0))
     scale = 0.0;  // not positive semi-definite after all: render nothing rather than push
   out.torque_limited = scale < 1.0;
-  for (std::size_t i = 0; i < count; ++i) out.torque_Nm[i] *= scale;
+  for (std::size_t i = 0; i < count; ++i) {
+    out.torque_Nm[i] = scale > 0.0 ? scale * out.torque_Nm[i] : 0.0;  // a product may have overflowed
+  }
 }
 
 }  // namespace phantom::teleop

@@ -54,5 +54,16 @@ TEST(DurationHistogram, MergeEqualsRecordingAll) {
   EXPECT_DOUBLE_EQ(a.mean_ns(), all.mean_ns());
 }
 
+// A servo at 1 kHz fills 32 bits within 50 days.
+TEST(DurationHistogram, CountsForYears) {
+  DurationHistogram histogram;
+  histogram.record(1000);
+  for (int doubled = 0; doubled < 34; ++doubled) histogram.merge(DurationHistogram(histogram));
+  EXPECT_EQ(histogram.count(), std::uint64_t{1} << 34);
+  histogram.record(50'000);
+  EXPECT_EQ(histogram.quantile_ns(0.5), histogram.quantile_ns(0.0));
+  EXPECT_LT(histogram.quantile_ns(0.99), 1100);
+}
+
 }  // namespace
 }  // namespace phantom::core

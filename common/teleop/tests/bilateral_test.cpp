@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+
 namespace phantom::teleop {
 namespace {
 
@@ -70,6 +73,14 @@ TEST(Bilateral, NamesRoundTrip) {
 TEST(Bilateral, MasterTorqueIsTheSumWithinTheDevicesLimit) {
   const auto torque_Nm = master_torque(joints(1, -2, 2), joints(0.5, -2, -3), joints(2, 3, 2), 3);
   EXPECT_EQ(torque_Nm, joints(1.5, -3, -1));
+}
+
+// The last line before the motors, whatever went wrong before it.
+TEST(Bilateral, NoTorqueThatIsNotANumberReachesTheMaster) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  const auto torque_Nm =
+      master_torque(joints(std::nan(""), infinity, 1), joints(1, -infinity, infinity), joints(2, 3, 2), 3);
+  EXPECT_EQ(torque_Nm, joints(0, 0, 2));
 }
 
 }  // namespace

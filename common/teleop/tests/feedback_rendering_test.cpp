@@ -129,6 +129,19 @@ TEST(FeedbackRendering, NumbersThatAreNoneGiveNoTorque) {
   EXPECT_EQ(renderer.step(in, kDt).torque_Nm[0], 0.0);
 }
 
+TEST(FeedbackRendering, AGainThatIsNoneIsTheLawsOwn) {
+  FeedbackRenderer renderer(parameters());
+  FeedbackInputs in = pushing();
+  const double own_Nm = run(renderer, in, 1.0).torque_Nm[0];
+  ASSERT_NE(own_Nm, 0.0);
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    in.inverse_a = bad;
+    EXPECT_EQ(FeedbackRenderer(parameters()).step(in, kDt).inverse_a, renderer.step(in, kDt).inverse_a);
+    EXPECT_NEAR(run(renderer, in, 1.0).torque_Nm[0], own_Nm, 1e-9);
+  }
+}
+
 // Table 6.1.
 TEST(PerceptSet, AudioIsEssentialWhereDragDoesNotStandApart) {
   for (const auto law : {BilateralLaw::kPe, BilateralLaw::kPeff}) {

@@ -146,6 +146,15 @@ TEST(LinkMonitor, AgesThatAreNotNumbersAreStale) {
             kInit);
 }
 
+TEST(LinkState, PosesThatAreNotNumbersNeverAgree) {
+  const core::JointArray tolerance{0.1, 0.1, 0.1};
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NEAR(pose_difference({1.0, 2.0}, {1.05, 2.2}, tolerance, 2), 2.0, 1e-12);
+  EXPECT_GT(pose_difference({nan, 2.0}, {1.0, 2.0}, tolerance, 2), 1.0);
+  EXPECT_GT(pose_difference({1.0, 2.0}, {1.0, nan}, tolerance, 2), 1.0);
+  EXPECT_EQ(pose_difference({1.0, nan}, {1.0, 2.0}, tolerance, 1), 0.0) << "beyond the arm's joints";
+}
+
 TEST(LinkMonitor, SamplesThatComeRegularlyButLateAreStale) {
   const LinkTiming timing{.staleness_s = 0.02, .round_trip_limit_s = 0.1};
   for (const bool late : {false, true}) {

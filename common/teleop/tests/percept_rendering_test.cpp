@@ -228,5 +228,37 @@ TEST_P(Rendering, EffectiveDampingNeverExceedsTheDevicesLimit) {
   }
 }
 
+TEST_P(Rendering, OverflowGivesNoTorqueThatIsNotANumber) {
+  Random random;
+  const auto p = parameters(GetParam());
+  PerceptRenderer renderer(p);
+  const auto drag = random.drag(1.0);
+  auto v = random.velocity(1.0);
+  for (int i = 0; i < 500; ++i) renderer.step(drag, true, true, 1.0, v, kDt);
+  for (double& speed : v) speed *= 1e308;
+  const auto out = renderer.step(drag, true, true, 1.0, v, kDt);
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    ASSERT_TRUE(std::isfinite(out.torque_Nm[j])) << j;
+    ASSERT_LE(std::abs(out.torque_Nm[j]), p.torque_cap_Nm[j] * (1 + 1e-12));
+  }
+}
+
+// A device that can render no damping on one joint: nothing there, and the others stay within their limits.
+TEST_P(Rendering, AJointThatMayNotBeDampedTakesNoLimitFromTheOthers) {
+  auto p = parameters(GetParam());
+  p.damping_limit_Nms_per_rad[1] = 0.0;
+  PerceptRenderer renderer(p);
+  DragCoefficients drag;
+  drag.valid = true;
+  drag.plus[0] = drag.minus[0] = drag.coupled[triangle_index(0, 0)] = 100.0;  // nothing on joint 1
+  core::JointArray v{};
+  v[0] = 1e-3;
+  RenderedPercept out;
+  for (int i = 0; i < 1000; ++i) out = renderer.step(drag, true, true, 1.0, v, kDt);
+  EXPECT_NEAR(out.torque_Nm[0], -p.damping_limit_Nms_per_rad[0] * v[0], 1e-9);
+  EXPECT_TRUE(out.damping_limited);
+  EXPECT_EQ(out.torque_Nm[1], 0.0);
+}
+
 }  // namespace
 }  // namespace phantom::teleop
