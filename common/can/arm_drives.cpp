@@ -40,6 +40,11 @@ void ArmDrives::step(DriveCommand command, core::Nanoseconds now_ns) noexcept {
   for_health_.write(told_);
 }
 
+void ArmDrives::end(core::Nanoseconds now_ns) noexcept {
+  // Twice: what is sent after one SYNC acts with the next.
+  for (int i = 0; i < 2; ++i) group_.step({.quick_stop = config_.reaction == FaultReaction::kHold}, now_ns);
+}
+
 std::string ArmDrives::why_not_following() const {
   if (std::string drive = describe(read_.report, config_.axes); !drive.empty()) return drive;
   if (read_.outside < 0) return std::string("the drives are in state ") + name_of(read_.report.state);

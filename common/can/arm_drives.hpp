@@ -26,6 +26,9 @@ class ArmDrives {
   const ArmDrivesSense& sense() noexcept;
   /// One period under `command`, of which `enable` does not count. Real-time safe as DriveGroup::step().
   void step(DriveCommand command, core::Nanoseconds now_ns) noexcept;
+  /// The last call of all: the drives hold or coast at once, as they are to in a fault, instead of going on
+  /// with their last targets until they miss the heartbeat. What a bus does not take is left to that.
+  void end(core::Nanoseconds now_ns) noexcept;
 
   const DriveGroupReport& report() const noexcept { return group_.report(); }
   /// One reader thread, any but that of step(). Its figures: the planned load of the fullest bus, SYNCs

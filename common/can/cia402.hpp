@@ -62,10 +62,4 @@ constexpr std::uint16_t towards_enabled(PowerState state) noexcept {
   }
 }
 
-/// Whether the power stage is on: the drive holds or moves the axis.
-constexpr bool is_powered(PowerState state) noexcept {
-  return state == PowerState::kOperationEnabled || state == PowerState::kQuickStopActive ||
-         state == PowerState::kFaultReaction;
-}
-
 }  // namespace phantom::can

@@ -16,6 +16,7 @@ constexpr int kSurplusSyncs = 12;  // of the last 32
 constexpr double kCrowded = 0.65;  // share of the time that a window of heartbeats should take
 constexpr int kMostOwed = 8;       // answers that may still come late: more is not a delay but a loss
 constexpr int kSurplusSdoReplies = 3;
+constexpr int kCountedSyncs = 1 << 20;  // beyond any limit: a drive may be silent for months
 
 // So many heartbeats that they cannot come crowded because the oldest was held up, by less than the timeout.
 std::size_t heartbeat_window(const DriveTiming& timing) {
@@ -61,8 +62,8 @@ void Drive::enter(DrivePhase phase, core::Nanoseconds now_ns) noexcept {
     surplus_syncs_ = 0;
     heartbeat_count_ = 0;
     crowded_heartbeats_ = false;
-    missed_ = answers_ = owed_ = 0;
-    sync_open_ = report_.has_position = false;
+    missed_ = unmeasured_ = answers_ = owed_ = 0;
+    sync_open_ = measured_ = report_.has_position = false;
     booted_ = false;
   }
   if (phase != DrivePhase::kFault) {
@@ -134,6 +135,8 @@ void Drive::on_measure_pdo(const CanFrame& frame) noexcept {
   const std::span<const std::uint8_t> bytes(frame.data);
   report_.velocity_counts = static_cast<std::int32_t>(get_le(bytes, 4));
   report_.torque_mille = static_cast<std::int16_t>(get_le(bytes.subspan(4), 2));
+  measured_ = true;
+  unmeasured_ = 0;
 }
 
 void Drive::on_heartbeat(const CanFrame& frame, core::Nanoseconds time_ns) noexcept {
@@ -161,7 +164,8 @@ void Drive::on_emergency(const CanFrame& frame) noexcept {
 void Drive::on_sync() noexcept {
   if (sync_open_) {
     surplus_syncs_ = surplus_syncs_ << 1 | (answers_ > 1 ? 1U : 0U);
-    missed_ = answers_ == 0 ? missed_ + 1 : 0;
+    missed_ = answers_ == 0 ? std::min(missed_ + 1, kCountedSyncs) : 0;
+    unmeasured_ = std::min(unmeasured_ + 1, kCountedSyncs);
     owed_ = answers_ == 0 ? std::min(owed_ + 1, kMostOwed) : owed_;
     report_.missed += answers_ == 0 ? 1 : 0;
   }
@@ -182,6 +186,8 @@ DriveFault Drive::found_fault(core::Nanoseconds now_ns) const noexcept {
   if (in_fault && report_.phase != DrivePhase::kResetting) return DriveFault::kDriveFault;
   if (nmt_ != NmtState::kOperational) return DriveFault::kNotOperational;
   if (missed_ > timing_.most_missed) return DriveFault::kFeedbackMissing;
+  // Position loops on a speed of long ago would shake the arm.
+  if (unmeasured_ > (timing_.most_missed + 1) * timing_.measure_every) return DriveFault::kMeasurementMissing;
   if (core::seconds(now_ns - heartbeat_ns_) > timing_.heartbeat_timeout_s) return DriveFault::kHeartbeatLost;
   if (report_.mode != static_cast<std::int8_t>(mode_)) return DriveFault::kModeMismatch;
   return DriveFault::kNone;
@@ -266,16 +272,16 @@ void Drive::configure(core::Nanoseconds now_ns, Outbox& out) noexcept {
 }
 
 void Drive::start(core::Nanoseconds now_ns, Outbox& out) noexcept {
-  const bool complete = heartbeat_ns_ >= 0 && nmt_ == NmtState::kOperational && report_.has_position;
+  const bool connected = heartbeat_ns_ >= 0 && nmt_ == NmtState::kOperational;
   const bool mode_agrees = report_.mode == static_cast<std::int8_t>(mode_);
-  if (complete && mode_agrees) {
+  if (connected && report_.has_position && measured_ && mode_agrees) {
     missed_ = 0;
     return enter(DrivePhase::kReady, now_ns);
   }
   if (phase_age_s(now_ns) > timing_.state_timeout_s) {
-    if (complete) return fail(DriveFault::kModeMismatch, now_ns);
-    const bool silent = nmt_ == NmtState::kOperational && !report_.has_position;
-    return fail(silent ? DriveFault::kFeedbackMissing : DriveFault::kNotOperational, now_ns);
+    if (!connected) return fail(DriveFault::kNotOperational, now_ns);
+    if (!report_.has_position) return fail(DriveFault::kFeedbackMissing, now_ns);
+    return fail(measured_ ? DriveFault::kModeMismatch : DriveFault::kMeasurementMissing, now_ns);
   }
   if (nmt_ == NmtState::kOperational) return;
   if (asked_ns_ >= 0 && core::seconds(now_ns - asked_ns_) < kAskAgain_s) return;

@@ -26,13 +26,14 @@ enum class DrivePhase : std::uint8_t {
 
 enum class DriveFault : std::uint8_t {
   kNone,
-  kSetupRefused,     ///< the drive refused a setting, or is not what the configuration says
-  kSetupTimeout,     ///< no answer to an SDO
-  kNotOperational,   ///< does not go operational, or has left it
-  kModeMismatch,     ///< reports another mode than commanded
-  kDuplicateNode,    ///< its node id is on the bus twice
-  kPdoLength,        ///< sent a PDO of another length than mapped
-  kFeedbackMissing,  ///< leaves SYNCs without an answer
+  kSetupRefused,        ///< the drive refused a setting, or is not what the configuration says
+  kSetupTimeout,        ///< no answer to an SDO
+  kNotOperational,      ///< does not go operational, or has left it
+  kModeMismatch,        ///< reports another mode than commanded
+  kDuplicateNode,       ///< its node id is on the bus twice
+  kPdoLength,           ///< sent a PDO of another length than mapped
+  kFeedbackMissing,     ///< leaves SYNCs without an answer
+  kMeasurementMissing,  ///< answers them, but its velocity and torque do not come
   kHeartbeatLost,
   kRebooted,       ///< started anew by itself
   kBusOff,         ///< our controller has left the bus
@@ -156,10 +157,11 @@ class Drive {
   std::size_t heartbeat_window_;
   std::size_t heartbeat_count_ = 0;
   bool crowded_heartbeats_ = false;
-  int answers_ = 0;  // to the newest SYNC
-  int missed_ = 0;   // SYNCs in a row
-  int owed_ = 0;     // answers that did not come in time and may still come
-  bool sync_open_ = false;
+  int answers_ = 0;     // to the newest SYNC
+  int missed_ = 0;      // SYNCs in a row, at most kCountedSyncs
+  int unmeasured_ = 0;  // SYNCs since the newest velocity and torque, at most kCountedSyncs
+  int owed_ = 0;        // answers that did not come in time and may still come
+  bool sync_open_ = false, measured_ = false;
   std::uint32_t surplus_syncs_ = 0;  // SYNCs with more than one answer, newest in bit 0
   int surplus_sdo_ = 0;
 };

@@ -11,10 +11,11 @@ const char* name_of(DrivePhase phase) noexcept {
 }
 
 const char* name_of(DriveFault fault) noexcept {
-  constexpr const char* kNames[] = {"none",           "setup refused",  "setup timeout",  "not operational",
-                                    "mode mismatch",  "duplicate node", "PDO length",     "feedback missing",
-                                    "heartbeat lost", "rebooted",       "bus-off",        "bus down",
-                                    "emergency",      "drive fault",    "enable timeout", "left enabled"};
+  constexpr const char* kNames[] = {
+      "none",           "setup refused", "setup timeout",    "not operational",     "mode mismatch",
+      "duplicate node", "PDO length",    "feedback missing", "measurement missing", "heartbeat lost",
+      "rebooted",       "bus-off",       "bus down",         "emergency",           "drive fault",
+      "enable timeout", "left enabled"};
   return kNames[static_cast<std::size_t>(fault)];
 }
 
@@ -52,6 +53,8 @@ std::string fault_sentence(const DriveReport& r) {
       return "sent a PDO of another length than was mapped";
     case DriveFault::kFeedbackMissing:
       return "leaves SYNCs without an answer";
+    case DriveFault::kMeasurementMissing:
+      return "tells its position, but not its speed and torque";
     case DriveFault::kHeartbeatLost:
       return "is not heard: its heartbeat stopped";
     case DriveFault::kRebooted:

@@ -29,6 +29,9 @@ class Device {
   /// last call.
   virtual void move(const core::JointArray& motor_Nm, const core::JointArray& hand_Nm, bool reset,
                     double dt_s, core::Nanoseconds now_ns) noexcept = 0;
+  /// The last call, once the servo thread has ended: the motors go on with nothing that they were told
+  /// before.
+  virtual void end(core::Nanoseconds now_ns) noexcept = 0;
   /// Whether periods that the loop missed must be lived through one by one, for a device whose time is the
   /// loop's.
   virtual bool makes_up_periods() const noexcept = 0;
@@ -51,6 +54,7 @@ class SimulatedDevice final : public Device {
             core::Nanoseconds) noexcept override {
     plant_.step(hand_Nm, motor_Nm, dt_s);
   }
+  void end(core::Nanoseconds) noexcept override {}  // its time ends with the loop's
   bool makes_up_periods() const noexcept override { return true; }
   core::ActuatorHealth health() override { return {}; }
 
@@ -80,6 +84,7 @@ class CanDevice final : public Device {
             core::Nanoseconds now_ns) noexcept override {
     drives_.step({.reset = reset, .torque = motor_Nm}, now_ns);
   }
+  void end(core::Nanoseconds now_ns) noexcept override { drives_.end(now_ns); }
   bool makes_up_periods() const noexcept override { return false; }
   core::ActuatorHealth health() override { return drives_.health(); }
 

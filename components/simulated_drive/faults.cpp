@@ -18,6 +18,8 @@ struct Kind {
 constexpr Kind kKinds[] = {
     {"heartbeat", "its heartbeat stops", [](SimulatedDrive& d) { d.misbehaviour.mute_heartbeat = true; }},
     {"pdos", "it answers no SYNC", [](SimulatedDrive& d) { d.misbehaviour.mute_pdos = true; }},
+    {"measurement", "its speed and torque do not come any more",
+     [](SimulatedDrive& d) { d.misbehaviour.mute_measurement = true; }},
     {"sdo", "it answers no SDO", [](SimulatedDrive& d) { d.misbehaviour.mute_sdo = true; }},
     {"mode", "it reports profile position mode", [](SimulatedDrive& d) { d.misbehaviour.shown_mode = 1; }},
     {"length", "its PDOs are a byte short", [](SimulatedDrive& d) { d.misbehaviour.cut_pdo_bytes = 1; }},

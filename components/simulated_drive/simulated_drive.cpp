@@ -170,7 +170,9 @@ void SimulatedDrive::on_sync() {
     if (!tpdo.on || tpdo.transmission == 0 || tpdo.transmission > 240) continue;
     if (++syncs_[i] < tpdo.transmission) continue;
     syncs_[i] = 0;
-    if (!misbehaviour.mute_pdos) send_tpdo(static_cast<std::uint16_t>(0x1800 + i));
+    const bool measurement = i == 1;
+    if (!misbehaviour.mute_pdos && !(measurement && misbehaviour.mute_measurement))
+      send_tpdo(static_cast<std::uint16_t>(0x1800 + i));
   }
 }
 

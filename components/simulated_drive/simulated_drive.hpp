@@ -25,6 +25,7 @@ struct DriveOptions {
 struct Misbehaviour {
   bool mute_heartbeat = false;
   bool mute_pdos = false;
+  bool mute_measurement = false;  ///< of its transmit PDOs the second: velocity and torque
   bool mute_sdo = false;
   std::int8_t shown_mode = 0;      ///< another mode of operation than it has; 0: the true one
   std::uint8_t cut_pdo_bytes = 0;  ///< its PDOs are so much shorter
@@ -57,7 +58,6 @@ class SimulatedDrive {
   enum class Power { kSwitchOnDisabled, kReady, kSwitchedOn, kEnabled, kQuickStop, kFaultReaction, kFault };
   enum class Nmt { kPreOperational, kOperational, kStopped };
   Power power() const { return state_; }
-  Nmt nmt() const { return nmt_; }
   const Motor& motor() const { return loops_.motor(); }
   double torque_mille() const { return torque_mille_; }
   const can::CanBus& bus() const { return *bus_; }

@@ -102,6 +102,10 @@ const Fault kFaults[] = {
      [](Rig& r) { r.drives[0]->misbehaviour.mute_pdos = true; },
      [](Rig& r) { r.drives[0]->misbehaviour.mute_pdos = false; },
      {DriveFault::kFeedbackMissing}},
+    {"speed and torque missing",
+     [](Rig& r) { r.drives[0]->misbehaviour.mute_measurement = true; },
+     [](Rig& r) { r.drives[0]->misbehaviour.mute_measurement = false; },
+     {DriveFault::kMeasurementMissing}},
     {"other mode",
      [](Rig& r) { r.drives[0]->misbehaviour.shown_mode = 1; },
      [](Rig& r) { r.drives[0]->misbehaviour.shown_mode = 0; },
@@ -302,6 +306,20 @@ TEST(DriveFaults, ADriveThatIsNotThereIsNamed) {
   EXPECT_EQ(rig.drives[0]->power(), Power::kSwitchOnDisabled);
   rig.frozen[1] = false;
   EXPECT_TRUE(rig.bring_up());
+}
+
+TEST(DriveFaults, ADriveWhoseSpeedNeverComesIsNotSwitchedOn) {
+  for (const int every : {1, 10}) {
+    auto config = group_config(DriveMode::kTorque, 2);
+    config.timing.measure_every = every;
+    Rig rig(config);
+    rig.drives[0]->misbehaviour.mute_measurement = true;
+    rig.command.enable = true;
+    rig.run(2.0);
+    EXPECT_EQ(rig.drive(0).fault, DriveFault::kMeasurementMissing);
+    EXPECT_EQ(rig.group->sentence(), "j1 tells its position, but not its speed and torque");
+    EXPECT_NE(rig.drives[1]->power(), Power::kEnabled);
+  }
 }
 
 TEST(DriveFaults, AnotherRatedTorqueThanConfiguredIsRefused) {

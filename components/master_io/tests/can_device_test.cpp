@@ -20,10 +20,7 @@ constexpr std::size_t kJoints = 7;
 
 // The shipped file with a drive for every joint; `more` stands in the first joint's.
 std::string with_drives(const std::string& more = "") {
-  std::ifstream stream(kShipped);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  std::string yaml = text.str();
+  std::string yaml = test::text_of(kShipped);
   yaml.replace(yaml.find("driver: sim"), 11, "driver: can");
   yaml.replace(yaml.find("rate_Hz: 1000"), 13, "rate_Hz: 500");
   yaml +=
@@ -38,7 +35,7 @@ std::string with_drives(const std::string& more = "") {
   return yaml;
 }
 Config can_config(const std::string& more = "") {
-  return load_config(write_file(with_drives(more)), hot_cell().file, shipped_arm().arm, {});
+  return load_config(test::new_file(with_drives(more)), hot_cell().file, shipped_arm().arm, {});
 }
 
 // A slave that follows perfectly, drag that is everywhere the same, and a hand that pushes joint 4.
@@ -134,6 +131,24 @@ TEST(CanDevice, AFaultTakesTheTorquesUntilAReset) {
   wishes.requests.reset();
   bench.inbox.wishes.write(wishes);
   EXPECT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.device->health().message;
+}
+
+TEST(CanDevice, WhenMasterIoEndsTheHandIsFreeAtOnce) {
+  Bench bench;
+  ASSERT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.device->health().message;
+  for (int i = 0; i < 500; ++i) bench.tick();
+  ASSERT_NE(bench.drives[3]->torque_mille(), 0.0);
+  bench.now_ns += bench.period_ns;
+  bench.device->end(bench.now_ns);
+  for (int i = 0; i < 4; ++i) {
+    bench.now_ns += bench.period_ns;
+    for (auto& bus : bench.buses) bus.advance_to(bench.now_ns);
+    for (auto& drive : bench.drives) drive->step(bench.now_ns);
+  }
+  for (const auto& drive : bench.drives) {
+    EXPECT_EQ(drive->power(), simulated_drive::SimulatedDrive::Power::kSwitchOnDisabled);
+    EXPECT_EQ(drive->torque_mille(), 0.0);
+  }
 }
 
 TEST(CanDevice, OnlyTorqueModeCanRender) {

@@ -114,6 +114,30 @@ TEST_P(EachMode, EveryJointFollowsTheMasterAndTheLoopsTorqueIsTold) {
 INSTANTIATE_TEST_SUITE_P(Modes, EachMode,
                          testing::Values(DriveMode::kTorque, DriveMode::kVelocity, DriveMode::kPosition));
 
+// In the time that the drives take to miss the heartbeat, the last torque would go on unchecked.
+TEST(CanArm, WhenSlaveIoEndsTheDrivesHoldOrCoastAtOnce) {
+  using Power = simulated_drive::SimulatedDrive::Power;
+  for (const auto reaction : {can::FaultReaction::kHold, can::FaultReaction::kCoast}) {
+    for (const DriveMode mode : {DriveMode::kTorque, DriveMode::kVelocity, DriveMode::kPosition}) {
+      Bench bench(can_config(mode, reaction));
+      ASSERT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.arm->health().message;
+      bench.master.velocity[3] = 0.3;
+      for (int i = 0; i < 100; ++i) {
+        bench.master.position[3] += 0.3 * bench.config.period_s;
+        bench.tick();
+      }
+      ASSERT_GT(bench.speed(3), 0.1);
+      bench.arm->end(bench.now_ns += bench.period_ns);
+      for (int i = 0; i < 4; ++i, bench.now_ns += bench.period_ns)
+        bench.rig.pass(bench.now_ns + bench.period_ns, bench.period_ns);
+      ASSERT_LT(4 * bench.config.period_s, bench.config.can->group.timing.heartbeat_timeout_s / 2);
+      const Power wanted =
+          reaction == can::FaultReaction::kHold ? Power::kQuickStop : Power::kSwitchOnDisabled;
+      for (const auto& drive : bench.drives) EXPECT_EQ(drive->power(), wanted);
+    }
+  }
+}
+
 TEST(CanArm, WhatItCannotKnowIsToldAsUnknown) {
   Bench bench;
   ASSERT_TRUE(bench.reaches(LinkState::kCoupled));
