@@ -5,7 +5,7 @@ namespace phantom::dds {
 SourceGuard::Verdict SourceGuard::judge(const msg::Stamp& stamp, core::Nanoseconds received_ns) noexcept {
   const bool bound = accepted_ns_ != 0 && received_ns - accepted_ns_ < hold_ns_;
   if (bound && stamp.session() != session_) {
-    rival_ns_ = received_ns;
+    rival_ns_.store(received_ns, std::memory_order_relaxed);
     return Verdict::kRival;
   }
   if (!order_.accept(stamp)) return Verdict::kOutOfOrder;
@@ -24,6 +24,16 @@ const char* reason(SourceGuard::Verdict verdict) noexcept {
       break;
   }
   return nullptr;
+}
+
+core::Health with_rival(core::Health health, const char* topic) {
+  const bool worse =
+      health.state == core::ComponentState::kFault || health.state == core::ComponentState::kStopped;
+  if (!worse) health.state = core::ComponentState::kDegraded;
+  health.message = std::string("two processes send ") + topic +
+                   ": only the first is heeded; end one of them" +
+                   (health.message.empty() ? "" : "; " + health.message);
+  return health;
 }
 
 }  // namespace phantom::dds

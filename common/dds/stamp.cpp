@@ -11,11 +11,18 @@ msg::Stamp Stamper::next() {
   return stamp;
 }
 
-msg::Echo echo_of(const msg::Stamp& stamp) {
+core::SampleId id_of(const msg::Stamp& stamp) noexcept {
+  return {stamp.sequence_number(), stamp.monotonic_ns(), stamp.session()};
+}
+core::SampleId id_of(const msg::Echo& echo) noexcept {
+  return {echo.sequence_number(), echo.monotonic_ns(), echo.session()};
+}
+
+msg::Echo echo_of(const core::SampleId& id) noexcept {
   msg::Echo echo;
-  echo.sequence_number(stamp.sequence_number());
-  echo.monotonic_ns(stamp.monotonic_ns());
-  echo.session(stamp.session());
+  echo.sequence_number(id.sequence_number);
+  echo.monotonic_ns(id.monotonic_ns);
+  echo.session(id.session);
   return echo;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/core/clock.hpp"
+#include "common/core/sample_id.hpp"
 #include "common/dds/participant.hpp"
 #include "phantom_idl/types.h"
 
@@ -18,8 +19,11 @@ class Stamper {
   std::uint64_t sequence_number_ = 0;
 };
 
-/// The echo to send back for `stamp`.
-msg::Echo echo_of(const msg::Stamp& stamp);
+/// Which sample a stamp, or an echo of one, names. Real-time safe: yes.
+core::SampleId id_of(const msg::Stamp& stamp) noexcept;
+core::SampleId id_of(const msg::Echo& echo) noexcept;
+/// The echo to send back for a sample.
+msg::Echo echo_of(const core::SampleId& id) noexcept;
 
 /// When the sample was made that `echo` names, by the own monotonic clock; 0 if it is not of `own_session`,
 /// or names a time that it cannot be: none, or one after `received_ns`. Real-time safe: yes.

@@ -4,6 +4,7 @@
 
 #include "common/robot/joint_values.hpp"
 #include "common/runtime/config_reader.hpp"
+#include "common/runtime/link_config.hpp"
 #include "common/teleop/stability_guard.hpp"
 #include "components/master_io/reaches.hpp"
 
@@ -13,11 +14,7 @@ namespace {
 using runtime::ConfigReader;
 
 void read_link(const ConfigReader& section, const robot::SerialArm& arm, Config& config) {
-  config.link.staleness_s = section.number("staleness_s", config.link.staleness_s, {0.002, 2, "s"});
-  config.link.round_trip_limit_s =
-      section.number("round_trip_limit_s", config.link.round_trip_limit_s, {0.002, 10, "s"});
-  config.link.align_hold_s = section.number("align_hold_s", config.link.align_hold_s, {0, 5, "s"});
-  config.link.recovery_s = section.number("recovery_s", config.link.recovery_s, {0, 60, "s"});
+  config.link = runtime::read_link(section);
   config.align_tolerance = robot::by_joint_type(arm, section.number("tolerance_rad", 0.02, {1e-6, 1, "rad"}),
                                                 section.number("tolerance_m", 0.008, {1e-6, 1, "m"}));
 }
@@ -82,6 +79,17 @@ void read_percept(const ConfigReader& section, const robot::SerialArm& arm, Conf
   percept.smoothing_s = section.number("smoothing_s", percept.smoothing_s, {0, 1, "s"});
   percept.ramp_up_s = section.number("ramp_up_s", percept.ramp_up_s, {0.01, 10, "s"});
   percept.ramp_down_s = section.number("ramp_down_s", percept.ramp_down_s, {0.01, 2, "s"});
+}
+
+/// D is scaled as a whole: a joint that may not be damped at all would take the percept from all others.
+void check_coupled(const ConfigReader& section, const robot::SerialArm& arm,
+                   const teleop::PerceptParameters& percept) {
+  if (percept.mode != teleop::DragMode::kCoupled) return;
+  for (std::size_t j = 0; j < percept.joint_count; ++j) {
+    if (percept.damping_limit_Nms_per_rad[j] <= 0.0)
+      throw section.error("mode", "is coupled, but the device may not damp " + arm.joints()[j].name +
+                                      " at all (its damping cap is 0); allowed: separable");
+  }
 }
 
 void read_exchange(const ConfigReader& section, const robot::SerialArm& arm, teleop::ExchangeGains& gains) {
@@ -257,8 +265,10 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
   const ConfigReader device = file.section("device");
   const auto cap = read_device(device, arm, config.device);
   if (config.driver == Driver::kCan || file.has("can")) read_can(file.section("can"), arm, config);
-  read_percept(file.section("percept"), arm, config);
+  const ConfigReader percept = file.section("percept");
+  read_percept(percept, arm, config);
   config.percept.damping_limit_Nms_per_rad = damping_limit(device, config, cap);
+  check_coupled(percept, arm, config.percept);
   read_feedback(file.section("feedback"), arm, config);
   if (config.driver == Driver::kSim || file.has("operator")) {
     const ConfigReader hand = file.section("operator");

@@ -7,6 +7,7 @@
 
 #include "common/dds/endpoint.hpp"
 #include "common/dds/participant.hpp"
+#include "common/dds/refusal_log.hpp"
 #include "common/dds/source_guard.hpp"
 #include "common/dds/stamp.hpp"
 #include "common/dds/status_reporter.hpp"
@@ -15,41 +16,11 @@
 namespace phantom::master_io {
 namespace {
 
-constexpr core::Nanoseconds kWarnEvery_ns = 5 * core::kNsPerSecond;
-
-EchoStamp stamp_of(const msg::Stamp& stamp) {
-  return {stamp.sequence_number(), stamp.monotonic_ns(), stamp.session()};
-}
-
-msg::Echo echo_of(const EchoStamp& stamp) {
-  msg::Echo echo;
-  echo.sequence_number(stamp.sequence_number);
-  echo.monotonic_ns(stamp.monotonic_ns);
-  echo.session(stamp.session);
-  return echo;
-}
-
 bool non_negative(const core::JointArray& values, std::size_t count) noexcept {
   return core::all_finite(values, count) &&
          std::all_of(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count),
                      [](double v) { return v >= 0.0; });
 }
-
-/// Says once in a while why samples of a topic are refused.
-class Refusals {
- public:
-  explicit Refusals(const char* topic) : topic_(topic) {}
-  void tell(const char* reason, std::uint32_t joints, std::size_t expected, core::Nanoseconds now_ns) {
-    if (now_ns < quiet_until_ns_) return;
-    quiet_until_ns_ = now_ns + kWarnEvery_ns;
-    if (joints == expected) return spdlog::warn("{} refused: {}", topic_, reason);
-    spdlog::warn("{} refused: {} (it has {} joints, the master {})", topic_, reason, joints, expected);
-  }
-
- private:
-  const char* topic_;
-  core::Nanoseconds quiet_until_ns_ = 0;
-};
 
 }  // namespace
 
@@ -97,7 +68,7 @@ SlaveSample to_sample(const msg::SlaveState& slave, core::Nanoseconds received_n
                       std::uint64_t own_session) noexcept {
   SlaveSample sample;
   sample.received_ns = received_ns;
-  sample.stamp = stamp_of(slave.stamp());
+  sample.stamp = dds::id_of(slave.stamp());
   sample.answers_ns = dds::answered_ns(slave.master_echo(), own_session, received_ns);
   sample.answers_another = slave.master_echo().session() != 0 && slave.master_echo().session() != own_session;
   sample.state = static_cast<teleop::LinkState>(slave.state());
@@ -115,7 +86,7 @@ DragSample to_sample(const msg::DragField& field, core::Nanoseconds received_ns,
                      std::uint64_t own_session) noexcept {
   DragSample sample;
   sample.received_ns = received_ns;
-  sample.stamp = stamp_of(field.stamp());
+  sample.stamp = dds::id_of(field.stamp());
   sample.answers_ns = dds::answered_ns(field.master_echo(), own_session, received_ns);
   sample.drag.valid = field.valid();
   sample.drag.plus = field.coefficient_plus();
@@ -190,19 +161,10 @@ msg::MasterState to_message(const MasterReport& report, std::size_t joint_count)
   master.feedback_damped(out.feedback_damped);
   master.force_missing(out.force_missing);
   master.reach(report.reach);
-  master.slave_echo(echo_of(report.slave));
-  master.drag_echo(echo_of(report.drag));
+  master.slave_echo(dds::echo_of(report.slave));
+  master.drag_echo(dds::echo_of(report.drag));
   master.round_trip_s(report.round_trip_s);
   return master;
-}
-
-core::Health with_rival(core::Health health, const char* topic) {
-  const bool worse =
-      health.state == core::ComponentState::kFault || health.state == core::ComponentState::kStopped;
-  if (!worse) health.state = core::ComponentState::kDegraded;
-  health.message = std::string("two processes send ") + topic + ": only the first is used; end one of them" +
-                   (health.message.empty() ? "" : "; " + health.message);
-  return health;
 }
 
 struct DdsAdapter::Impl {
@@ -238,18 +200,18 @@ struct DdsAdapter::Impl {
 
   void on_slave(const msg::SlaveState& sample, core::Nanoseconds now_ns) {
     const char* reason = refusal(sample, expected);
-    if (reason == nullptr) reason = judge(slave_source, sample.stamp(), now_ns);
+    if (reason == nullptr) reason = dds::reason(slave_source.judge(sample.stamp(), now_ns));
     if (reason == nullptr) return inbox.slave.write(to_sample(sample, now_ns, participant.session()));
     slave.count_refused();
-    slave_refusals.tell(reason, sample.joint_count(), expected.joint_count, now_ns);
+    slave_refusals.refused(in_words(reason, sample.joint_count()), now_ns);
   }
 
   void on_field(const msg::DragField& sample, core::Nanoseconds now_ns) {
     const char* reason = refusal(sample, expected);
-    if (reason == nullptr) reason = judge(field_source, sample.stamp(), now_ns);
+    if (reason == nullptr) reason = dds::reason(field_source.judge(sample.stamp(), now_ns));
     if (reason != nullptr) {
       field.count_refused();
-      return field_refusals.tell(reason, sample.joint_count(), expected.joint_count, now_ns);
+      return field_refusals.refused(in_words(reason, sample.joint_count()), now_ns);
     }
     DragSample drag = to_sample(sample, now_ns, participant.session());
     drag.round_trip_s = round_trip.measure(sample, now_ns);
@@ -260,13 +222,13 @@ struct DdsAdapter::Impl {
     inbox.drag.write(drag);
   }
 
-  const char* judge(dds::SourceGuard& source, const msg::Stamp& stamp, core::Nanoseconds now_ns) {
-    const std::lock_guard lock(mutex);
-    return dds::reason(source.judge(stamp, now_ns));
+  std::string in_words(const char* reason, std::uint32_t joints) const {
+    if (joints == expected.joint_count) return reason;
+    return std::string(reason) + " (it has " + std::to_string(joints) + " joints, the master " +
+           std::to_string(expected.joint_count) + ")";
   }
-  const char* topic_with_rival() {
+  const char* topic_with_rival() const {
     const core::Nanoseconds now_ns = core::monotonic_ns();
-    const std::lock_guard lock(mutex);
     return slave_source.has_rival(now_ns)   ? "slave_state"
            : field_source.has_rival(now_ns) ? "drag_field"
                                             : nullptr;
@@ -285,7 +247,8 @@ struct DdsAdapter::Impl {
       case msg::COMMAND_SET_FEEDBACK_GAIN:
         return spdlog::info("feedback gain {} asked for by {}", sample.value(), who);
       case msg::COMMAND_SET_LAW:
-        return spdlog::info("law {} asked for by {}", teleop::name_of(wishes.law), who);
+        return spdlog::info("law {} asked for by {}",
+                            teleop::name_of(static_cast<teleop::BilateralLaw>(sample.value())), who);
       case msg::COMMAND_ENABLE_PERCEPT:
         return spdlog::info("percept {} by {}", sample.value() != 0.0 ? "on" : "off", who);
       default:
@@ -316,9 +279,9 @@ struct DdsAdapter::Impl {
   std::mutex wishes_mutex, own_mutex;
   Wishes wishes;
   dds::SequenceGuard percept_order;
-  Refusals slave_refusals{"slave_state"}, field_refusals{"drag_field"};
-  std::mutex mutex;  // of the next three
   dds::SourceGuard slave_source, field_source;
+  dds::RefusalLog slave_refusals{"slave_state"}, field_refusals{"drag_field"};
+  std::mutex mutex;  // of the next
   core::DurationHistogram round_trips;
   dds::Participant participant;
   RoundTrip round_trip;
@@ -352,7 +315,7 @@ void DdsAdapter::reset(const std::string& issuer) { impl_->command(msg::COMMAND_
 
 void DdsAdapter::publish_health(const core::Health& health) {
   const char* topic = impl_->topic_with_rival();
-  impl_->status.publish(topic != nullptr ? with_rival(health, topic) : health);
+  impl_->status.publish(topic != nullptr ? dds::with_rival(health, topic) : health);
 }
 
 core::DurationHistogram DdsAdapter::round_trips() const {

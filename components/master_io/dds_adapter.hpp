@@ -18,7 +18,7 @@ struct MasterReport {
   core::JointArray velocity{};
   core::JointArray operator_Nm{};
   std::int32_t reach = -1;
-  EchoStamp slave, drag;       ///< newest of each
+  core::SampleId slave, drag;  ///< newest of each
   double round_trip_s = -1.0;  ///< −1: no new one
 };
 

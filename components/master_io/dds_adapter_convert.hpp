@@ -35,9 +35,6 @@ class RoundTrip {
 /// are).
 bool take_wish(const msg::OperatorCommand& command, Wishes& wishes) noexcept;
 
-/// What is told while a second process sends `topic`.
-core::Health with_rival(core::Health health, const char* topic);
-
 /// Everything of a master_state but its stamp.
 msg::MasterState to_message(const MasterReport& report, std::size_t joint_count);
 

@@ -5,6 +5,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/core/joints.hpp"
+#include "common/core/sample_id.hpp"
 #include "common/teleop/feedback_rendering.hpp"
 #include "common/teleop/link_state.hpp"
 #include "common/teleop/percept_rendering.hpp"
@@ -12,17 +13,10 @@
 
 namespace phantom::master_io {
 
-/// A stamp to send back to whoever made it.
-struct EchoStamp {
-  std::uint64_t sequence_number = 0;  ///< 0: nothing received yet
-  std::int64_t monotonic_ns = 0;
-  std::uint64_t session = 0;
-};
-
 /// The newest valid slave_state.
 struct SlaveSample {
   core::Nanoseconds received_ns = 0;  ///< this host's monotonic clock; 0: none yet
-  EchoStamp stamp;
+  core::SampleId stamp;
   core::Nanoseconds answers_ns = 0;  ///< when the master_state was made that it follows; 0: none of ours
   bool answers_another = false;      ///< it follows another process that is a master
   teleop::LinkState state = teleop::LinkState::kInit;
@@ -38,7 +32,7 @@ struct SlaveSample {
 /// The newest valid drag_field.
 struct DragSample {
   core::Nanoseconds received_ns = 0;  ///< 0: none yet
-  EchoStamp stamp;
+  core::SampleId stamp;
   teleop::DragCoefficients drag;
   core::Nanoseconds answers_ns = 0;  ///< when the master_state was made that it goes back to; 0: none of ours
   double round_trip_s = -1.0;        ///< from our master_state that it goes back to; −1: not a new one

@@ -4,17 +4,12 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "common/runtime/loop_json.hpp"
+
 namespace phantom::master_io {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json loop_json(const core::LoopStatistics& loop) {
-  return {
-      {"period_s", loop.period_s},       {"rate_hz", loop.rate_hz},      {"p50_us", loop.wakeup_p50_us},
-      {"p99_us", loop.wakeup_p99_us},    {"max_us", loop.wakeup_max_us}, {"work_p50_us", loop.work_p50_us},
-      {"work_max_us", loop.work_max_us}, {"ticks", loop.ticks},          {"slips", loop.slips}};
-}
 
 Json round_trip_json(const core::DurationHistogram& trips) {
   const auto us = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-3; };
@@ -47,7 +42,7 @@ Json reach_json(const ReachRecord& reach, const Config& config, const runtime::C
 void write_report(const std::filesystem::path& file, const SessionFigures& figures, const ReachLog& reaches,
                   const Config& config, const runtime::CellConfig& cell) {
   Json report;
-  for (const auto& loop : figures.loops) report["loops"][loop.name] = loop_json(loop);
+  for (const auto& loop : figures.loops) report["loops"][loop.name] = runtime::loop_json(loop);
   report["round_trip"] = round_trip_json(figures.round_trips);
   report["law"] = teleop::name_of(config.feedback.law);
   report["percept_gain"] = config.percept_gain;

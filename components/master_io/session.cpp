@@ -134,6 +134,78 @@ void tell_device(const core::ActuatorHealth& device, LinkState link, std::string
   health.message = device.message;
 }
 
+// The input of who sits at the desk; none for another driver.
+std::unique_ptr<DeskInput> make_desk(const Config& config, Servo& servo, DdsAdapter& adapter) {
+  if (config.driver != Driver::kDesk) return nullptr;
+  auto desk = std::make_unique<DeskInput>(
+      config.desk, servo.desk,
+      DeskInput::Listener{[&adapter] { adapter.emergency_stop("desk"); },
+                          [&adapter] { adapter.reset("desk"); },
+                          [](const std::string& what) { spdlog::info("desk: {}", what); }});
+  spdlog::info(
+      "desk: {}; Tab or shoulder: other joints, Esc or Select: emergency stop, Enter or Start: reset",
+      desk->name());
+  return desk;
+}
+
+core::Health health_of(const MasterReport& now, const core::DurationHistogram& trips,
+                       std::vector<core::LoopStatistics> loops) {
+  return {component_state(now.outputs.state),
+          sentence(now.outputs),
+          std::move(loops),
+          {{"round_trip_p50", static_cast<double>(trips.quantile_ns(0.5)) * 1e-3, "µs"},
+           {"round_trip_p99", static_cast<double>(trips.quantile_ns(0.99)) * 1e-3, "µs"},
+           {"percept_gain", now.outputs.percept_gain, ""},
+           {"reach", static_cast<double>(now.reach), ""}}};
+}
+
+// Runs the servo until a stop is requested, and tells that it has ended; returns how its loops ran.
+std::vector<core::LoopStatistics> run_servo(const Config& config, Device& device, Servo& servo,
+                                            DdsAdapter& adapter) {
+  const auto desk = make_desk(config, servo, adapter);
+  std::mutex mutex;
+  MasterReport latest;  // under the mutex
+  std::jthread publisher([&](const std::stop_token& stop) {
+    Announcer announcer;
+    MasterReport report;
+    std::uint32_t signals = 0;
+    while (!stop.stop_requested()) {
+      servo.published.wait(0.1);
+      for (; signals != runtime::emergency_stop_signals(); ++signals) adapter.emergency_stop("signal");
+      if (!servo.outbox.read(report)) continue;
+      adapter.publish(report);
+      announcer.look(report.outputs, core::monotonic_ns());
+      if (desk) desk->rumble(felt_share(report.outputs, config));
+      const std::lock_guard lock(mutex);
+      latest = report;
+    }
+  });
+  runtime::ServoRunner loops(config.period_s, config.scheduling, config.measure_bare_loop,
+                             [&servo](double dt_s) { servo.tick(dt_s, core::monotonic_ns()); });
+  std::string said_of_device;
+  const auto health = [&] {
+    const auto trips = adapter.round_trips();
+    const std::lock_guard lock(mutex);
+    core::Health now = health_of(latest, trips, loops.statistics());
+    tell_device(device.health(), latest.outputs.state, said_of_device, now);
+    return now;
+  };
+  do {
+    adapter.publish_health(health());
+    if (const std::string refused = loops.take_notice(); !refused.empty())
+      spdlog::warn("servo thread: {}", refused);
+  } while (runtime::sleep_unless_stopped(kHealthPeriod_s));
+  loops.stop();
+  device.end(core::monotonic_ns());
+  publisher.request_stop();
+  publisher.join();
+  core::Health last = health();
+  last.state = core::ComponentState::kStopped;
+  last.message = "ended";
+  adapter.publish_health(last);
+  return loops.statistics();
+}
+
 }  // namespace
 
 ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name) {
@@ -156,70 +228,13 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   } else {
     spdlog::info("law {}, moved by a person", teleop::name_of(config.feedback.law));
   }
-
   const auto device = make_device(model, config, adapter);
   if (!device) return runtime::kExitDone;
   Servo servo(config, model.home, *device, inbox);
-  std::unique_ptr<DeskInput> desk;
-  if (config.driver == Driver::kDesk) {
-    desk = std::make_unique<DeskInput>(
-        config.desk, servo.desk,
-        DeskInput::Listener{[&] { adapter.emergency_stop("desk"); }, [&] { adapter.reset("desk"); },
-                            [](const std::string& what) { spdlog::info("desk: {}", what); }});
-    spdlog::info(
-        "desk: {}; Tab or shoulder: other joints, Esc or Select: emergency stop, Enter or Start: reset",
-        desk->name());
-  }
-  std::mutex mutex;
-  MasterReport latest;  // under the mutex
-  std::jthread publisher([&](const std::stop_token& stop) {
-    Announcer announcer;
-    MasterReport report;
-    std::uint32_t signals = 0;
-    while (!stop.stop_requested()) {
-      servo.published.wait(0.1);
-      for (; signals != runtime::emergency_stop_signals(); ++signals) adapter.emergency_stop("signal");
-      if (!servo.outbox.read(report)) continue;
-      adapter.publish(report);
-      announcer.look(report.outputs, core::monotonic_ns());
-      if (desk) desk->rumble(felt_share(report.outputs, config));
-      const std::lock_guard lock(mutex);
-      latest = report;
-    }
-  });
-  runtime::ServoRunner loops(config.period_s, config.scheduling, config.measure_bare_loop,
-                             [&servo](double dt_s) { servo.tick(dt_s, core::monotonic_ns()); });
-
-  std::string said_of_device;
-  const auto health = [&]() -> core::Health {
-    const auto trips = adapter.round_trips();
-    const std::lock_guard lock(mutex);
-    core::Health now{component_state(latest.outputs.state),
-                     sentence(latest.outputs),
-                     loops.statistics(),
-                     {{"round_trip_p50", static_cast<double>(trips.quantile_ns(0.5)) * 1e-3, "µs"},
-                      {"round_trip_p99", static_cast<double>(trips.quantile_ns(0.99)) * 1e-3, "µs"},
-                      {"percept_gain", latest.outputs.percept_gain, ""},
-                      {"reach", static_cast<double>(latest.reach), ""}}};
-    tell_device(device->health(), latest.outputs.state, said_of_device, now);
-    return now;
-  };
-  do {
-    adapter.publish_health(health());
-    if (const std::string refused = loops.take_notice(); !refused.empty())
-      spdlog::warn("servo thread: {}", refused);
-  } while (runtime::sleep_unless_stopped(kHealthPeriod_s));
-
-  loops.stop();
-  publisher.request_stop();
-  publisher.join();
-  auto last = health();
-  last.state = core::ComponentState::kStopped;
-  last.message = "ended";
-  adapter.publish_health(last);
+  const std::vector<core::LoopStatistics> loops = run_servo(config, *device, servo, adapter);
   if (!report_dir.empty()) {
-    write_report(report_dir / "master_io.json", {loops.statistics(), adapter.round_trips()}, servo.reaches(),
-                 config, cell);
+    write_report(report_dir / "master_io.json", {loops, adapter.round_trips()}, servo.reaches(), config,
+                 cell);
   }
   return runtime::kExitDone;
 }

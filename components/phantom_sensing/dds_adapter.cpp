@@ -8,6 +8,7 @@
 #include <mutex>
 #include <optional>
 
+#include "common/dds/refusal_log.hpp"
 #include "common/dds/source_guard.hpp"
 #include "common/dds/status_reporter.hpp"
 #include "components/phantom_sensing/dds_adapter_messages.hpp"
@@ -16,26 +17,6 @@ namespace phantom::phantom_sensing {
 namespace {
 
 constexpr std::size_t kMostWaiting = 64, kMostRemembered = 64;  // commands; replies
-
-/// Says what is wrong with a topic's samples, not once per sample. Thread-safe.
-class RefusalLog {
- public:
-  explicit RefusalLog(const char* topic) : topic_(topic) {}
-  void refused(const std::string& why) {
-    const std::lock_guard lock(mutex_);
-    ++count_;
-    const core::Nanoseconds now = core::monotonic_ns();
-    if (said_ns_ != 0 && now - said_ns_ < 5 * core::kNsPerSecond) return;
-    said_ns_ = now;
-    spdlog::warn("{}: refused: {} ({} refused so far)", topic_, why, count_);
-  }
-
- private:
-  const char* topic_;
-  std::mutex mutex_;
-  std::uint64_t count_ = 0;
-  core::Nanoseconds said_ns_ = 0;
-};
 
 Answer carry_out(const msg::SensingCommand& command, const DdsAdapter::Handlers& handlers) {
   if (command.stamp().sequence_number() == 0)
@@ -95,6 +76,11 @@ struct DdsAdapter::Impl {
     return nullptr;
   }
 
+  bool has_rival() {
+    const std::lock_guard lock(readers_mutex);
+    return readers && readers->source.has_rival(core::monotonic_ns());
+  }
+
   const PhantomModel& model;
   dds::Participant participant;
   dds::StatusReporter status;
@@ -114,7 +100,7 @@ struct DdsAdapter::Impl {
   mutable std::mutex inbox_mutex;       // commands, objects
   std::deque<msg::SensingCommand> commands;
   std::map<std::uint16_t, std::string> objects;
-  RefusalLog slave_refusals{"slave_state"}, workspace_refusals{"workspace_brick, workspace_version"};
+  dds::RefusalLog slave_refusals{"slave_state"}, workspace_refusals{"workspace_brick, workspace_version"};
   std::mutex readers_mutex;  // between stop_reading() and the keeper's thread
   std::unique_ptr<Readers> readers;
 };
@@ -227,7 +213,9 @@ void DdsAdapter::publish_skin(const SkinView& view) {
   impl_->skin_writer.write(message);
 }
 
-void DdsAdapter::publish_status(const core::Health& health) { impl_->status.publish(health); }
+void DdsAdapter::publish_status(const core::Health& health) {
+  impl_->status.publish(impl_->has_rival() ? dds::with_rival(health, "slave_state") : health);
+}
 
 void DdsAdapter::on_drag(const StepOutputs& outputs, const TickInfo& info) {
   fill(impl_->drag, outputs, info, impl_->model.arm.joint_count());

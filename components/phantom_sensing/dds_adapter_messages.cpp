@@ -9,14 +9,6 @@ namespace {
 
 constexpr std::size_t kPointNameBound = 32;  // idl: string<32>
 
-msg::Echo echo_of(const SampleId& id) {
-  msg::Echo echo;
-  echo.sequence_number(id.sequence_number);
-  echo.monotonic_ns(id.monotonic_ns);
-  echo.session(id.session);
-  return echo;
-}
-
 msg::Vector3 vector_of(const Eigen::Vector3d& v) {
   msg::Vector3 message;
   message.x(v.x());
@@ -105,9 +97,8 @@ std::string refusal(const msg::SlaveState& state, const robot::SerialArm& arm) {
 
 SlaveSample sample_of(const msg::SlaveState& state, core::Nanoseconds received_ns) {
   SlaveSample sample;
-  sample.id = {state.stamp().sequence_number(), state.stamp().monotonic_ns(), state.stamp().session()};
-  const msg::Echo& echo = state.master_echo();
-  sample.master_echo = {echo.sequence_number(), echo.monotonic_ns(), echo.session()};
+  sample.id = dds::id_of(state.stamp());
+  sample.master_echo = dds::id_of(state.master_echo());
   sample.received_ns = received_ns;
   const std::size_t n = std::min<std::size_t>(state.joint_count(), core::kMaxJoints);
   std::copy_n(state.position_rad().begin(), n, sample.position.begin());
@@ -132,8 +123,8 @@ voxel::VersionDescription description_of(const msg::WorkspaceVersion& version) {
 
 void fill(msg::DragField& message, const StepOutputs& outputs, const TickInfo& info,
           std::size_t joint_count) {
-  message.slave_echo(echo_of(info.slave.id));
-  message.master_echo(echo_of(info.slave.master_echo));
+  message.slave_echo(dds::echo_of(info.slave.id));
+  message.master_echo(dds::echo_of(info.slave.master_echo));
   message.workspace_version(outputs.workspace_version);
   message.joint_count(static_cast<std::uint32_t>(joint_count));
   message.coefficient_plus(outputs.drag.plus);
@@ -145,7 +136,7 @@ void fill(msg::DragField& message, const StepOutputs& outputs, const TickInfo& i
 
 void fill(msg::Percept& message, const StepOutputs& outputs, const TickInfo& info, std::size_t joint_count) {
   const SkinPercept& percept = outputs.percept;
-  message.slave_echo(echo_of(info.slave.id));
+  message.slave_echo(dds::echo_of(info.slave.id));
   message.workspace_version(outputs.workspace_version);
   message.valid(outputs.valid);
   message.condition(condition_of(info.condition));
@@ -169,7 +160,7 @@ void fill(msg::Percept& message, const StepOutputs& outputs, const TickInfo& inf
 
 void fill(msg::InterestPoints& message, const StepOutputs& outputs, const TickInfo& info,
           const PhantomModel& model) {
-  message.slave_echo(echo_of(info.slave.id));
+  message.slave_echo(dds::echo_of(info.slave.id));
   message.workspace_version(outputs.workspace_version);
   message.valid(outputs.valid);
   message.condition(condition_of(info.condition));
@@ -194,7 +185,7 @@ void fill(msg::InterestPoints& message, const StepOutputs& outputs, const TickIn
 }
 
 void fill(msg::SkinPercept& message, const SkinView& view) {
-  message.slave_echo(echo_of(view.slave.id));
+  message.slave_echo(dds::echo_of(view.slave.id));
   message.workspace_version(view.workspace_version);
   message.valid(view.valid);
   message.patch_m(view.edge_m);
@@ -256,8 +247,7 @@ msg::SensingCommand to_message(const SensingWish& wish, const std::string& reque
 
 msg::SensingReply reply_to(const msg::SensingCommand& command, const Answer& answer) {
   msg::SensingReply reply;
-  const msg::Stamp& stamp = command.stamp();
-  reply.command(echo_of({stamp.sequence_number(), stamp.monotonic_ns(), stamp.session()}));
+  reply.command(dds::echo_of(dds::id_of(command.stamp())));
   reply.requester(command.requester());
   reply.request(command.request());
   reply.done(answer.done);

@@ -7,6 +7,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/core/histogram.hpp"
+#include "common/core/sample_id.hpp"
 #include "common/core/snapshot.hpp"
 #include "components/phantom_sensing/config.hpp"
 #include "components/phantom_sensing/contact_permits.hpp"
@@ -16,17 +17,10 @@
 
 namespace phantom::phantom_sensing {
 
-/// Identity of a sample: of a stamp, or of an echo of one.
-struct SampleId {
-  std::uint64_t sequence_number = 0;  ///< 0: none
-  std::int64_t monotonic_ns = 0;      ///< of the writer's host
-  std::uint64_t session = 0;
-};
-
 /// A slave_state that passed validation.
 struct SlaveSample {
-  SampleId id;
-  SampleId master_echo;
+  core::SampleId id;
+  core::SampleId master_echo;
   core::Nanoseconds received_ns = 0;  ///< CLOCK_MONOTONIC of this host
   core::JointArray position{}, velocity{};
 };

@@ -4,6 +4,7 @@
 
 #include "common/robot/joint_values.hpp"
 #include "common/runtime/config_reader.hpp"
+#include "common/runtime/link_config.hpp"
 
 namespace phantom::slave_io {
 namespace {
@@ -105,12 +106,7 @@ Config load_config(const std::filesystem::path& path, const robot::SerialArm& ar
   config.scheduling.lock_memory = file.flag("lock_memory", false);
   config.measure_bare_loop = file.flag("measure_bare_loop", false);
   config.force_sensor = file.flag("force_sensor", false);
-  const ConfigReader link = file.optional_section("link");
-  config.link.staleness_s = link.number("staleness_s", config.link.staleness_s, {0.002, 2, "s"});
-  config.link.round_trip_limit_s =
-      link.number("round_trip_limit_s", config.link.round_trip_limit_s, {0.002, 10, "s"});
-  config.link.align_hold_s = link.number("align_hold_s", config.link.align_hold_s, {0, 5, "s"});
-  config.link.recovery_s = link.number("recovery_s", config.link.recovery_s, {0, 60, "s"});
+  config.link = runtime::read_link(file.optional_section("link"));
   read_plant(file.section("plant"), arm, home, config.plant);
   read_servo(file.section("servo"), arm, config);
   read_alignment(file.section("alignment"), arm, config);

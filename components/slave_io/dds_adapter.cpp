@@ -7,17 +7,13 @@
 
 #include "common/dds/endpoint.hpp"
 #include "common/dds/participant.hpp"
+#include "common/dds/refusal_log.hpp"
 #include "common/dds/source_guard.hpp"
 #include "common/dds/stamp.hpp"
 #include "common/dds/status_reporter.hpp"
 #include "components/slave_io/dds_adapter_convert.hpp"
 
 namespace phantom::slave_io {
-namespace {
-
-constexpr core::Nanoseconds kWarnEvery_ns = 5 * core::kNsPerSecond;
-
-}  // namespace
 
 const char* refusal(const msg::MasterState& master, std::size_t joint_count) noexcept {
   if (master.stamp().sequence_number() == 0) return "it has no sequence number";
@@ -30,10 +26,9 @@ const char* refusal(const msg::MasterState& master, std::size_t joint_count) noe
 
 MasterSample to_sample(const msg::MasterState& master, core::Nanoseconds received_ns,
                        std::uint64_t own_session) noexcept {
-  const auto& stamp = master.stamp();
   const auto& echo = master.slave_echo();
   return {received_ns,
-          {stamp.sequence_number(), stamp.monotonic_ns(), stamp.session()},
+          dds::id_of(master.stamp()),
           dds::answered_ns(echo, own_session, received_ns),
           echo.session() != 0 && echo.session() != own_session,
           static_cast<teleop::LinkState>(master.state()),
@@ -50,9 +45,7 @@ bool count_request(const msg::OperatorCommand& command, teleop::StopRequests& re
 
 msg::SlaveState to_message(const SlaveReport& report, std::size_t joint_count) {
   msg::SlaveState slave;
-  slave.master_echo().sequence_number(report.followed.sequence_number);
-  slave.master_echo().monotonic_ns(report.followed.monotonic_ns);
-  slave.master_echo().session(report.followed.session);
+  slave.master_echo(dds::echo_of(report.followed));
   slave.state(static_cast<msg::LinkState>(report.outputs.state));
   slave.stop_cause(static_cast<msg::StopCause>(report.outputs.stop_cause));
   slave.joint_count(static_cast<std::uint32_t>(joint_count));
@@ -70,15 +63,6 @@ msg::SlaveState to_message(const SlaveReport& report, std::size_t joint_count) {
   slave.tool_speed_m_s(report.tool_speed_m_s);
   slave.clearance_m(report.clearance_m);
   return slave;
-}
-
-core::Health with_rival(core::Health health) {
-  const bool worse =
-      health.state == core::ComponentState::kFault || health.state == core::ComponentState::kStopped;
-  if (!worse) health.state = core::ComponentState::kDegraded;
-  health.message = "two processes send master_state: only the first is followed; end one of them" +
-                   (health.message.empty() ? "" : "; " + health.message);
-  return health;
 }
 
 struct DdsAdapter::Impl {
@@ -100,24 +84,17 @@ struct DdsAdapter::Impl {
 
   void on_master(const msg::MasterState& sample, const dds::SampleInfo& info) {
     const char* reason = refusal(sample, joint_count);
-    if (reason == nullptr) reason = judge(sample.stamp(), info.received_ns);
+    if (reason == nullptr) reason = dds::reason(source.judge(sample.stamp(), info.received_ns));
     if (reason == nullptr)
       return inbox.master.write(to_sample(sample, info.received_ns, participant.session()));
     master.count_refused();
-    if (info.received_ns < quiet_until_ns) return;
-    quiet_until_ns = info.received_ns + kWarnEvery_ns;
-    if (sample.joint_count() == joint_count) return spdlog::warn("master_state refused: {}", reason);
-    spdlog::warn("master_state refused: {} (it has {} joints, this arm {})", reason, sample.joint_count(),
-                 joint_count);
+    refusals.refused(in_words(reason, sample.joint_count()), info.received_ns);
   }
 
-  const char* judge(const msg::Stamp& stamp, core::Nanoseconds now_ns) {
-    const std::lock_guard lock(source_mutex);
-    return dds::reason(source.judge(stamp, now_ns));
-  }
-  bool has_rival() {
-    const std::lock_guard lock(source_mutex);
-    return source.has_rival(core::monotonic_ns());
+  std::string in_words(const char* reason, std::uint32_t joints) const {
+    if (joints == joint_count) return reason;
+    return std::string(reason) + " (it has " + std::to_string(joints) + " joints, this arm " +
+           std::to_string(joint_count) + ")";
   }
 
   void on_command(const msg::OperatorCommand& sample) {
@@ -138,9 +115,8 @@ struct DdsAdapter::Impl {
   Inbox& inbox;
   std::mutex mutex;  // of requests
   teleop::StopRequests requests;
-  std::mutex source_mutex;
-  dds::SourceGuard source;  // under the mutex
-  core::Nanoseconds quiet_until_ns = 0;
+  dds::SourceGuard source;
+  dds::RefusalLog refusals{"master_state"};
   dds::Participant participant;
   dds::Stamper stamper, own_stamper;
   dds::StatusReporter status;
@@ -171,7 +147,8 @@ void DdsAdapter::emergency_stop(const std::string& issuer) {
 }
 
 void DdsAdapter::publish_health(const core::Health& health) {
-  impl_->status.publish(impl_->has_rival() ? with_rival(health) : health);
+  const bool rival = impl_->source.has_rival(core::monotonic_ns());
+  impl_->status.publish(rival ? dds::with_rival(health, "master_state") : health);
 }
 
 }  // namespace phantom::slave_io

@@ -14,7 +14,7 @@ namespace phantom::slave_io {
 /// What one tick leaves for the topic slave_state.
 struct SlaveReport {
   SlaveOutputs outputs;
-  EchoStamp followed;           ///< the master_state in force
+  core::SampleId followed;      ///< the master_state in force
   core::JointArray position{};  ///< encoders
   core::JointArray velocity{};
   bool force_measured = false;

@@ -17,9 +17,6 @@ MasterSample to_sample(const msg::MasterState& master, core::Nanoseconds receive
 /// Counts a command into `requests` if it is one for the slave; false if it is not valid.
 bool count_request(const msg::OperatorCommand& command, teleop::StopRequests& requests) noexcept;
 
-/// What is told while a second process sends master_state.
-core::Health with_rival(core::Health health);
-
 /// Everything of a slave_state but its stamp.
 msg::SlaveState to_message(const SlaveReport& report, std::size_t joint_count);
 

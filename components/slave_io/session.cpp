@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "common/runtime/cell_bodies.hpp"
+#include "common/runtime/loop_json.hpp"
 #include "common/runtime/process.hpp"
 #include "common/runtime/servo_runner.hpp"
 #include "components/slave_io/can_arm.hpp"
@@ -39,13 +40,6 @@ std::string sentence(const SlaveOutputs& now) {
   }
 }
 
-Json loop_json(const core::LoopStatistics& loop) {
-  return {
-      {"period_s", loop.period_s},       {"rate_hz", loop.rate_hz},      {"p50_us", loop.wakeup_p50_us},
-      {"p99_us", loop.wakeup_p99_us},    {"max_us", loop.wakeup_max_us}, {"work_p50_us", loop.work_p50_us},
-      {"work_max_us", loop.work_max_us}, {"ticks", loop.ticks},          {"slips", loop.slips}};
-}
-
 Json contacts_json(const ContactLog& contacts, const runtime::CellConfig& cell) {
   Json list = Json::array();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -64,7 +58,7 @@ Json contacts_json(const ContactLog& contacts, const runtime::CellConfig& cell) 
 void write_report(const std::filesystem::path& file, const std::vector<core::LoopStatistics>& loops,
                   const SimulatedArm* simulated, const runtime::CellConfig& cell) {
   Json report;
-  for (const auto& loop : loops) report["loops"][loop.name] = loop_json(loop);
+  for (const auto& loop : loops) report["loops"][loop.name] = runtime::loop_json(loop);
   if (simulated != nullptr) {
     report["contacts_seen"] = simulated->contacts().seen();
     report["contacts"] = contacts_json(simulated->contacts(), cell);
@@ -140,6 +134,7 @@ std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config&
       spdlog::warn("servo thread: {}", refused);
   } while (runtime::sleep_unless_stopped(kHealthPeriod_s));
   loops.stop();
+  arm.end(core::monotonic_ns());
   publisher.request_stop();
   publisher.join();
   return loops.statistics();

@@ -5,6 +5,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/core/joints.hpp"
+#include "common/core/sample_id.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "common/teleop/joint_servo.hpp"
 #include "common/teleop/link_state.hpp"
@@ -13,17 +14,10 @@
 
 namespace phantom::slave_io {
 
-/// A stamp to send back to whoever made it.
-struct EchoStamp {
-  std::uint64_t sequence_number = 0;  ///< 0: nothing received yet
-  std::int64_t monotonic_ns = 0;
-  std::uint64_t session = 0;
-};
-
 /// The newest valid master_state.
 struct MasterSample {
   core::Nanoseconds received_ns = 0;  ///< this host's monotonic clock; 0: none yet
-  EchoStamp stamp;
+  core::SampleId stamp;
   core::Nanoseconds answers_ns = 0;  ///< when the slave_state was made that it answers; 0: none of ours
   bool answers_another = false;      ///< it answers another process that is a slave
   teleop::LinkState state = teleop::LinkState::kInit;

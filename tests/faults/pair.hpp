@@ -8,6 +8,7 @@
 #include <deque>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <random>
 
 #include "common/dds/source_guard.hpp"
@@ -101,7 +102,8 @@ class Pair {
     master_device_ = std::make_unique<master_io::SimulatedDevice>(master_config(), where);
     master_ = std::make_unique<master_io::Servo>(master_config(), where, *master_device_, *master_inbox_);
     master_numbers_ = {++session_, 0};
-    slave_heard_ = {}, drag_heard_ = {};
+    slave_heard_.emplace();
+    drag_heard_.emplace();
     master_life = Life::kRuns;
   }
   void start_slave() {
@@ -118,7 +120,7 @@ class Pair {
     }
     slave_ = std::make_unique<slave_io::Servo>(*slave_model_, slave_config_, *slave_arm_, *slave_inbox_);
     slave_numbers_ = {++session_, 0};
-    master_heard_ = {};
+    master_heard_.emplace();
     slave_life = Life::kRuns;
   }
   void step() {
@@ -159,8 +161,8 @@ class Pair {
     }
   };
 
-  bool takes(dds::SourceGuard& guard, const msg::Stamp& stamp) const {
-    return guard.judge(stamp, now_ns) == dds::SourceGuard::Verdict::kAccepted;
+  bool takes(std::optional<dds::SourceGuard>& guard, const msg::Stamp& stamp) const {
+    return guard->judge(stamp, now_ns) == dds::SourceGuard::Verdict::kAccepted;
   }
 
   void tick_master() {
@@ -231,7 +233,7 @@ class Pair {
   std::uint64_t session_ = 0;
   Numbers master_numbers_, slave_numbers_, phantom_numbers_{1000, 0};
   Numbers second_master_numbers_{2000, 0}, second_slave_numbers_{3000, 0};
-  dds::SourceGuard slave_heard_, drag_heard_, master_heard_;
+  std::optional<dds::SourceGuard> slave_heard_, drag_heard_, master_heard_;
   master_io::Wishes wishes_;
   std::unique_ptr<master_io::Inbox> master_inbox_;
   std::unique_ptr<master_io::SimulatedDevice> master_device_;

@@ -49,5 +49,15 @@ TEST(SourceGuard, AnUnnumberedSampleBindsNobody) {
   EXPECT_EQ(guard.judge(stamp(2, 1), 1001 * kMs), Verdict::kAccepted);
 }
 
+TEST(SourceGuard, ASecondWriterIsToldWithoutHidingAFault) {
+  const core::Health running = with_rival({core::ComponentState::kRunning, "", {}, {}}, "slave_state");
+  EXPECT_EQ(running.state, core::ComponentState::kDegraded);
+  EXPECT_EQ(running.message, "two processes send slave_state: only the first is heeded; end one of them");
+  const core::Health fault =
+      with_rival({core::ComponentState::kFault, "j1 is in fault", {}, {}}, "slave_state");
+  EXPECT_EQ(fault.state, core::ComponentState::kFault);
+  EXPECT_NE(fault.message.find("j1 is in fault"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace phantom::dds

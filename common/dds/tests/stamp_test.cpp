@@ -33,21 +33,22 @@ TEST(SequenceGuard, AcceptsARestartedWriterFromItsFirstSample) {
 TEST(Echo, ReturnsWhatItsWriterStamped) {
   msg::Stamp given = stamp(9, 77);
   given.monotonic_ns(123456789);
-  const msg::Echo echo = echo_of(given);
+  const msg::Echo echo = echo_of(id_of(given));
   EXPECT_EQ(echo.session(), 9u);
   EXPECT_EQ(echo.sequence_number(), 77u);
   EXPECT_EQ(echo.monotonic_ns(), 123456789);
+  EXPECT_EQ(echo_of(id_of(echo)), echo);
 }
 
 TEST(Echo, NamesWhenOurSampleWasMadeOnlyIfItCan) {
   msg::Stamp given = stamp(9, 77);
   given.monotonic_ns(5000);
-  EXPECT_EQ(answered_ns(echo_of(given), 9, 6000), 5000);
-  EXPECT_EQ(answered_ns(echo_of(given), 9, 5000), 5000);
-  EXPECT_EQ(answered_ns(echo_of(given), 9, 4999), 0) << "made after it was answered";
-  EXPECT_EQ(answered_ns(echo_of(given), 8, 6000), 0) << "another process's";
+  EXPECT_EQ(answered_ns(echo_of(id_of(given)), 9, 6000), 5000);
+  EXPECT_EQ(answered_ns(echo_of(id_of(given)), 9, 5000), 5000);
+  EXPECT_EQ(answered_ns(echo_of(id_of(given)), 9, 4999), 0) << "made after it was answered";
+  EXPECT_EQ(answered_ns(echo_of(id_of(given)), 8, 6000), 0) << "another process's";
   given.monotonic_ns(INT64_MIN);
-  EXPECT_EQ(answered_ns(echo_of(given), 9, 6000), 0);
+  EXPECT_EQ(answered_ns(echo_of(id_of(given)), 9, 6000), 0);
   EXPECT_EQ(answered_ns(msg::Echo(), 0, 6000), 0) << "none";
 }
 

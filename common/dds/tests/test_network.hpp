@@ -7,13 +7,14 @@
 #include <mutex>
 
 #include "common/core/network.hpp"
+#include "tests/support/own_domain.hpp"
 
 namespace phantom::dds {
 
-/// Loopback only, in a domain that other test processes running at the same time hardly share.
+/// Loopback only, in a domain that no other test process uses at the same time.
 inline core::NetworkOptions test_network() {
   core::NetworkOptions network;
-  network.domain = 100 + static_cast<int>(getpid() % 100);
+  network.domain = test::own_domain();
   network.qos_profiles = PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml";
   network.interfaces = {"127.0.0.1"};
   return network;

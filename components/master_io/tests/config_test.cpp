@@ -31,7 +31,7 @@ std::string problem(const std::string& from, const std::string& to) {
 }
 
 std::string reaches_problem(const std::string& reaches) {
-  const auto file = write_file(reaches);
+  const auto file = test::new_file(reaches);
   try {
     load_reaches(file, shipped_arm().arm);
   } catch (const core::ConfigError& error) {
@@ -103,6 +103,14 @@ TEST(MasterConfig, EachFaultIsNamedWithWhatIsAllowed) {
               AllOf(HasSubstr("patients"), HasSubstr("did you mean patience")));
   EXPECT_THAT(problem("only: []", "only: [to the moon]"),
               AllOf(HasSubstr("to the moon"), HasSubstr("gripper to")));
+}
+
+TEST(MasterConfig, AJointThatMayNotBeDampedDoesNotGoWithTheCoupledMatrix) {
+  const auto undamped = changed("damping_cap_N_s_per_m: 400", "damping_cap_N_s_per_m: 0");
+  EXPECT_EQ(problem_of(undamped), "accepted");
+  EXPECT_THAT(problem_of(changed("mode: separable", "mode: coupled", undamped)),
+              AllOf(HasSubstr("percept.mode"), HasSubstr("j1_gantry"), HasSubstr("allowed: separable")));
+  EXPECT_EQ(problem_of(changed("mode: separable", "mode: coupled")), "accepted");
 }
 
 TEST(MasterConfig, AMissingReachesFileIsNamed) {

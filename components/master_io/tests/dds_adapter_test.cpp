@@ -140,16 +140,6 @@ TEST(MasterAdapter, ASlaveThatFollowsAnotherMasterIsToldFromOneThatFollowsNobody
   EXPECT_TRUE(to_sample(slave, 77, 8).answers_another);
 }
 
-TEST(MasterAdapter, ASecondWriterIsToldWithoutHidingAFault) {
-  const core::Health running = with_rival({core::ComponentState::kRunning, "", {}, {}}, "slave_state");
-  EXPECT_EQ(running.state, core::ComponentState::kDegraded);
-  EXPECT_EQ(running.message, "two processes send slave_state: only the first is used; end one of them");
-  const core::Health fault =
-      with_rival({core::ComponentState::kFault, "j1 is in fault", {}, {}}, "slave_state");
-  EXPECT_EQ(fault.state, core::ComponentState::kFault);
-  EXPECT_THAT(fault.message, HasSubstr("j1 is in fault"));
-}
-
 TEST(MasterAdapter, RoundTripsCountOwnStampsOnceEach) {
   RoundTrip trip(42);
   auto field = good_field();

@@ -1,17 +1,14 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
-#include <sstream>
-#include <stdexcept>
 #include <string>
 
 #include "common/runtime/cell.hpp"
 #include "components/master_io/config.hpp"
 #include "components/master_io/session.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::master_io {
 
@@ -29,23 +26,10 @@ inline Config shipped_config(const Choices& choices = {}) {
   return load_config(kShipped, hot_cell().file, shipped_arm().arm, choices);
 }
 
-inline std::filesystem::path write_file(const std::string& text) {
-  static int number = 0;
-  const auto file = std::filesystem::path(testing::TempDir()) /
-                    ("master_io_" + std::to_string(getpid()) + "_" + std::to_string(++number) + ".yaml");
-  std::ofstream(file) << text;
-  return file;
-}
-
-/// The shipped file with one piece of text replaced, as a new file.
-inline std::filesystem::path changed(const std::string& from, const std::string& to) {
-  std::ifstream stream(kShipped);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  std::string yaml = text.str();
-  const auto at = yaml.find(from);
-  if (at == std::string::npos) throw std::logic_error("not in the shipped file: " + from);
-  return write_file(yaml.replace(at, from.size(), to));
+/// A file, if no other is named the shipped one, with one piece of text replaced.
+inline std::filesystem::path changed(const std::string& from, const std::string& to,
+                                     const std::filesystem::path& file = kShipped) {
+  return test::changed(file, from, to);
 }
 
 }  // namespace phantom::master_io

@@ -2,12 +2,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
-
-#include <fstream>
 
 #include "common/core/errors.hpp"
 #include "components/phantom_sensing/model.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {
@@ -15,16 +13,9 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-std::filesystem::path write(const std::string& yaml) {
-  const auto path =
-      std::filesystem::path(testing::TempDir()) / ("sensing_" + std::to_string(getpid()) + ".yaml");
-  std::ofstream(path) << yaml;
-  return path;
-}
-
 TEST(Config, TheShippedFileIsValidAndSaysTheDefaults) {
   const Config shipped = load_config(PHANTOM_SOURCE_DIR "/components/phantom_sensing/phantom_sensing.yaml");
-  const Config defaults = load_config(write("{}"));
+  const Config defaults = load_config(test::new_file("{}"));
   EXPECT_EQ(shipped.arm, defaults.arm);
   EXPECT_EQ(shipped.percept_rate_hz, defaults.percept_rate_hz);
   EXPECT_EQ(shipped.staleness_s, defaults.staleness_s);
@@ -64,7 +55,7 @@ struct Fault {
 class ConfigRefuses : public testing::TestWithParam<Fault> {};
 
 TEST_P(ConfigRefuses, NamingFileKeyAndWhatIsAllowed) {
-  const auto path = write(GetParam().yaml);
+  const auto path = test::new_file(GetParam().yaml);
   try {
     load_config(path);
     FAIL() << "was accepted: " << GetParam().yaml;
@@ -111,7 +102,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(Model, TheShippedCellGivesAnArmInSkinAndAWorkspace) {
   const auto cell = runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/cell.yaml");
-  const Config config = load_config(write("{}"));
+  const Config config = load_config(test::new_file("{}"));
   const PhantomModel model = load_model(cell, config);
   EXPECT_EQ(model.arm.joint_count(), 7U);
   EXPECT_GT(model.skin.size(), 10'000U);
@@ -128,7 +119,7 @@ TEST(Model, AnotherJointCountThanHomeIsRefused) {
   auto cell = runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/cell.yaml");
   cell.arms[0].home.push_back(0.0);
   try {
-    load_model(cell, load_config(write("{}")));
+    load_model(cell, load_config(test::new_file("{}")));
     FAIL();
   } catch (const core::ConfigError& error) {
     EXPECT_THAT(error.what(), AllOf(HasSubstr("cell.yaml"), HasSubstr("home: has 8 values; allowed: 7")));
@@ -137,7 +128,7 @@ TEST(Model, AnotherJointCountThanHomeIsRefused) {
 
 TEST(Model, InterestPointsStandInTheFrameOfTheirMovingLink) {
   auto cell = runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/cell.yaml");
-  const PhantomModel model = load_model(cell, load_config(write("skin: {pitch_vox: 2}")));
+  const PhantomModel model = load_model(cell, load_config(test::new_file("skin: {pitch_vox: 2}")));
   ASSERT_EQ(model.interest_points.size(), 4U);
   EXPECT_EQ(model.interest_points[3].name,
             "gripper");  // given in the frame of `tool`, fixed to the last link
@@ -145,13 +136,13 @@ TEST(Model, InterestPointsStandInTheFrameOfTheirMovingLink) {
   EXPECT_NEAR(model.interest_points[3].position_m.z(), -0.16, 1e-12);
   cell.arms[0].interest_points[0].link = "tentacle";
   EXPECT_THAT(
-      [&] { load_model(cell, load_config(write("{}"))); },
+      [&] { load_model(cell, load_config(test::new_file("{}"))); },
       testing::ThrowsMessage<core::ConfigError>(HasSubstr("'elbow' is on an unknown link 'tentacle'")));
 }
 
 TEST(Model, AllowedContactMustNameWhatThereIs) {
   auto cell = runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/cell.yaml");
-  const Config config = load_config(write("skin: {pitch_vox: 2}"));
+  const Config config = load_config(test::new_file("skin: {pitch_vox: 2}"));
   const PhantomModel model = load_model(cell, config);
   cell.arms[0].allowed_contact = {{"vice", "tool"}, {"pump", ""}};
   const percept::AllowedContact allowed = allowed_contact(cell, config, model);
@@ -165,8 +156,8 @@ TEST(Model, AllowedContactMustNameWhatThereIs) {
 
 TEST(Model, TooManySensorsAreRefused) {
   const auto cell = runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/hot_cell/cell.yaml");
-  EXPECT_THROW(load_model(cell, load_config(write("skin: {max_sensors: 500}"))), core::ConfigError);
-  EXPECT_LT(load_model(cell, load_config(write("skin: {pitch_vox: 2}"))).skin.size(), 10'000U);
+  EXPECT_THROW(load_model(cell, load_config(test::new_file("skin: {max_sensors: 500}"))), core::ConfigError);
+  EXPECT_LT(load_model(cell, load_config(test::new_file("skin: {pitch_vox: 2}"))).skin.size(), 10'000U);
 }
 
 }  // namespace

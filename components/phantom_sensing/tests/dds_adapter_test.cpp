@@ -211,6 +211,44 @@ TEST(OverDds, CommandsAreCarriedOutOnceAndAnsweredEachTime) {
   adapter.stop_reading();
 }
 
+TEST(OverDds, ASecondSlaveIsToldInTheStatus) {
+  const core::NetworkOptions network = dds::test_network();
+  const PhantomModel model = test::suspended_model();
+  const Config config;
+  DdsAdapter adapter(network, model);
+  WorkspaceKeeper keeper([](const std::string&) {});
+  SensingLoop loop(model, config, keeper, adapter);
+  adapter.start_reading(loop, keeper);
+
+  dds::Participant first("first", network), second("second", network);
+  dds::Writer<msg::SlaveState> first_writer(first, dds::kSlaveState), second_writer(second, dds::kSlaveState);
+  dds::Stamper first_stamper(first), second_stamper(second);
+  std::atomic<bool> sound{false}, told{false};
+  dds::Reader<msg::ComponentStatus> status(
+      first, dds::kComponentStatus, [&](const msg::ComponentStatus& s, const dds::SampleInfo&) {
+        const bool rival =
+            s.message().to_string().find("two processes send slave_state") != std::string::npos;
+        (rival ? told : sound) = true;
+      });
+  msg::SlaveState state = good_state(model.arm);
+  const auto send = [&](auto& writer, auto& stamper) {
+    state.stamp(stamper.next());
+    writer.write(state);
+    adapter.publish_status({});
+  };
+  EXPECT_TRUE(dds::eventually([&] {
+    send(first_writer, first_stamper);
+    return sound.load();
+  }));
+  EXPECT_FALSE(told.load());
+  EXPECT_TRUE(dds::eventually([&] {
+    send(first_writer, first_stamper);
+    send(second_writer, second_stamper);
+    return told.load();
+  }));
+  adapter.stop_reading();
+}
+
 /// The component's insides on one side of a data space, a slave, a workspace server and a listener on the
 /// other.
 TEST(OverDds, StatesBecomeDragAndBadOnesAreCounted) {

@@ -1,17 +1,16 @@
 #pragma once
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
-#include <sstream>
-#include <stdexcept>
 #include <string>
 
+#include "common/core/errors.hpp"
 #include "common/runtime/cell.hpp"
 #include "components/slave_io/config.hpp"
 #include "components/slave_io/model.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::slave_io {
 
@@ -32,18 +31,20 @@ inline Config shipped_config() { return load_config(kShipped, shipped_arm().arm,
 /// A shipped file with one piece of text replaced, as a new file.
 inline std::filesystem::path changed(const std::string& from, const std::string& to,
                                      const std::filesystem::path& shipped = kShipped) {
-  std::ifstream stream(shipped);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  std::string yaml = text.str();
-  const auto at = yaml.find(from);
-  if (at == std::string::npos) throw std::logic_error("not in the shipped file: " + from);
-  yaml.replace(at, from.size(), to);
-  static int number = 0;
-  const auto file = std::filesystem::path(testing::TempDir()) /
-                    ("slave_io_" + std::to_string(getpid()) + "_" + std::to_string(++number) + ".yaml");
-  std::ofstream(file) << yaml;
-  return file;
+  return test::changed(shipped, from, to);
+}
+
+/// What the reader says of a changed shipped file; "accepted" if nothing.
+inline std::string problem_of_changed(const std::string& from, const std::string& to,
+                                      const std::filesystem::path& shipped = kShipped) {
+  const auto file = changed(from, to, shipped);
+  try {
+    load_config(file, shipped_arm().arm, shipped_arm().home);
+  } catch (const core::ConfigError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr(file.string() + ":"));
+    return error.what();
+  }
+  return "accepted";
 }
 
 }  // namespace phantom::slave_io
