@@ -10,6 +10,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "tests/support/own_domain.hpp"
+
 namespace phantom::end_to_end {
 namespace {
 
@@ -60,7 +62,7 @@ std::string read_text(const std::filesystem::path& file) {
 }
 
 RunningSystem::RunningSystem(double seconds, const std::string& topology_name, const std::string& without)
-    : domain_(100 + static_cast<int>(getpid() % 100)) {
+    : domain_(test::own_domain()) {
   static int count = 0;
   folder_ = std::filesystem::temp_directory_path() /
             ("phantom_system_" + std::to_string(getpid()) + "_" + std::to_string(count++));

@@ -9,6 +9,7 @@
 
 #include "tests/end_to_end/running_system.hpp"
 #include "tests/end_to_end/workspace_observer.hpp"
+#include "tests/support/own_domain.hpp"
 
 namespace phantom::end_to_end {
 namespace {
@@ -119,7 +120,7 @@ TEST(RunningDemo, ASurveyedObjectIsInTheWorkspaceWithItsGuardAndIsFeltAndARefuse
 
 TEST(WithoutAServer, SendingEndsWithThreeAndSaysSo) {
   const std::string command = PHANTOM_BIN_DIR "/workspace_survey fit --send --timeout-s 0.5 --domain " +
-                              std::to_string(100 + getpid() % 100) +
+                              std::to_string(test::own_domain()) +
                               " --measurements " PHANTOM_SOURCE_DIR
                               "/deploy/parts/measurements/brick.csv > /dev/null 2>&1";
   const int status = std::system(command.c_str());

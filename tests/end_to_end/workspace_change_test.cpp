@@ -14,6 +14,7 @@
 
 #include "tests/end_to_end/running_system.hpp"
 #include "tests/end_to_end/workspace_observer.hpp"
+#include "tests/support/own_domain.hpp"
 
 namespace phantom::end_to_end {
 namespace {
@@ -196,7 +197,7 @@ class Processes : public testing::Test {
 
   std::filesystem::path folder_ =
       std::filesystem::temp_directory_path() / ("phantom_change_" + std::to_string(getpid()));
-  int domain_ = 100 + static_cast<int>(getpid() % 100);
+  int domain_ = test::own_domain();
   std::optional<Process> server_, sensing_;
 };
 

@@ -11,16 +11,17 @@
 #include "common/dds/topic_list.hpp"
 #include "tests/interop/cyclone_mirror.hpp"
 #include "tests/interop/samples.hpp"
+#include "tests/support/own_domain.hpp"
 
 namespace phantom::interop {
 namespace {
 
 // No two tests of this executable share a domain, nor do executables that run beside it.
-core::NetworkOptions network(int which) {
+core::NetworkOptions network(std::size_t which) {
   core::NetworkOptions options = dds::test_network();
   options.initial_peers = {"127.0.0.1"};
   options.participants_per_host = 30;
-  options.domain = (options.domain - 100) * 2 % 200 + which;
+  options.domain = test::own_domain(which);
   return options;
 }
 

@@ -2,44 +2,21 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
-
-#include <fstream>
-#include <sstream>
 
 #include "common/runtime/config_reader.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::audio_percept {
 namespace {
 
 using testing::HasSubstr;
 
-std::string shipped() {
-  std::ifstream file(std::string(PHANTOM_SOURCE_DIR) + "/components/audio_percept/audio_percept.yaml");
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-AudioPerceptConfig load_text(const std::string& yaml) {
-  const auto path =
-      std::filesystem::temp_directory_path() / ("audio_percept_test_" + std::to_string(getpid()) + ".yaml");
-  std::ofstream(path) << yaml;
-  const struct Remove {
-    std::filesystem::path path;
-    ~Remove() { std::filesystem::remove(path); }
-  } remove{path};
-  return load_config(path);
-}
+const std::string kShipped = PHANTOM_SOURCE_DIR "/components/audio_percept/audio_percept.yaml";
 
 // The shipped file with one text replaced, and what the error must say.
 void expect_refused(const std::string& from, const std::string& to, const std::vector<std::string>& told) {
-  std::string yaml = shipped();
-  const auto place = yaml.find(from);
-  ASSERT_NE(place, std::string::npos) << from;
-  yaml.replace(place, from.size(), to);
   try {
-    load_text(yaml);
+    load_config(test::changed(kShipped, from, to));
     FAIL() << "accepted: " << to;
   } catch (const runtime::ConfigError& error) {
     for (const auto& part : told) EXPECT_THAT(error.what(), HasSubstr(part));
@@ -48,7 +25,7 @@ void expect_refused(const std::string& from, const std::string& to, const std::v
 }
 
 TEST(Config, TheShippedFileIsValid) {
-  const AudioPerceptConfig config = load_text(shipped());
+  const AudioPerceptConfig config = load_config(kShipped);
   EXPECT_EQ(config.law.pitch, percept::PitchLaw::kExponential);
   EXPECT_DOUBLE_EQ(config.law.min_frequency_Hz, 220.0);
   EXPECT_DOUBLE_EQ(config.smoothing_s, 0.010);
@@ -96,9 +73,7 @@ TEST(Config, RefusesAnUnknownSink) {
 }
 TEST(Config, EveryLayoutViewAndLawCanBeChosen) {
   const auto with = [](const std::string& from, const std::string& to) {
-    std::string yaml = shipped();
-    yaml.replace(yaml.find(from), from.size(), to);
-    return load_text(yaml);
+    return load_config(test::changed(kShipped, from, to));
   };
   for (const Layout layout : {Layout::kMono, Layout::kStereo, Layout::k5_1, Layout::k7_1, Layout::kHrtf})
     EXPECT_EQ(with("channels: stereo", std::string("channels: ") + name_of(layout)).layout, layout);

@@ -1,21 +1,12 @@
 #include "components/dds_spy/config.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
-
-#include <fstream>
 
 #include "common/core/errors.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::dds_spy {
 namespace {
-
-std::filesystem::path file_with(const std::string& text) {
-  const auto path =
-      std::filesystem::temp_directory_path() / ("dds_spy_config_" + std::to_string(::getpid()) + ".yaml");
-  std::ofstream(path) << text;
-  return path;
-}
 
 TEST(Config, TheShippedFileSaysTheDefaults) {
   const Config shipped = load_config(PHANTOM_SOURCE_DIR "/components/dds_spy/dds_spy.yaml"), none;
@@ -29,7 +20,7 @@ TEST(Config, TheShippedFileSaysTheDefaults) {
 TEST(Config, WhatIsNotAllowedIsNamed) {
   for (const char* text : {"refresh_s: 0", "most_events: 0", "quiet_s: -1", "refresh: 1"}) {
     try {
-      load_config(file_with(text));
+      load_config(test::new_file(text));
       FAIL() << text;
     } catch (const core::ConfigError& problem) {
       EXPECT_NE(std::string(problem.what()).find(":1: "), std::string::npos) << problem.what();

@@ -3,28 +3,19 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <filesystem>
-#include <fstream>
 
 #include "common/core/errors.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
 
 using ::testing::HasSubstr;
 
-std::filesystem::path write(const std::string& yaml) {
-  std::string name = ::testing::UnitTest::GetInstance()->current_test_info()->name();
-  std::replace(name.begin(), name.end(), '/', '_');
-  const auto file = std::filesystem::path(::testing::TempDir()) / (name + "_viewer.yaml");
-  std::ofstream(file) << yaml;
-  return file;
-}
-
 std::string refusal(const std::string& yaml) {
   try {
-    load_config(write(yaml));
+    load_config(test::new_file(yaml));
   } catch (const core::ConfigError& problem) {
     return problem.what();
   }
@@ -34,7 +25,7 @@ std::string refusal(const std::string& yaml) {
 const std::string kShipped = PHANTOM_SOURCE_DIR "/components/synthetic_viewer/synthetic_viewer.yaml";
 
 TEST(Config, TheShippedFileIsValidAndHoldsTheDefaults) {
-  const ViewerConfig shipped = load_config(kShipped), empty = load_config(write("{}"));
+  const ViewerConfig shipped = load_config(kShipped), empty = load_config(test::new_file("{}"));
   for (const auto* config : {&shipped, &empty}) {
     EXPECT_EQ(config->frame_rate_hz, 10);
     EXPECT_EQ(config->niceness, 10);

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+namespace phantom::test {
+
+/// A folder of this process alone, for what its tests write; goes with the process.
+inline const std::filesystem::path& own_folder() {
+  struct Folder {
+    Folder() {
+      std::string pattern = (std::filesystem::temp_directory_path() / "phantom_test_XXXXXX").string();
+      if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error(pattern + ": cannot be made");
+      path = pattern;
+    }
+    ~Folder() {
+      std::error_code ignored;
+      if (getpid() == maker) std::filesystem::remove_all(path, ignored);
+    }
+    std::filesystem::path path;
+    pid_t maker = getpid();
+  };
+  static const Folder folder;
+  return folder.path;
+}
+
+inline std::string text_of(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  if (!stream) throw std::logic_error(file.string() + ": cannot be read");
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+/// A new file with this text in own_folder().
+inline std::filesystem::path new_file(const std::string& text, const std::string& extension = ".yaml") {
+  static int number = 0;
+  const auto file = own_folder() / (std::to_string(++number) + extension);
+  std::ofstream(file) << text;
+  return file;
+}
+
+/// A copy of a file with the first `from` in it replaced. A text that is not there is the test's mistake.
+inline std::filesystem::path changed(const std::filesystem::path& file, const std::string& from,
+                                     const std::string& to) {
+  std::string text = text_of(file);
+  const auto at = text.find(from);
+  if (at == std::string::npos) throw std::logic_error("not in " + file.string() + ": " + from);
+  return new_file(text.replace(at, from.size(), to), file.extension());
+}
+
+}  // namespace phantom::test
