@@ -1,0 +1,25 @@
+"""Building for the scripts that run what they build: quiet when all goes well, the compiler's words when it does not."""
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def build(script, folder, targets, *definitions):
+    """Configures `folder` for a release, if it is new or `definitions` are given, and builds `targets` in it; ends the script
+    with 1 if that fails, with 3 if there is no CMake."""
+    steps = [["cmake", "--build", folder, "--target", *targets]]
+    if definitions or not (Path(folder) / "build.ninja").exists():
+        steps.insert(0, ["cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
+                         "-DCMAKE_CXX_COMPILER_LAUNCHER=ccache", *definitions])
+    for step in steps:
+        try:
+            done = subprocess.run(step, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        except FileNotFoundError as missing:
+            print(f"{script}: {missing.filename} is missing; scripts/setup installs it", file=sys.stderr)
+            sys.exit(3)
+        if done.returncode:
+            print(done.stdout[-8000:], file=sys.stderr)
+            print(f"{script}: this failed: {' '.join(map(str, step))}", file=sys.stderr)
+            sys.exit(1)
