@@ -21,7 +21,6 @@ class Window {
     samples_.push_back(std::move(sample));
     while (!samples_.empty() &&
            (samples_.front().head.received_ns < now_ns - length_ns_ || bytes_ > limit_bytes_)) {
-      if (samples_.front().head.received_ns >= now_ns - length_ns_) ++shortened_;
       leave(pop());
     }
   }
@@ -32,8 +31,6 @@ class Window {
   }
   std::size_t size() const { return samples_.size(); }
   std::size_t bytes() const { return bytes_; }
-  /// Samples that left before their time, for want of memory.
-  std::uint64_t shortened() const { return shortened_; }
   core::Nanoseconds oldest_ns() const { return samples_.empty() ? 0 : samples_.front().head.received_ns; }
 
  private:
@@ -45,7 +42,6 @@ class Window {
   }
   core::Nanoseconds length_ns_;
   std::size_t limit_bytes_, bytes_ = 0;
-  std::uint64_t shortened_ = 0;
   std::deque<Sample> samples_;
 };
 
