@@ -34,11 +34,11 @@ const ArmConfig& CellConfig::arm(const std::string& arm_name) const {
   throw ConfigError(file.string() + ": arms: no arm called '" + arm_name + "'; allowed: " + known);
 }
 
-CellConfig load_cell(const std::filesystem::path& path) {
+CellConfig load_cell(const std::filesystem::path& path, CellArms arms) {
   const ConfigReader file = ConfigReader::from_file(path);
   CellConfig cell;
   cell.file = path;
-  cell.name = file.text("name");
+  cell.name = read_name(file);
   const ConfigReader workspace = file.section("workspace");
   cell.min_m = workspace.vector3("min_m");
   cell.max_m = workspace.vector3("max_m");
@@ -60,7 +60,8 @@ CellConfig load_cell(const std::filesystem::path& path) {
   for (const auto& arm : file.sections("arms")) cell.arms.push_back(read_arm(arm));
   if (cell.objects.size() > 65534)
     throw file.error("objects", "has too many entries; allowed: at most 65534");
-  if (cell.arms.empty()) throw file.error("arms", "is empty; allowed: at least one arm");
+  if (arms == CellArms::kNeeded && cell.arms.empty())
+    throw file.error("arms", "is empty; allowed: at least one arm");
   refuse_duplicates(file, "objects", cell.objects);
   refuse_duplicates(file, "arms", cell.arms);
   file.finish();

@@ -27,8 +27,11 @@ struct CellConfig {
   const ArmConfig& arm(const std::string& arm_name = "") const;
 };
 
+/// Whether a cell must have an arm: not for whom only the space around its objects counts.
+enum class CellArms { kNeeded, kOptional };
+
 /// Reads and checks a cell file. Throws ConfigError (file, line, key, value, what is allowed). Not real-time
 /// safe.
-CellConfig load_cell(const std::filesystem::path& path);
+CellConfig load_cell(const std::filesystem::path& path, CellArms arms = CellArms::kNeeded);
 
 }  // namespace phantom::runtime

@@ -90,7 +90,7 @@ void read_body(const ConfigReader& reader, ArmConfig& arm) {
 
 ArmConfig read_arm(const ConfigReader& reader) {
   ArmConfig arm;
-  arm.name = reader.text("name");
+  arm.name = read_name(reader);
   arm.X_WB = reader.pose("mount");
   if (reader.has("file")) {
     const ConfigReader own = ConfigReader::from_file(reader.path("file"));

@@ -43,7 +43,8 @@ void check_place(const ObjectConfig& object, const geometry::TriangleMesh& mesh_
 geometry::TriangleMesh surface_of(const ObjectConfig& object, std::vector<std::string>& notes) {
   auto made = geometry::polygonise(*object.solid_O);
   if (made.mesh.triangles.empty()) {
-    throw ConfigError(about(object) + "holds nothing: no point of its box is inside, or it is thinner than " +
+    throw ConfigError(about(object) +
+                      "holds nothing: no point of its box is inside, or it is thinner than a " +
                       std::to_string(geometry::PolygoniseOptions{}.max_cells) + "th of its length");
   }
   if (!made.whole) {

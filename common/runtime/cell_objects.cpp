@@ -1,5 +1,8 @@
 #include "common/runtime/cell_objects.hpp"
 
+#include <algorithm>
+
+#include "common/core/utf8.hpp"
 #include "common/runtime/cell.hpp"
 #include "common/runtime/cell_parts.hpp"
 
@@ -62,10 +65,25 @@ geometry::ImplicitPtr read_scaled_solid(const ConfigReader& reader, const std::s
 
 }  // namespace
 
+std::string read_name(const ConfigReader& reader) {
+  constexpr std::size_t kLongest = 64;  // idl: string<64>
+  const std::string name = reader.text("name");
+  if (name.empty() || name.size() > kLongest) {
+    throw reader.error(
+        "name", "has " + std::to_string(name.size()) + " bytes; allowed: 1 to " + std::to_string(kLongest));
+  }
+  const bool shown =
+      std::none_of(name.begin(), name.end(), [](unsigned char c) { return c < 32 || c == 127; });
+  if (!shown || !core::is_utf8(name))
+    throw ConfigError(reader.place() +
+                      ": name: holds a character that cannot be shown; allowed: printable text");
+  return name;
+}
+
 ObjectConfig read_object(const ConfigReader& reader, const voxel::LayerProfile& cell_profile,
                          double voxel_size_m) {
   ObjectConfig object;
-  object.name = reader.text("name");
+  object.name = read_name(reader);
   object.place = reader.place();
   const std::string kind = kind_of(reader);
   if (kind == "mesh") {

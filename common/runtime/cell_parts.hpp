@@ -8,6 +8,8 @@
 
 namespace phantom::runtime {
 
+/// The mapping's `name`: 1 to 64 bytes, as on topics, that can be shown in a line.
+std::string read_name(const ConfigReader& reader);
 /// Lengths in metres become voxels of `voxel_size_m`.
 voxel::LayerProfile read_profile(const ConfigReader& reader, double voxel_size_m);
 /// `cell_profile` serves objects that have none of their own.

@@ -10,6 +10,8 @@
 #include <set>
 #include <sstream>
 
+#include "common/core/utf8.hpp"
+
 namespace phantom::runtime {
 
 struct ConfigReader::Node {
@@ -104,6 +106,10 @@ ConfigReader ConfigReader::from_file(const std::filesystem::path& path) {
 }
 
 ConfigReader ConfigReader::from_text(const std::string& yaml, const std::string& name) {
+  if (const std::size_t good = core::utf8_prefix(yaml); good < yaml.size()) {
+    const auto line = 1 + std::count(yaml.begin(), yaml.begin() + static_cast<std::ptrdiff_t>(good), '\n');
+    throw ConfigError(name + ":" + std::to_string(line) + ": holds a byte that is no text; allowed: UTF-8");
+  }
   auto node = std::make_shared<Node>();
   node->file = name;
   node->line = 1;

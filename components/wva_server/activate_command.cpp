@@ -1,8 +1,12 @@
 #include "components/wva_server/activate_command.hpp"
 
 #include <spdlog/spdlog.h>
+#include <sys/resource.h>
 
+#include <algorithm>
+#include <cstdio>
 #include <fstream>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <ostream>
 #include <stdexcept>
@@ -163,7 +167,7 @@ Outcome activate_mesh(const ActivateRequest& request, const WvaServerConfig& con
 
 Outcome activate_cell(const ActivateRequest& request, const WvaServerConfig& config) {
   Outcome outcome;
-  const auto cell = runtime::load_cell(request.cell);
+  const auto cell = runtime::load_cell(request.cell, runtime::CellArms::kOptional);
   const double start_s = stopwatch_s();
   auto bodies = runtime::load_bodies(cell, config.mesh_import);
   for (runtime::CellBody& body : bodies) apply_method(request, body.body.profile);
@@ -221,10 +225,7 @@ void write_extras(const ActivateRequest& request, const Outcome& outcome) {
   }
 }
 
-}  // namespace
-
-int run_activate(const ActivateRequest& request, const WvaServerConfig& config, std::ostream& print) {
-  check_request(request);
+int activate_and_write(const ActivateRequest& request, const WvaServerConfig& config, std::ostream& print) {
   const double start_s = stopwatch_s();
   const Outcome outcome =
       request.cell.empty() ? activate_mesh(request, config) : activate_cell(request, config);
@@ -260,6 +261,38 @@ int run_activate(const ActivateRequest& request, const WvaServerConfig& config, 
   // Names of files need not be UTF-8, but JSON is.
   print << line.dump(-1, ' ', false, json::error_handler_t::replace) << std::endl;
   return 0;
+}
+
+/// From here on this process gets no more memory than the machine has to spare now: std::bad_alloc then,
+/// instead of a machine that kills whatever is largest. Returns that, 0 if it is not known.
+std::uint64_t keep_within_memory() {
+  std::uint64_t spare_bytes = 0;
+  std::ifstream stream("/proc/meminfo");
+  for (std::string line; std::getline(stream, line);) {
+    unsigned long long kib = 0;
+    if (std::sscanf(line.c_str(), "MemAvailable: %llu kB", &kib) == 1) spare_bytes = kib << 10;
+  }
+  rlimit limit{};
+  if (spare_bytes == 0 || getrlimit(RLIMIT_DATA, &limit) != 0) return 0;
+  limit.rlim_cur = std::min<rlim_t>(limit.rlim_cur, spare_bytes);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // their shadow memory counts as data
+  setrlimit(RLIMIT_DATA, &limit);
+#endif
+  return limit.rlim_cur;
+}
+
+}  // namespace
+
+int run_activate(const ActivateRequest& request, const WvaServerConfig& config, std::ostream& print) {
+  check_request(request);
+  const std::uint64_t memory_bytes = keep_within_memory();
+  try {
+    return activate_and_write(request, config, print);
+  } catch (const std::bad_alloc&) {
+    throw std::runtime_error(
+        "activate: needs more memory than the " + std::to_string(memory_bytes >> 20) +
+        " MiB that there are. Is the scale right? Larger voxels or fewer layers take less");
+  }
 }
 
 }  // namespace phantom::wva_server

@@ -97,9 +97,9 @@ void add_options(CLI::App& command, ActivateRequest& request) {
   command.add_option("--threads", request.threads, "threads to work on; default: the configuration's")
       ->check(CLI::Range(1, 1024));
   command.add_option("--export", request.out, "NRRD file to write")->required();
-  command.add_option("--field", request.field, "what to write per voxel")
+  command.add_option("--field", request.field, "what to write per voxel; default: order")
       ->check(CLI::IsMember({"order", "mu", "object"}));
-  command.add_option("--encoding", request.encoding, "of the NRRD file")
+  command.add_option("--encoding", request.encoding, "of the NRRD file; default: gzip")
       ->check(CLI::IsMember({"gzip", "raw"}));
   command.add_option(
       "--picture", request.picture,

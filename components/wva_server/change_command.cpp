@@ -3,9 +3,9 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <iterator>
 
 #include "common/runtime/pose_text.hpp"
 #include "common/runtime/process.hpp"
@@ -17,10 +17,17 @@ namespace {
 using core::ConfigError;
 
 std::string text_of(const std::string& file) {
+  constexpr std::size_t kMost = 1 << 20;  // far more than a command may hold
   std::ifstream stream(file);
-  if (file != "-" && !stream) throw ConfigError("command add: --file: " + file + " cannot be read");
   std::istream& from = file == "-" ? std::cin : stream;
-  return {std::istreambuf_iterator<char>(from), {}};
+  std::string text(kMost, '\0');
+  from.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (from.bad() || (file != "-" && (!stream.is_open() || std::filesystem::is_directory(file))))
+    throw ConfigError("command add: --file: " + file + " cannot be read");
+  if (!from.eof())
+    throw ConfigError("command add: --file: " + file + " has more than 1 MiB; allowed: 16 KiB");
+  text.resize(static_cast<std::size_t>(from.gcount()));
+  return text;
 }
 
 CellCommand command_of(const ChangeRequest& request) {

@@ -160,7 +160,7 @@ std::string Service::keep_changes() {
   try {
     write_changes(cell_.changes(), cell_.cell(), changes_file_);
     return "";
-  } catch (const core::ConfigError& problem) {
+  } catch (const std::exception& problem) {
     spdlog::error("{}", problem.what());
     return std::string("; it will be lost when wva_server ends: ") + problem.what();
   }
@@ -218,7 +218,7 @@ void Service::leave_report() const {
 ServedCell load_served_cell(const std::filesystem::path& cell_file, const std::filesystem::path& changes_file,
                             const geometry::MeshImportOptions& limits) {
   ServedCell served;
-  served.cell = runtime::load_cell(cell_file);
+  served.cell = runtime::load_cell(cell_file, runtime::CellArms::kOptional);
   served.changes = no_changes(served.cell);
   served.changes_file = changes_file;
   if (!changes_file.empty()) {

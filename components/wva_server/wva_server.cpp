@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <exception>
 #include <new>
 
 #include "common/core/errors.hpp"
@@ -12,7 +13,6 @@ namespace {
 
 using core::ConfigError;
 
-constexpr std::size_t kLongestName = 64;  // idl: string<64>
 constexpr std::uint32_t kGreatestId = 65534;
 
 template <class T>
@@ -102,6 +102,8 @@ core::Expected<CellChange> LiveCell::apply(const CellCommand& command, std::uint
     return core::Status::invalid_argument(problem.what());
   } catch (const std::bad_alloc&) {
     return core::Status(core::ErrorCode::kResourceExhausted, "not enough memory for this change");
+  } catch (const std::exception& problem) {  // whatever a command holds, the server serves on
+    return core::Status(core::ErrorCode::kInternal, problem.what());
   }
 }
 
@@ -112,7 +114,7 @@ core::Expected<std::uint16_t> LiveCell::find(const CellCommand& command) const {
   }
   std::string known;
   for (const auto& [id, object] : objects_) {
-    if (object.config.name.substr(0, kLongestName) == command.object) return id;
+    if (object.config.name == command.object) return id;
     known += (known.empty() ? "" : ", ") + object.config.name;
   }
   return core::Status::not_found(
@@ -122,8 +124,6 @@ core::Expected<std::uint16_t> LiveCell::find(const CellCommand& command) const {
 CellChange LiveCell::add(const CellCommand& command, std::uint64_t version,
                          const voxel::ActivationOptions& options) {
   runtime::ObjectConfig config = runtime::read_object_text(command.description, cell_);
-  if (config.name.empty() || config.name.size() > kLongestName)
-    throw ConfigError(fmt::format("name: has {} bytes; allowed: 1 to {}", config.name.size(), kLongestName));
   for (const auto& [id, object] : objects_) {
     if (object.config.name == config.name)
       throw ConfigError(about(config.name, id) +

@@ -15,6 +15,7 @@ namespace phantom::runtime {
 namespace {
 
 using testing::AllOf;
+using testing::AnyOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
@@ -285,6 +286,25 @@ TEST_F(CellObjects, BodiesThatCannotBeAreRefusedByName) {
               AllOf(HasSubstr("'part'"), HasSubstr("outside of the workspace"), HasSubstr("x 4.9 to 5.1")));
   EXPECT_THAT(refusal("implicit: {f: \"x^2 + 1\", min_m: [0, 0, 0], max_m: [1, 1, 1]}"),
               HasSubstr("holds nothing"));
+}
+
+TEST_F(CellObjects, NamesCanBeShownAndSent) {
+  const auto refusal = [&](const std::string& name) {
+    try {
+      read_object_text("name: " + name + "\nprimitive: {sphere: {radius_m: 0.1}}\n", cell_);
+    } catch (const ConfigError& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_EQ(refusal("gefäß 部品"), "accepted");
+  EXPECT_EQ(refusal(std::string(64, 'x')), "accepted");
+  EXPECT_THAT(refusal(std::string(65, 'x')), HasSubstr("has 65 bytes; allowed: 1 to 64"));
+  EXPECT_THAT(refusal("\"\""), HasSubstr("has 0 bytes"));
+  for (const char* odd : {"\"two\\nlines\"", "\"a\\0b\"", "\"\\x1b[31mred\"", "\"\\uD800\""})
+    EXPECT_THAT(refusal(odd), AnyOf(HasSubstr("object:1: name: holds a character that cannot be shown"),
+                                    HasSubstr("not valid YAML")))
+        << odd;
 }
 
 TEST_F(CellObjects, RealBodiesStandWhereTheirDeviationPutsThem) {

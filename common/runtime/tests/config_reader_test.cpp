@@ -54,6 +54,16 @@ TEST(ConfigReader, EveryFaultNamesFileLineKeyValueAndWhatIsAllowed) {
   EXPECT_THROW(file.integer("half"), ConfigError);
 }
 
+TEST(ConfigReader, TextMustBeUtf8) {
+  EXPECT_EQ(read("name: gefäß 部品\n").text("name"), "gefäß 部品");
+  // Latin 1; cut short; overlong; a surrogate; beyond Unicode.
+  for (const char* bytes : {"caf\xe9", "\xe9\x83", "\xc0\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80"}) {
+    EXPECT_THAT([&] { read("name: part\nnote: " + std::string(bytes) + "\n"); },
+                ThrowsMessage<ConfigError>("arm.yaml:2: holds a byte that is no text; allowed: UTF-8"))
+        << bytes;
+  }
+}
+
 TEST(ConfigReader, UnknownAndRepeatedKeysAreRefusedAlsoWhenNested) {
   const auto file = read("staleness_s: 1\nloop: {rat_hz: 3}\n");
   file.number("staleness_s");

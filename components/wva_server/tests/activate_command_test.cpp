@@ -1,8 +1,11 @@
 #include "components/wva_server/activate_command.hpp"
 
 #include <gmock/gmock.h>
+#include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -201,6 +204,31 @@ TEST_F(ActivateCommand, TakesFileNamesThatAreNotUtf8) {
           (folder_ / "post.json").string());
   EXPECT_EQ(line["objects"][0]["name"], "post\xEF\xBF\xBD.stl");
 }
+
+TEST_F(ActivateCommand, ACellNeedsNoArm) {
+  write("bare.yaml", R"(name: bare
+workspace: {min_m: [0, 0, 0], max_m: [0.4, 0.4, 0.4], voxel_size_m: 0.02}
+profile: {thickness_vox: [2], mu_Pa_s_per_m: [32]}
+objects:
+  - {name: ball, primitive: {sphere: {radius_m: 0.1}}, pose: {xyz_m: [0.2, 0.2, 0.2]}}
+)");
+  EXPECT_GT(run("--cell " + (folder_ / "bare.yaml").string())["voxels"]["100"], 0);
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST_F(ActivateCommand, SaysThatMemoryDoesNotSuffice) {
+  const auto in_little_memory = [&] {
+    const rlimit limit{128 << 20, 128 << 20};
+    setrlimit(RLIMIT_DATA, &limit);
+    const std::string said = refusal("--mesh " + (folder_ / "post.stl").string() +
+                                     " --scale 0.001 --voxel-size-m 0.001 --layers 254 --mu 32");
+    std::fputs(said.c_str(), stderr);
+    std::_Exit(said.find("needs more memory than the 128 MiB") != std::string::npos ? 0 : 1);
+  };
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(in_little_memory(), ::testing::ExitedWithCode(0), "Is the scale right");
+}
+#endif
 
 TEST_F(ActivateCommand, NamesAMissingMesh) {
   ActivateRequest request;

@@ -206,6 +206,9 @@ TEST_F(Commands, AreRefusedWithOneClearSentence) {
   EXPECT_THAT(refused(add("{name: far, mesh: post.stl, mesh_scale: 0.001, pose: {xyz_m: [9, 0, 0]}}")),
               HasSubstr("outside of the workspace"));
   EXPECT_THAT(refused(add("{name: " + std::string(65, 'x') + ", mesh: post.stl}")), HasSubstr("65 bytes"));
+  EXPECT_THAT(refused(add("{name: \"two\\nlines\", mesh: post.stl}")), HasSubstr("cannot be shown"));
+  EXPECT_THAT(refused(add("{name: box\xff, mesh: post.stl}")), HasSubstr("allowed: UTF-8"));
+  EXPECT_THAT(refused(add("{name: box, mesh: post.stl}  # caf\xe9")), HasSubstr("allowed: UTF-8"));
   write("garbage.stl", "this is no mesh");
   EXPECT_THAT(refused(add("{name: box, mesh: garbage.stl}")), HasSubstr("garbage.stl"));
 }

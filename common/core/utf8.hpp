@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstddef>
+#include <string_view>
+
+namespace phantom::core {
+
+/// Bytes at the beginning of `text` that are well-formed UTF-8 (Unicode standard, table 3-7: neither overlong
+/// nor surrogate); all of it if it is UTF-8. Real-time safe.
+constexpr std::size_t utf8_prefix(std::string_view text) noexcept {
+  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
+  std::size_t at = 0;
+  while (at < text.size()) {
+    const unsigned first = byte(at), second = byte(at + 1);
+    std::size_t more = 0;  // bytes that follow the first
+    if (first >= 0xc2 && first <= 0xdf) more = 1;
+    if (first >= 0xe0 && first <= 0xef) more = 2;
+    if (first >= 0xf0 && first <= 0xf4) more = 3;
+    if (first >= 0x80 && more == 0) return at;
+    const unsigned least = first == 0xe0 ? 0xa0 : first == 0xf0 ? 0x90 : 0x80;
+    const unsigned most = first == 0xed ? 0x9f : first == 0xf4 ? 0x8f : 0xbf;
+    if (more > 0 && (second < least || second > most)) return at;
+    for (std::size_t i = 2; i <= more; ++i) {
+      if ((byte(at + i) & 0xc0) != 0x80) return at;
+    }
+    at += 1 + more;
+  }
+  return at;
+}
+
+constexpr bool is_utf8(std::string_view text) noexcept { return utf8_prefix(text) == text.size(); }
+
+}  // namespace phantom::core
