@@ -73,7 +73,7 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
 void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
   read_inbox(now_ns);
   MasterReport report;
-  const int missed = std::clamp(static_cast<int>(std::lround(dt_s / period_s_)), 1, kMostMadeUp);
+  const int missed = static_cast<int>(std::clamp(std::round(dt_s / period_s_), 1.0, double{kMostMadeUp}));
   const int steps = device_.makes_up_periods() ? missed : 1;
   bool known = false;
   for (int k = 0; k < steps; ++k) known = step(report, period_s_ * missed / steps, now_ns);

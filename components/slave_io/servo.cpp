@@ -16,7 +16,7 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
   inputs_.master_round_trip_s =
       inputs_.master.answers_ns != 0 ? core::seconds(now_ns - inputs_.master.answers_ns) : 0.0;
   SlaveReport report;
-  const int missed = std::clamp(static_cast<int>(std::lround(dt_s / period_s_)), 1, kMostMadeUp);
+  const int missed = static_cast<int>(std::clamp(std::round(dt_s / period_s_), 1.0, double{kMostMadeUp}));
   const int steps = arm_.makes_up_periods() ? missed : 1;
   const double step_s = period_s_ * missed / steps;
   bool known = false;

@@ -124,6 +124,32 @@ TEST(Drives, TorqueModeExertsTheCommandedTorqueAtTheJoint) {
   EXPECT_NEAR(rig.group->report().torque[0], 5.0, 0.01);  // max_torque
 }
 
+// Not only the drive's own limit (0x6072): what goes over the bus is within the axis's.
+TEST(Drives, NoTargetTorqueBeyondTheAxissLimitIsSent) {
+  for (const DriveMode mode : {DriveMode::kTorque, DriveMode::kVelocity, DriveMode::kPosition}) {
+    auto config = group_config(mode, 1);
+    config.axes[0].max_torque = 2.0;
+    Rig rig(config);
+    auto listener = rig.bus.connect("listener");
+    ASSERT_TRUE(rig.bring_up());
+    const std::size_t place = mode == DriveMode::kTorque ? 2 : 6;  // after the controlword, or the target
+    const int most_mille = config.axes[0].units.torque_mille(2.0);
+    int greatest_mille = 0, sent = 0;
+    for (const double torque_Nm : {1e3, -1e300, 4.0, -2.5}) {
+      rig.command.torque[0] = torque_Nm;
+      rig.run(0.02);
+      for (can::Received got; listener->receive(got);) {
+        if (!got.is_frame() || got.frame.id != 0x201) continue;
+        const auto mille = static_cast<std::int16_t>(got.frame.data[place] | got.frame.data[place + 1] << 8);
+        greatest_mille = std::max(greatest_mille, std::abs(static_cast<int>(mille)));
+        ++sent;
+      }
+    }
+    EXPECT_GT(sent, 30);
+    EXPECT_EQ(greatest_mille, most_mille);
+  }
+}
+
 TEST(Drives, TurnedMotorsAndOffsetsAreTheConfigurationsBusiness) {
   auto config = group_config(DriveMode::kPosition, 1);
   config.axes[0].units.sign = -1;

@@ -52,6 +52,23 @@ TEST(PassivityGuard, ALateSpringOscillatesWithoutItAndSettlesWithIt) {
   }
 }
 
+// However much it took from the hand before: what it may give back unnoticed is bounded.
+TEST(PassivityGuard, EnergyThatWasTakenIsSavedUpToTheStoreOnly) {
+  const PassivityParameters p = one_joint(0.01, 0.05, 10.0);
+  PassivityGuard guard(p);
+  double q = 0.0;
+  const auto push = [&](double torque_Nm) {
+    guard.step(first(torque_Nm), first(q), first(1.0), 1.0, kDt);
+    q += kDt;
+  };
+  for (int i = 0; i < 10000; ++i) push(-1.0);  // takes 10 J
+  EXPECT_FALSE(guard.active());
+  EXPECT_NEAR(guard.energy_J(0), p.store_J[0], 1e-9);
+  double given_J = 0.0;
+  for (; !guard.active() && given_J < 1.0; given_J += kDt) push(1.0);
+  EXPECT_NEAR(given_J, p.store_J[0] + p.allowance_J[0], 0.005);
+}
+
 TEST(PassivityGuard, LetsADissipativeFeedbackThroughUntouched) {
   PassivityGuard guard(one_joint(0.0, 1.0, 10.0));
   double q = 0.0;

@@ -149,6 +149,34 @@ TEST(MasterIo, StaleInputsFadeOutInBoundedTime) {
   }
 }
 
+// A drag_field that comes regularly but goes back to a pose of long ago is none.
+TEST(MasterIo, DragOfLongAgoFadesOut) {
+  const auto config = shipped_config();
+  MasterIo master(config);
+  MasterInputs in = coupled_inputs();
+  in.velocity.fill(0.5);
+  in.drag_round_trip_s = 0.9 * config.link.round_trip_limit_s;
+  ASSERT_LT(run(master, in, 2.0).percept_Nm[2], -0.1);
+  in.drag_round_trip_s = 1.1 * config.link.round_trip_limit_s;
+  const auto out = run(master, in, config.percept.ramp_down_s + 3 * kDt);
+  EXPECT_EQ(out.percept_Nm, core::JointArray{});
+  EXPECT_EQ(out.state, LinkState::kCoupled) << "the slave is heard all the time";
+}
+
+TEST(MasterIo, ADeviceThatDoesNotFollowIsNotCoupled) {
+  MasterIo master(shipped_config());
+  MasterInputs in = coupled_inputs();
+  in.velocity.fill(0.5);
+  in.drives_follow = false;
+  EXPECT_EQ(run(master, in, 2.0).state, LinkState::kInit);
+  in.drives_follow = true;
+  ASSERT_EQ(run(master, in, 2.0).state, LinkState::kCoupled);
+  in.drives_follow = false;
+  const auto out = run(master, in, 0.5);
+  EXPECT_EQ(out.state, LinkState::kDegraded);
+  EXPECT_EQ(out.motor_Nm, core::JointArray{});
+}
+
 TEST(MasterIo, EmergencyStopTakesTheTorqueUntilReset) {
   MasterIo master(shipped_config());
   MasterInputs in = coupled_inputs();

@@ -37,7 +37,7 @@ struct Bench {
                                                                          : last.position;
         drag.round_trip_s = 0.0007;
         inbox.slave.write(slave);
-        inbox.drag.write(drag);
+        if (drag_heard) inbox.drag.write(drag);
       }
       servo.tick(kDt, now_ns);
       servo.outbox.read(last);
@@ -54,7 +54,7 @@ struct Bench {
   DragSample drag;
   MasterReport last;
   core::Nanoseconds now_ns = 1'000'000'000;
-  bool heard = true;
+  bool heard = true, drag_heard = true;
   std::optional<core::JointArray> stuck_at;  // where something keeps the slave from following
   double greatest_power_W = -1e9;
 };
@@ -110,6 +110,35 @@ TEST(MasterServo, LosingTheSlaveStopsTheReachWhereItIs) {
   const auto there = bench.last.position;
   bench.run(1.0);
   for (std::size_t j = 0; j < 7; ++j) EXPECT_NEAR(bench.last.position[j], there[j], 2e-3);
+}
+
+TEST(MasterServo, ThePerceptEndsWhenThePhantomFallsSilent) {
+  const Config config = shipped_config();
+  Bench bench(config);
+  const auto greatest_Nm = [&bench] {
+    double most_Nm = 0.0;
+    for (const double torque_Nm : bench.last.outputs.percept_Nm)
+      most_Nm = std::max(most_Nm, std::abs(torque_Nm));
+    return most_Nm;
+  };
+  for (int i = 0; i < 5000 && greatest_Nm() < 0.05; ++i) bench.run(kDt);
+  ASSERT_GE(greatest_Nm(), 0.05);
+  bench.drag_heard = false;
+  bench.run(config.percept_staleness_s + config.percept.ramp_down_s + 3 * kDt);
+  EXPECT_EQ(greatest_Nm(), 0.0);
+  EXPECT_EQ(bench.last.outputs.state, LinkState::kCoupled);
+}
+
+TEST(MasterServo, ASlaveThatAnswersWhatIsLongAgoIsLost) {
+  Bench bench;
+  const double limit_s = shipped_config().link.round_trip_limit_s;
+  for (int i = 0; i < 500; ++i) {
+    bench.slave.answers_ns = bench.now_ns - core::from_seconds(0.8 * limit_s);
+    bench.run(kDt);
+  }
+  ASSERT_EQ(bench.last.outputs.state, LinkState::kCoupled);
+  bench.run(0.2 * limit_s + 2 * kDt);  // its samples go on coming, their answers do not get newer
+  EXPECT_EQ(bench.last.outputs.state, LinkState::kDegraded);
 }
 
 TEST(MasterServo, RoundTripsAreToldOncePerNewDragField) {

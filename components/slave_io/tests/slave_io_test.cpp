@@ -240,6 +240,96 @@ TEST(SlaveIo, NumbersThatAreNoneChangeNothing) {
   }
 }
 
+/// A controller that was coupled at home, and its inputs in the last tick.
+struct CoupledSlave {
+  SlaveIo controller{shipped_arm().arm, shipped_config(), shipped_arm().home};
+  SlaveInputs in;
+  SlaveOutputs out;
+  CoupledSlave() {
+    in.position = in.master.position = shipped_arm().home;
+    in.master.state = LinkState::kCoupled;
+    in.master_age_s = 0.001;
+    for (int i = 0; i < 500; ++i) out = controller.step(in, kDt);
+    EXPECT_EQ(out.state, LinkState::kCoupled);
+  }
+};
+
+TEST(SlaveIo, WhileTheDrivesDoNotFollowTheReferenceIsWhereTheArmIs) {
+  CoupledSlave slave;
+  slave.in.drives_follow = false;
+  for (int i = 0; i < 200; ++i) {  // somebody moves it, or it sinks
+    slave.in.position[3] += 0.001;
+    slave.out = slave.controller.step(slave.in, kDt);
+    ASSERT_EQ(slave.out.reference, slave.in.position);
+    ASSERT_NE(slave.out.state, LinkState::kCoupled);
+  }
+  slave.in.drives_follow = true;
+  slave.out = slave.controller.step(slave.in, kDt);
+  EXPECT_EQ(slave.out.torque.loop_Nm[3], 0.0) << "nothing jumps when they do again";
+}
+
+TEST(SlaveIo, ALateSampleIsBridgedForThreeMillisecondsAtMost) {
+  CoupledSlave slave;
+  slave.in.master.velocity[3] = 0.5;
+  for (const double age_s : {0.001, 0.003, 0.010, 0.050}) {
+    slave.in.master_age_s = age_s;
+    for (int i = 0; i < 50; ++i) slave.out = slave.controller.step(slave.in, kDt);
+    ASSERT_EQ(slave.out.state, LinkState::kCoupled) << "not stale yet";
+    EXPECT_NEAR(slave.out.reference[3] - shipped_arm().home[3], 0.5 * std::min(age_s, 0.003), 1e-12) << age_s;
+  }
+}
+
+TEST(SlaveIo, AMasterThatAnswersWhatIsLongAgoIsLost) {
+  Bench bench;
+  const double limit_s = shipped_config().link.round_trip_limit_s;
+  for (int i = 0; i < 500; ++i) {
+    bench.master.answers_ns = bench.now_ns - core::from_seconds(0.8 * limit_s);
+    bench.run(kDt);
+  }
+  ASSERT_EQ(bench.state(), LinkState::kCoupled);
+  bench.run(0.2 * limit_s + 2 * kDt);  // its samples go on coming, their answers do not get newer
+  EXPECT_EQ(bench.state(), LinkState::kDegraded);
+}
+
+/// Counts what a tick asks of an arm.
+struct CountedArm final : ArmDriver {
+  explicit CountedArm(bool simulated) : makes_up(simulated) { sensed.position = shipped_arm().home; }
+  const ArmSense& sense() noexcept override { return sensed; }
+  void move(const ArmDemand&, double dt_s, core::Nanoseconds) noexcept override {
+    ++moves;
+    passed_s += dt_s;
+  }
+  void end(core::Nanoseconds) noexcept override {}
+  void fill(SlaveReport&) const noexcept override {}
+  bool makes_up_periods() const noexcept override { return makes_up; }
+  core::ActuatorHealth health() override { return {}; }
+  ArmSense sensed;
+  bool makes_up;
+  int moves = 0;
+  double passed_s = 0.0;
+};
+
+TEST(SlaveIo, MissedPeriodsCostABoundedNumberOfStepsAndRealDrivesGetOneCommand) {
+  for (const bool simulated : {true, false}) {
+    Inbox inbox;
+    CountedArm arm(simulated);
+    Servo servo(shipped_arm(), shipped_config(), arm, inbox);
+    const auto tick = [&](double dt_s) {
+      arm.moves = 0;
+      arm.passed_s = 0.0;
+      servo.tick(dt_s, 1'000'000'000);
+    };
+    tick(0.005);
+    EXPECT_EQ(arm.moves, simulated ? 5 : 1);
+    EXPECT_NEAR(arm.passed_s, 0.005, 1e-12);
+    for (const double frozen_s : {30.0, 3e6, 1e12}) {
+      tick(frozen_s);
+      EXPECT_EQ(arm.moves, simulated ? Servo::kMostMadeUp : 1);
+      EXPECT_NEAR(arm.passed_s, Servo::kMostMadeUp * kDt, 1e-12);
+    }
+  }
+}
+
 TEST(SlaveIo, MissedPeriodsAreMadeUpForWithinBounds) {
   Bench bench;
   bench.run(0.5);
