@@ -137,6 +137,20 @@ TEST(LinkMonitor, StalenessIsNoticedWithinTheLimitAndTwoPeriods) {
   EXPECT_LE(ticks, 22);
 }
 
+// A partner that lets go is heard all the time: that it was heard before does not make it recovered.
+TEST(LinkMonitor, AfterALossThePartnerMustBeHeardAnew) {
+  const LinkTiming timing{.recovery_s = 0.2};
+  LinkMonitor monitor(timing);
+  LinkObservation seen{.partner_age_s = 0.001, .partner = kCoupled, .poses_agree = true};
+  for (int i = 0; i < 2000; ++i) monitor.step(seen, 0.001);
+  ASSERT_EQ(monitor.state(), kCoupled);
+  seen.partner = LinkState::kDegraded;
+  int degraded = 0;
+  while (monitor.step(seen, 0.001) == LinkState::kDegraded && degraded < 1000) ++degraded;
+  EXPECT_NEAR(0.001 * degraded, timing.recovery_s, 0.003);
+  EXPECT_EQ(monitor.state(), kReady);
+}
+
 TEST(LinkMonitor, AgesThatAreNotNumbersAreStale) {
   LinkMonitor monitor(LinkTiming{});
   const double nan = std::numeric_limits<double>::quiet_NaN();

@@ -268,6 +268,19 @@ TEST(SlaveIo, WhileTheDrivesDoNotFollowTheReferenceIsWhereTheArmIs) {
   EXPECT_EQ(slave.out.torque.loop_Nm[3], 0.0) << "nothing jumps when they do again";
 }
 
+// Something holds the arm away from where it was led to: without its master it does not go on pressing.
+TEST(SlaveIo, WhenItBeginsToHoldItHoldsWhereItIs) {
+  CoupledSlave slave;
+  slave.in.master.position[3] += 0.05;  // the arm does not come
+  for (int i = 0; i < 500; ++i) slave.out = slave.controller.step(slave.in, kDt);
+  ASSERT_GT(std::abs(slave.out.torque.loop_Nm[3]), 0.1);
+  slave.in.master_age_s = 1.0;
+  slave.out = slave.controller.step(slave.in, kDt);
+  EXPECT_EQ(slave.out.state, LinkState::kDegraded);
+  EXPECT_EQ(slave.out.reference, slave.in.position);
+  EXPECT_EQ(slave.out.torque.loop_Nm[3], 0.0);
+}
+
 TEST(SlaveIo, ALateSampleIsBridgedForThreeMillisecondsAtMost) {
   CoupledSlave slave;
   slave.in.master.velocity[3] = 0.5;
