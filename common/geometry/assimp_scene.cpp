@@ -132,7 +132,7 @@ std::string refusal(const Assimp::Importer& importer, const std::filesystem::pat
     return "needs more memory than the " + std::to_string(max_memory_bytes >> 20) + " MiB allowed";
   if (said.find("No suitable reader") != std::string::npos)
     return "holds something else than its ending '" + ending + "' says, or a version of it that is not read";
-  return "is not a readable mesh: " + said;
+  return "is not a readable mesh" + (said.empty() ? ", the importer does not say why" : ": " + said);
 }
 
 }  // namespace

@@ -8,7 +8,6 @@
 #include <numbers>
 #include <numeric>
 #include <set>
-#include <sstream>
 
 #include "common/core/utf8.hpp"
 
@@ -100,9 +99,17 @@ ConfigReader ConfigReader::from_file(const std::filesystem::path& path) {
   std::ifstream stream(path);
   if (!stream)
     throw ConfigError(path.string() + ": cannot be read; check that the file exists and may be read");
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return from_text(text.str(), path.string());
+  if (std::filesystem::is_directory(path))
+    throw ConfigError(path.string() + ": is a folder; allowed: a file");
+  constexpr std::size_t kMost = 64 << 20, kBlock = 1 << 16;  // more is no configuration: a device, say
+  std::string text;
+  for (std::string block(kBlock, '\0'); stream;
+       text.append(block, 0, static_cast<std::size_t>(stream.gcount()))) {
+    if (text.size() > kMost)
+      throw ConfigError(path.string() + ": has more than 64 MiB; allowed: at most that");
+    stream.read(block.data(), static_cast<std::streamsize>(kBlock));
+  }
+  return from_text(text, path.string());
 }
 
 ConfigReader ConfigReader::from_text(const std::string& yaml, const std::string& name) {

@@ -85,7 +85,7 @@ core::Status check_profile(const LayerProfile& profile) {
   }
   for (std::size_t i = 0; i < mu.size(); ++i) {
     if (!(std::isfinite(mu[i]) && mu[i] > 0))
-      return refuse("the viscosity of layer " + std::to_string(i + 1) + " is not above 0");
+      return refuse("the viscosity of layer " + std::to_string(i + 1) + " is not a finite number above 0");
     if (i > 0 && mu[i] >= mu[i - 1]) {
       return refuse("viscosity does not fall outwards at layer " + std::to_string(i + 1) +
                     "; allowed: each layer less than the one nearer to the object");

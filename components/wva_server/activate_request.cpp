@@ -2,6 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <utility>
 
 #include "common/core/errors.hpp"
 
@@ -88,6 +91,15 @@ void add_layer_options(CLI::App& command, ActivateRequest& request) {
       ->delimiter(',');
 }
 
+/// Refuses a file to be written whose folder is not there.
+void check_folder(const std::string& option, const std::string& file) {
+  if (file.empty()) return;
+  if (std::filesystem::is_directory(file)) throw wrong(option, file + ": is a folder; allowed: a file name");
+  const auto folder = std::filesystem::absolute(file).parent_path();
+  if (!std::filesystem::is_directory(folder))
+    throw wrong(option, file + ": cannot be written: there is no folder " + folder.string());
+}
+
 }  // namespace
 
 void add_options(CLI::App& command, ActivateRequest& request) {
@@ -112,6 +124,18 @@ void add_options(CLI::App& command, ActivateRequest& request) {
 }
 
 void check_request(const ActivateRequest& request) {
+  // CLI11's ranges let NaN pass.
+  const std::pair<const char*, double> numbers[] = {{"--scale", request.scale},
+                                                    {"--fit-extent-m", request.fit_extent_m},
+                                                    {"--voxel-size-m", request.voxel_size_m},
+                                                    {"--mu-skin", request.mu_skin}};
+  for (const auto& [option, value] : numbers) {
+    if (!std::isfinite(value)) throw wrong(option, "is not a finite number");
+  }
+  // Said now, not after minutes of work.
+  check_folder("--export", request.out);
+  check_folder("--picture", request.picture);
+  check_folder("--fidelity", request.fidelity);
   if (request.mesh.empty() == request.cell.empty())
     throw wrong("--mesh, --cell", "exactly one of them must be given");
   if (!request.fidelity.empty() && !request.fidelity.ends_with(".csv") &&

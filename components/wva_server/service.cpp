@@ -222,6 +222,11 @@ ServedCell load_served_cell(const std::filesystem::path& cell_file, const std::f
   served.changes = no_changes(served.cell);
   served.changes_file = changes_file;
   if (!changes_file.empty()) {
+    const auto folder = std::filesystem::absolute(changes_file).parent_path();
+    if (!std::filesystem::is_directory(folder)) {
+      throw core::MissingError("--keep-changes: " + changes_file.string() + ": there is no folder " +
+                               folder.string() + " to keep it in");
+    }
     if (auto kept = read_changes(served.cell, changes_file)) served.changes = std::move(*kept);
   }
   apply(served.changes, served.cell);

@@ -64,6 +64,12 @@ TEST(ConfigReader, TextMustBeUtf8) {
   }
 }
 
+TEST(ConfigReader, WhatIsNoFileIsRefusedAsThat) {
+  EXPECT_THAT([] { ConfigReader::from_file("/"); },
+              ThrowsMessage<ConfigError>("/: is a folder; allowed: a file"));
+  EXPECT_THAT([] { ConfigReader::from_file("/dev/zero"); }, ThrowsMessage<ConfigError>(HasSubstr("64 MiB")));
+}
+
 TEST(ConfigReader, UnknownAndRepeatedKeysAreRefusedAlsoWhenNested) {
   const auto file = read("staleness_s: 1\nloop: {rat_hz: 3}\n");
   file.number("staleness_s");

@@ -248,6 +248,14 @@ TEST_F(ActivateCommand, NamesAFolderThatIsNotThere) {
   request.out = "/no/such/folder/out.nrrd";
   std::ostringstream print;
   EXPECT_THROW(run_activate(request, {}, print), core::ConfigError);
+  // Before any work: the mesh is not there either.
+  const std::string nowhere = "--mesh nowhere.stl --voxel-size-m 0.01 --layers 1 --mu 5 ";
+  EXPECT_THAT(refusal(nowhere + "--picture /no/such/folder/a.png"),
+              AllOf(HasSubstr("--picture"), HasSubstr("there is no folder /no/such/folder")));
+  EXPECT_THAT(refusal(nowhere + "--fidelity /no/such/folder/a.csv"), HasSubstr("--fidelity"));
+  EXPECT_THAT(refusal(nowhere + "--scale nan"), HasSubstr("--scale: is not a finite number"));
+  EXPECT_THAT(refusal("--mesh nowhere.stl --voxel-size-m nan --layers 1 --mu 5"),
+              HasSubstr("--voxel-size-m"));
 }
 
 }  // namespace

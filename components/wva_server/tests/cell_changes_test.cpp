@@ -143,6 +143,11 @@ TEST_F(Changes, ThatAreDamagedAreRefusedByName) {
   EXPECT_EQ(refusal(), "accepted");
 }
 
+TEST_F(Changes, NeedAFolderFromTheStart) {
+  EXPECT_THROW(load_served_cell(cell(), folder_ / "no such folder" / "kept.json", {}), core::MissingError);
+  EXPECT_NO_THROW(load_served_cell(cell(), folder_ / "kept.json", {}));
+}
+
 TEST_F(Changes, ThatCannotBeWrittenLeaveTheOldFile) {
   LiveCell live = activated(cell());
   const auto nowhere = folder_ / "no such folder" / "kept.json";
