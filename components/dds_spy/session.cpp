@@ -25,11 +25,29 @@ using diagnostics::to_line;
 constexpr double kLook_s = 0.02;  // between two looks for new writers and missed deadlines
 constexpr std::size_t kMostLines = 20'000;
 
+// A type may be asked for by its name, by that without its modules, and by its topic's.
+bool is_asked_for(const std::string& topic, const std::string& type,
+                  const std::vector<std::string>& patterns) {
+  const auto module_end = type.rfind("::");
+  const std::string names[] = {topic, type,
+                               module_end == std::string::npos ? type : type.substr(module_end + 2)};
+  bool any_wanted = false, wanted = false;
+  for (const std::string& pattern : patterns) {
+    const bool takes_away = pattern.starts_with('!');
+    const diagnostics::NameFilter like({takes_away ? pattern.substr(1) : pattern});
+    const bool hit =
+        std::any_of(std::begin(names), std::end(names), [&](const auto& name) { return like.keeps(name); });
+    if (takes_away && hit) return false;
+    any_wanted = any_wanted || !takes_away;
+    wanted = wanted || (hit && !takes_away);
+  }
+  return wanted || !any_wanted;
+}
+
 int print_types(const Request& request, std::ostream& out) {
-  const diagnostics::NameFilter wanted(request.topics);
   bool any = false;
   for (const auto& [topic, contract] : contracts()) {
-    if (!wanted.keeps(contract.type)) continue;
+    if (!is_asked_for(topic, contract.type, request.topics)) continue;
     const auto type = observation::type_of(contract.type);
     const std::string text = diagnostics::idl_text(*type);
     if (request.json) {

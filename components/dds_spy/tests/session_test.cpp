@@ -259,6 +259,23 @@ TEST(Spy, ListsParticipantsThatComeAndGo) {
   EXPECT_TRUE(spy.told(EventKind::kParticipantLeft, "", "visitor (process "));
 }
 
+TEST(Session, TypesAreFoundByTypeByItsShortNameAndByTopic) {
+  const auto types = [](const std::vector<std::string>& patterns) {
+    std::ostringstream out;
+    run({.command = Command::kTypes, .topics = patterns}, {}, {}, out);
+    return out.str();
+  };
+  const std::string percept = types({"phantom::msg::Percept"});
+  EXPECT_THAT(percept, HasSubstr("struct phantom::msg::Percept {"));
+  EXPECT_EQ(types({"Percept"}), percept);
+  EXPECT_EQ(types({"percept"}), percept);
+  EXPECT_EQ(types({"*ercept", "!skin_*"}), percept);
+  const std::string all = types({});
+  EXPECT_EQ(types({"*"}), all);
+  EXPECT_LT(types({"!Percept"}).size(), all.size());
+  EXPECT_THROW(types({"Prcept"}), core::ConfigError);
+}
+
 TEST(Spy, SaysThatNobodyIsThere) {
   std::ostringstream out;
   const Request request{.command = Command::kTopology, .seconds = 0.2};
