@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace phantom::teleop {
@@ -10,6 +11,15 @@ JointServoGains gains_for(double inertia, double bandwidth_Hz, double damping_ra
                           double torque_limit) noexcept {
   const double omega_rad_s = 2.0 * std::numbers::pi * bandwidth_Hz;
   return {inertia * omega_rad_s * omega_rad_s, 2.0 * damping_ratio * inertia * omega_rad_s, torque_limit};
+}
+
+double delay_margin_s(const JointServoGains& gains, double inertia) noexcept {
+  const double damping = gains.k_v / inertia, stiffness = gains.k_p / inertia;
+  if (damping <= 0.0 && stiffness <= 0.0) return std::numeric_limits<double>::infinity();
+  // Where the open loop's gain is 1 its phase is atan(damping·ω / stiffness) short of the half turn.
+  const double square = damping * damping;
+  const double omega_rad_s = std::sqrt((square + std::hypot(square, 2.0 * stiffness)) / 2.0);
+  return std::atan2(damping * omega_rad_s, stiffness) / omega_rad_s;
 }
 
 ServoTorque JointServo::step(const core::JointArray& q_ref, const core::JointArray& v_ref,

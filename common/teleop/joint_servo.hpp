@@ -18,6 +18,11 @@ struct JointServoGains {
 JointServoGains gains_for(double inertia, double bandwidth_Hz, double damping_ratio,
                           double torque_limit) noexcept;
 
+/// Longest time [s] that may pass from a measurement to the torque that answers it before the position loop
+/// of a joint of `inertia` > 0 swings by itself: the delay margin of (k_v s + k_p) / (inertia s²). Friction,
+/// which would add to it, is left out. Infinite where neither gain is greater than 0.
+double delay_margin_s(const JointServoGains& gains, double inertia) noexcept;
+
 struct ServoTorque {
   core::JointArray drive_Nm{};  ///< what the drives exert
   core::JointArray

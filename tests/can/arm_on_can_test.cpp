@@ -172,6 +172,17 @@ class ArmOnCan : public testing::TestWithParam<std::string> {
       return status.state() == state && status.message().to_string().find(words) != std::string::npos;
     });
   }
+  // How both sides are, for a test that fails.
+  std::string standing() {
+    std::ostringstream text;
+    waiter_.change([&] {
+      text << "master: " << told_["master_io"].message() << "\nslave: " << told_["slave_io"].message();
+      for (std::size_t j = 0; slave_ && master_ && j < 7; ++j)
+        text << "\njoint " << j + 1 << ": master at " << master_->position_rad()[j] << ", slave at "
+             << slave_->position_rad()[j] << " with " << slave_->velocity_rad_s()[j] << " per s";
+    });
+    return text.str();
+  }
   // Drives that were frozen may need the wish more than once: what had piled up on the bus comes first.
   bool couples_after_a_reset() {
     for (int i = 0; i < 30; ++i) {
@@ -203,8 +214,7 @@ class ArmOnCan : public testing::TestWithParam<std::string> {
 };
 
 TEST_P(ArmOnCan, TheArmFollowsTheHandAndFaultsOfEitherSidesDrivesStopItUntilAReset) {
-  ASSERT_TRUE(both(msg::LINK_COUPLED))
-      << "master " << told_["master_io"].message() << ", slave " << told_["slave_io"].message();
+  ASSERT_TRUE(both(msg::LINK_COUPLED)) << standing();
   core::JointArray before{};
   waiter_.change([&] { before = master_->position_rad(), greatest_step_ = 0.0; });
   EXPECT_TRUE(eventually([&] {
@@ -219,7 +229,7 @@ TEST_P(ArmOnCan, TheArmFollowsTheHandAndFaultsOfEitherSidesDrivesStopItUntilARes
   }));
   EXPECT_TRUE(told("master_io", msg::COMPONENT_FAULT, "the drives coast until a reset"));
   processes_->signal("hot_cell_master_drives_a", SIGCONT);
-  ASSERT_TRUE(couples_after_a_reset());
+  ASSERT_TRUE(couples_after_a_reset()) << standing();
 
   processes_->signal("hot_cell_drives_b", SIGSTOP);
   EXPECT_TRUE(eventually([&] {
@@ -227,14 +237,14 @@ TEST_P(ArmOnCan, TheArmFollowsTheHandAndFaultsOfEitherSidesDrivesStopItUntilARes
   }));
   EXPECT_TRUE(told("slave_io", msg::COMPONENT_FAULT, "the drives hold until a reset"));
   processes_->signal("hot_cell_drives_b", SIGCONT);
-  ASSERT_TRUE(couples_after_a_reset());
+  ASSERT_TRUE(couples_after_a_reset()) << standing();
 
   processes_->signal("slave_io", SIGUSR1);
   EXPECT_TRUE(both(msg::LINK_STOPPED));
   EXPECT_TRUE(eventually([&] {
     return slave_->stop_cause() == msg::STOP_EMERGENCY && master_->stop_cause() == msg::STOP_EMERGENCY;
   }));
-  ASSERT_TRUE(couples_after_a_reset());
+  ASSERT_TRUE(couples_after_a_reset()) << standing();
   waiter_.change([&] { EXPECT_LT(greatest_step_, 0.1) << "nothing jumped"; });
   for (const char* name : {"master_io", "slave_io", "hot_cell_drives_a", "hot_cell_master_drives_b"})
     EXPECT_EQ(processes_->end(name), 0) << name;

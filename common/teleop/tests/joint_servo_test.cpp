@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
+#include <vector>
 
 #include "common/teleop/encoder.hpp"
 #include "common/teleop/joint_mechanics.hpp"
@@ -18,6 +20,36 @@ TEST(JointServo, DerivedGainsGiveTheWantedFrequencyAndDamping) {
   const auto gains = gains_for(2.0, 5.0, 0.7, 100.0);
   EXPECT_NEAR(std::sqrt(gains.k_p / 2.0) / (2 * M_PI), 5.0, 1e-12);
   EXPECT_NEAR(gains.k_v / (2 * std::sqrt(gains.k_p * 2.0)), 0.7, 1e-12);
+}
+
+// The largest excursion in the last second of ten, of a loop whose torque comes late; integrated in small
+// steps.
+double swing_after_a_push(const JointServoGains& gains, double inertia, double delay_s) {
+  constexpr double kStep_s = 2e-5;
+  std::vector<double> late(static_cast<std::size_t>(std::lround(delay_s / kStep_s)) + 1, 0.0);
+  double q = 1e-3, v = 0.0, largest = 0.0;
+  for (std::size_t i = 0; i < 500000; ++i) {
+    late[i % late.size()] = -gains.k_p * q - gains.k_v * v;
+    v += kStep_s * late[(i + 1) % late.size()] / inertia;
+    q += kStep_s * v;
+    if (!(std::abs(q) < 1.0)) return 1.0;
+    if (i > 450000) largest = std::max(largest, std::abs(q));
+  }
+  return largest;
+}
+
+TEST(JointServo, BelowItsDelayMarginALoopComesToRestAndAboveItSwings) {
+  for (const double bandwidth_Hz : {2.0, 8.0, 30.0}) {
+    for (const double damping : {0.3, 1.0, 3.0}) {
+      const auto gains = gains_for(0.7, bandwidth_Hz, damping, 1e9);
+      const double margin_s = delay_margin_s(gains, 0.7);
+      EXPECT_LT(swing_after_a_push(gains, 0.7, 0.9 * margin_s), 1e-4) << bandwidth_Hz << " Hz, " << damping;
+      EXPECT_GT(swing_after_a_push(gains, 0.7, 1.1 * margin_s), 2e-3) << bandwidth_Hz << " Hz, " << damping;
+    }
+  }
+  EXPECT_EQ(delay_margin_s({10, 0, 1}, 0.7), 0.0) << "stiffness alone";
+  EXPECT_DOUBLE_EQ(delay_margin_s({0, 10, 1}, 0.7), M_PI / 2 * 0.07) << "damping alone";
+  EXPECT_EQ(delay_margin_s({}, 0.7), std::numeric_limits<double>::infinity());
 }
 
 TEST(JointServo, TorqueStaysWithinTheLimitWhateverComes) {

@@ -81,6 +81,25 @@ TEST(CanConfig, FaultsOfTheBusesAndTimesAreNamed) {
   EXPECT_THAT(problem("  load_budget: 0.85", "  load_budgets: 0.85"), HasSubstr("did you mean load_budget"));
 }
 
+TEST(CanConfig, LoopsThatSwingAtTheirRateAreRefused) {
+  EXPECT_THAT(problem("rate_Hz: 500 ", "rate_Hz: 200 "),
+              AllOf(HasSubstr("servo.bandwidth_Hz: '8' makes j1_gantry swing at rate_Hz 200: 12.5 ms"),
+                    HasSubstr("allowed: softer loops, or rate_Hz from 389")));
+  EXPECT_EQ(problem("rate_Hz: 500 ", "rate_Hz: 389 "), "accepted");
+  EXPECT_THAT(problem("gravity_feed_forward: false",
+                      "gravity_feed_forward: false\n  joints: {j2_yaw: {k_p: 1, k_v: 1e5}}\n#"),
+              HasSubstr("servo.joints: makes j2_yaw swing"));
+  // A drive that closes the loop itself does not wait for the bus.
+  const auto file = changed("rate_Hz: 500 ", "rate_Hz: 200 ", kCanFile);
+  std::ostringstream read;
+  read << std::ifstream(file).rdbuf();
+  std::string text = read.str();
+  for (auto at = text.find("mode: torque"); at != std::string::npos; at = text.find("mode: torque"))
+    text.replace(at, 12, "mode: position");
+  std::ofstream(file) << text;
+  EXPECT_NO_THROW(load_config(file, shipped_arm().arm, shipped_arm().home));
+}
+
 TEST(CanConfig, GainsThatAreNoNumbersOrCannotServeAreRefused) {
   const auto own_gains = [](const std::string& gains) {
     return "gravity_feed_forward: false\n  joints: {j2_yaw: {" + gains + "}}\n#";
