@@ -302,7 +302,7 @@ void Drive::control(DriveGoal goal, core::Nanoseconds now_ns) noexcept {
     if (!in_fault)
       return enter(DrivePhase::kReady, now_ns);  // with the controlword that it had: who holds, holds
     // A rising edge resets; a new edge every few cycles, in case one was lost.
-    const auto cycle = static_cast<std::int64_t>(phase_age_s(now_ns) / timing_.period_s + 0.5);
+    const auto cycle = std::llround(phase_age_s(now_ns) / timing_.period_s);
     controlword_ = cycle % 8 >= 4 ? kCommandFaultReset : kCommandDisableVoltage;
     if (phase_age_s(now_ns) > timing_.state_timeout_s) fail(DriveFault::kDriveFault, now_ns);
     return;

@@ -32,7 +32,7 @@ Status check_axis(const AxisConfig& axis, std::size_t buses) {
     return out_of_range(axis.name + ".lower", axis.lower, "less than upper, which is " + number(axis.upper));
   if (!(axis.max_speed > 0.0 && std::isfinite(axis.max_speed)))
     return out_of_range(axis.name + ".max_speed", axis.max_speed, "greater than 0");
-  if (const Status units = check_units(axis.units, axis.name, axis.lower, axis.upper); !units) return units;
+  if (Status units = check_units(axis.units, axis.name, axis.lower, axis.upper); !units) return units;
   const double mille = axis.max_torque / std::abs(axis.units.torque_per_mille());
   if (!(mille >= 1.0 && mille <= 32767.0))
     return Status::invalid_argument(axis.name + ".max_torque: " + number(axis.max_torque) + " is " +
@@ -82,9 +82,8 @@ Status check_load(const DriveGroupConfig& config, std::size_t bus) {
 std::uint8_t target_pdo_bytes(DriveMode mode) noexcept {
   switch (mode) {
     case DriveMode::kPosition:
-      return 8;  // controlword, position, torque offset
     case DriveMode::kVelocity:
-      return 8;  // controlword, velocity, torque offset
+      return 8;  // controlword, position or velocity, torque offset
     case DriveMode::kTorque:
       return 4;  // controlword, torque
   }
@@ -119,15 +118,15 @@ Status check(const DriveGroupConfig& config) {
     return out_of_range("master_node", config.master_node, "1 to 127");
   if (!(config.load_budget > 0.0 && config.load_budget <= 1.0))
     return out_of_range("load_budget", config.load_budget, "greater than 0, at most 1");
-  if (const Status timing = check_timing(config.timing); !timing) return timing;
+  if (Status timing = check_timing(config.timing); !timing) return timing;
   std::set<std::pair<std::size_t, int>> taken;
   for (const AxisConfig& axis : config.axes) {
-    if (const Status status = check_axis(axis, config.bit_rates.size()); !status) return status;
+    if (Status status = check_axis(axis, config.bit_rates.size()); !status) return status;
     if (axis.node == config.master_node || !taken.insert({axis.bus, axis.node}).second)
       return out_of_range(axis.name + ".node", axis.node, "a node id that nobody else on its bus has");
   }
   for (std::size_t bus = 0; bus < config.bit_rates.size(); ++bus) {
-    if (const Status status = check_load(config, bus); !status) return status;
+    if (Status status = check_load(config, bus); !status) return status;
   }
   return Status::ok();
 }
