@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <functional>
 #include <string>
 #include <vector>
@@ -102,6 +103,7 @@ std::string on_a_terminal(unsigned short columns, const std::function<void(Conso
   size.ws_col = columns;
   size.ws_row = 25;
   int terminal = -1;
+  std::fflush(stdout);  // what waits in the buffer would be written by the child, too
   const pid_t child = forkpty(&terminal, nullptr, nullptr, &size);
   if (child == 0) {
     Console console;
