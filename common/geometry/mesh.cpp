@@ -42,9 +42,11 @@ BoundingBox TriangleMesh::bounding_box() const {
 }
 
 bool TriangleMesh::all_finite() const {
-  float sum = 0.0F;  // stays 0 unless a term is not finite: 0 · ∞ and 0 · NaN are NaN
-  for (const auto& vertex : vertices_m) sum += 0.0F * vertex.x() + 0.0F * vertex.y() + 0.0F * vertex.z();
-  return sum == 0.0F;
+  if (vertices_m.empty()) return true;
+  // The sum stays 0 unless a term is not finite: 0 · ∞ and 0 · NaN are NaN.
+  const Eigen::Map<const Eigen::ArrayXf> all(vertices_m.data()->data(),
+                                             3 * static_cast<Eigen::Index>(vertices_m.size()));
+  return (0.0F * all).sum() == 0.0F;
 }
 
 TriangleMesh TriangleMesh::transformed(const Pose& X_AB) const {

@@ -6,12 +6,6 @@
 namespace phantom::geometry {
 namespace {
 
-std::uint64_t scramble(std::uint64_t h) {
-  h = (h ^ (h >> 31)) * 0x9e3779b97f4a7c15ULL;
-  h = (h ^ (h >> 29)) * 0xd6e8feb86659fd93ULL;
-  return h ^ (h >> 32);
-}
-
 std::uint64_t edge_name(std::uint32_t a, std::uint32_t b) {
   return (std::uint64_t{std::min(a, b)} << 32) | std::max(a, b);
 }
@@ -90,18 +84,6 @@ std::pair<Triangle, bool> sorted_corners(Triangle t) {
 }
 
 }  // namespace
-
-bool is_oriented_surface(std::span<const Triangle> triangles) {
-  std::uint64_t sum = 0;
-  for (const Triangle& t : triangles) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t a = t[k], b = t[k == 2 ? 0 : k + 1];
-      const std::uint64_t weight = scramble(edge_name(a, b) + 1);
-      sum += a < b ? weight : 0 - weight;
-    }
-  }
-  return sum == 0;
-}
 
 MeshTopology topology_of(std::span<const Triangle> triangles) {
   MeshTopology topology;
