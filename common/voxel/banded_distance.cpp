@@ -120,7 +120,7 @@ void orders_along_x(const Extent& e, std::int8_t* const* bricks, BandedDistance&
 void mark_boundary(const SolidRows& solid, Index3 first, std::size_t length, std::uint8_t* orders) {
   const auto boundary = hn::Set(kBytes, static_cast<std::uint8_t>(kOrderBoundary));
   for (std::size_t x = 0; x < length; x += 64) {
-    const std::uint64_t word = solid.boundary(first.x + static_cast<std::int32_t>(x), first.y, first.z);
+    const auto [word] = solid.boundary<1>(first.x + static_cast<std::int32_t>(x), first.y, first.z);
     if (word == 0) continue;
     for (std::size_t i = 0; i < 64; i += hn::Lanes(kBytes)) {
       const auto here = hn::LoadU(kBytes, orders + x + i);
@@ -173,10 +173,8 @@ Surroundings load(const Extent& e, const BrickBlock& block, BandedDistance& work
   const std::size_t known = take_over(e, block, work);
   notes.keep(known);
   for (std::size_t y = known; y < e.rows; ++y) {
-    work.solid_in[y] = distances_along_z(
-        e, work, {corner.x, corner.y + static_cast<std::int32_t>(y), corner.z},
-        work.closeness.data() + (y + kMoreOffsets) * e.length,
-        [&](std::size_t x, std::size_t z, auto close) HWY_ATTR { notes.add(x, y, z, close); });
+    work.solid_in[y] =
+        distances_along_z(e, work, {corner.x, corner.y + static_cast<std::int32_t>(y), corner.z}, y, notes);
   }
   Surroundings found;
   for (std::size_t y = 0; y < e.rows; ++y) {
@@ -189,8 +187,9 @@ Surroundings load(const Extent& e, const BrickBlock& block, BandedDistance& work
 
 /// For those who look at the rows themselves.
 struct NoNotes {
+  static constexpr bool kWanted = false;
   void keep(std::size_t) {}
-  void add(std::size_t, std::size_t, std::size_t, hn::Vec<decltype(kBytes)>) {}
+  void add(std::size_t, std::size_t, std::size_t, std::uint32_t, const std::uint64_t*) {}
 };
 
 /// One slice from distances along z to squares; false if nothing of it is in the band.
@@ -229,7 +228,9 @@ void run_block_in_bytes(const Extent& e, const BrickBlock& block, BandedDistance
     std::memset(slice, 0, kMoreOffsets * e.length);
     std::memset(slice + (kMoreOffsets + e.rows) * e.length, 0, kMoreOffsets * e.length);
   }
-  work.rank_lines.assign(kRowsAtOnce * e.rank_line, work.ranks.far);
+  work.rank_columns.assign(kRowsAtOnce * (kPad + e.length + kPad), work.ranks.far);
+  work.least_ranks.assign(e.length / kPad + 4,
+                          0x01010101U * work.ranks.far);  // some more: see least_around()
   work.in_band.assign(4 + e.length / kPad, 0);
   const Surroundings around = load(e, block, work, RowNotes(e, work));
   for (std::size_t z = 0; z < e.nz; ++z) {

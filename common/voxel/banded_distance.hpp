@@ -67,12 +67,18 @@ struct SolidSpan {
 /// more before and behind.
 using RowBits = std::array<std::uint64_t, 6>;
 
+/// What a vector of columns of a row holds in a layer of bricks: a bit for each slice.
+struct RowNote {
+  std::uint32_t in_reach = 0;  ///< where there is any closeness
+  std::uint32_t solid = 0;
+};
+
 /// What a vector of columns of a slice knows of its rows.
 struct RowsOfColumns {
   bool wanted = false;    ///< whether anybody asks
   std::uint8_t most = 0;  ///< the greatest closeness
   SolidSpan span;         ///< rows with any closeness
-  const RowBits* bits = nullptr;
+  RowBits bits{};
 };
 
 /// Work space of one thread.
@@ -116,13 +122,13 @@ class BandedDistance {
   std::vector<std::uint16_t> least_in_slice;  // per vector along x: the least square of its columns
   LineVector<std::uint8_t> orders;            // [x] of one row
   Ranks ranks;
-  LineVector<std::uint8_t> rank_lines;  // [y][x]: rank in the plane y, z, something more before and behind
-  std::vector<std::uint64_t>
-      in_band;  // [x]: a bit where the rank in one of the lines is not far, a word more before and behind
-  std::vector<RowsOfColumns> columns;  // per vector along x, of one slice
-  std::vector<RowBits> row_bits;       // [z][vector along x]
   LineVector<std::uint8_t>
-      most_in_rows;  // [z][vector along x][some rows at a time][x]: the greatest closeness
+      rank_columns;  // [x][y], four rows: rank in the plane y, z; something more before and behind
+  std::vector<std::uint32_t> least_ranks;  // of sixteen columns each, a byte each
+  std::vector<std::uint64_t>
+      in_band;  // [x]: a bit where the rank in one of the rows is not far, a word more before and behind
+  std::vector<RowsOfColumns> columns;  // per vector along x, of one slice
+  std::vector<RowNote> row_notes;      // [layer of bricks][vector along x][y]
 
  private:
   const SolidRows& solid_;

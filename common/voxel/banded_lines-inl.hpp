@@ -39,15 +39,13 @@ struct Extent {
         rows(ny + 2 * reach),
         used(nx + 2 * halo),
         length((used + kPad - 1) / kPad * kPad),
-        rank_line(kPad + length + kPad),
         width(length + kPad / 2),
         slice(((rows + 2 * kMoreOffsets) * length / kPad | 1) * kPad) {}
   std::size_t reach, halo;  // along x what lies around begins at a whole brick
   std::size_t nx, ny, nz;
-  std::size_t rows;       // along y, with what lies within reach
-  std::size_t used;       // along x, with what lies within reach
-  std::size_t length;     // the same in whole words and vectors
-  std::size_t rank_line;  // from a row of ranks to the next, with something before and behind
+  std::size_t rows;    // along y, with what lies within reach
+  std::size_t used;    // along x, with what lies within reach
+  std::size_t length;  // the same in whole words and vectors
   // From a row of squares to the next, from a slice of distances along z to the next: odd numbers of cache
   // lines, so that neighbours do not fall into the same few sets.
   std::size_t width, slice;
@@ -108,8 +106,9 @@ void join_words(const std::uint32_t* low, const std::uint32_t* high, std::size_t
 }
 
 /// Distance along z of a vector of lines that begins at x of `bits` (a word for each of the surroundings'
-/// slices), for all slices of the block; note(slice, distances) is told each.
-template <class Note>
+/// slices), for all slices of the block; note(layer of bricks, a bit for each of its slices with something
+/// in reach) is told each layer, if notes are wanted.
+template <bool kNotesWanted, class Note>
 HWY_INLINE void distances_along_lines(const Extent& e, Slices slices, const std::uint64_t* bits,
                                       std::size_t x, std::uint8_t* out, const Note& note) {
   const std::size_t begin = e.reach, end = e.reach + e.nz;
@@ -127,22 +126,29 @@ HWY_INLINE void distances_along_lines(const Extent& e, Slices slices, const std:
   }
   close = hn::Zero(kBytes);
   for (std::size_t slice = slices.last; slice-- > end;) step(slice);
-  for (std::size_t slice = end; slice-- > begin;) {
-    to -= e.slice;
-    step(slice);
-    const auto nearer = hn::Max(close, hn::LoadU(kBytes, to));
-    hn::StoreU(nearer, kBytes, to);
-    note(slice - begin, nearer);
+  for (std::size_t layer = e.nz / kBrickEdge; layer-- > 0;) {
+    std::uint32_t any = 0;
+    for (std::size_t slice = begin + (layer + 1) * kBrickEdge; slice-- > begin + layer * kBrickEdge;) {
+      to -= e.slice;
+      step(slice);
+      const auto nearer = hn::Max(close, hn::LoadU(kBytes, to));
+      hn::StoreU(nearer, kBytes, to);
+      if constexpr (kNotesWanted)
+        any = any << 1 | (hn::AllTrue(kBytes, hn::Eq(nearer, hn::Zero(kBytes))) ? 0 : 1);
+    }
+    if constexpr (kNotesWanted) note(layer, any);
   }
 }
 
-/// Distance along z of one row, for all slices of the block; says where along x something solid may be.
-/// note(x, slice, distances) is told each vector with something solid in reach.
+/// Distance along z of row y of the surroundings, which begins at voxel `first`, for all slices of the block;
+/// says where along x something solid may be. notes.add(vector along x, y, layer, slices in reach, words of
+/// the layer's slices) is told where that is.
 constexpr std::int32_t kRowsAhead = 3;
-template <class Note>
-SolidSpan distances_along_z(const Extent& e, BandedDistance& work, Index3 first, std::uint8_t* out,
-                            const Note& note) {
+template <class Notes>
+SolidSpan distances_along_z(const Extent& e, BandedDistance& work, Index3 first, std::size_t y,
+                            Notes& notes) {
   const SolidRows& solid = work.solid();
+  std::uint8_t* const out = work.closeness.data() + (y + kMoreOffsets) * e.length;
   const std::int32_t to_z = first.z + static_cast<std::int32_t>(e.nz + 2 * e.reach);
   const SolidRows::Lines lines = solid.lines(first.y, first.z, to_z);
   const SolidRows::Lines later = solid.lines(first.y + kRowsAhead, first.z, to_z);
@@ -173,9 +179,12 @@ SolidSpan distances_along_z(const Extent& e, BandedDistance& work, Index3 first,
     join_words(solid.words(lines, column), solid.words(lines, column + 1), slices.last - slices.first,
                bits + slices.first);
     std::fill(bits + slices.last, bits + end, 0);
-    for (std::size_t i = 0; i < kPad; i += hn::Lanes(kBytes))
-      distances_along_lines(e, slices, bits, i, out + part,
-                            [&](std::size_t slice, auto close) HWY_ATTR { note(part + i, slice, close); });
+    for (std::size_t i = 0; i < kPad; i += hn::Lanes(kBytes)) {
+      distances_along_lines<Notes::kWanted>(
+          e, slices, bits, i, out + part, [&](std::size_t layer, std::uint32_t in_reach) HWY_ATTR {
+            notes.add(part / kPad, y, layer, in_reach, bits + e.reach + layer * kBrickEdge);
+          });
+    }
   }
   return span;
 }

@@ -18,26 +18,92 @@ namespace phantom::voxel::detail::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Puts a tile of words [slice][column] where they belong, those of a column one after the other; `in_slice`:
-/// gathers what each slice has, [slice][column].
-void PutTile(SolidRows::Tile& tile, std::size_t deep, std::size_t wide, std::uint32_t* to,
-             std::size_t column_words, std::uint32_t* in_slice) {
+#if HWY_TARGET == HWY_SCALAR
+using Words = hn::CappedTag<std::uint64_t, 1>;
+#else
+using Words = hn::CappedTag<std::uint64_t, SolidRows::kTile / 2>;
+#endif
+constexpr Words kWords;
+constexpr std::size_t kTileWords = SolidRows::kTile / 2;  // of 64 bits
+
+/// The words of a row of 64 bits each, which begins `shift` bits later; zero beyond its ends. `at`: from its
+/// first word on, in the volume.
+HWY_INLINE hn::Vec<Words> words_at(const SolidRows::TileSource& from,
+                                   const LargeVector<std::uint64_t>& volume, std::size_t at,
+                                   std::size_t part) {
+  const std::size_t lanes = hn::Lanes(kWords), left = from.words - std::min(from.words, part);
+  const bool before = from.follows || part > 0;  // whether the row has a word before these
+  hn::Vec<Words> here, earlier;
+  if (at + part > 0 && at + part + lanes <= volume.size()) {
+    const std::uint64_t* const words = volume.data() + at + part;
+    here = hn::IfThenElseZero(hn::FirstN(kWords, left), hn::LoadU(kWords, words));
+    earlier = hn::IfThenElseZero(hn::FirstN(kWords, left == 0 && part > from.words ? 0 : left + 1),
+                                 hn::LoadU(kWords, words - 1));
+    if (!before) earlier = hn::IfThenElse(hn::FirstN(kWords, 1), hn::Zero(kWords), earlier);
+  } else {  // the volume itself ends here
+    alignas(64) std::uint64_t row[kTileWords + 1] = {};
+    for (std::size_t i = 0; i < std::min(left, lanes); ++i) row[i + 1] = volume[at + part + i];
+    if (before && part <= from.words) row[0] = volume[at + part - 1];
+    here = hn::LoadU(kWords, row + 1);
+    earlier = hn::LoadU(kWords, row);
+  }
+  return hn::Or(hn::ShiftLeftSame(here, from.shift),
+                hn::ShiftRight<1>(hn::ShiftRightSame(earlier, 63 - from.shift)));
+}
+
+/// Words of 32 bits, two in each of 64.
+HWY_INLINE hn::Vec<Words> load_pairs(const std::uint32_t* words) {
+#if HWY_TARGET == HWY_SCALAR
+  std::uint64_t pair;
+  std::memcpy(&pair, words, sizeof pair);
+  return hn::Set(kWords, pair);
+#else
+  return hn::BitCast(kWords, hn::Load(hn::Repartition<std::uint32_t, Words>(), words));
+#endif
+}
+HWY_INLINE void store_pairs(hn::Vec<Words> pairs, std::uint32_t* words) {
+#if HWY_TARGET == HWY_SCALAR
+  const std::uint64_t pair = hn::GetLane(pairs);
+  std::memcpy(words, &pair, sizeof pair);
+#else
+  const hn::Repartition<std::uint32_t, Words> d;
+  hn::Store(hn::BitCast(d, pairs), d, words);
+#endif
+}
+
+/// Takes a tile's words [slice][column] and puts them where they belong, those of a column one after the
+/// other; `in_slice`: gathers what each slice has, [slice][column].
+void TakeTile(const SolidRows::TileSource& from, SolidRows::Tile& tile, std::size_t deep, std::size_t wide,
+              std::uint32_t* to, std::size_t column_words, std::uint32_t* in_slice) {
   constexpr std::size_t kTile = SolidRows::kTile;
-  const hn::CappedTag<std::uint32_t, kTile> d;
-  const std::size_t lanes = hn::Lanes(d);
   for (std::size_t k = 0; k < deep; ++k) {
-    for (std::size_t i = 0; i < kTile; i += lanes) {
-      const auto solid = hn::Load(d, tile.solid[k] + i);
-      std::uint32_t* const here = in_slice + k * kTile + i;
-      hn::Store(hn::Or(hn::Load(d, here), solid), d, here);
-      hn::Store(hn::Or(hn::Load(d, tile.any + i), solid), d, tile.any + i);
+    hwy::Prefetch(from.boundary->data() + from.ahead + k * from.layer);
+    hwy::Prefetch(from.interior->data() + from.ahead + k * from.layer);
+  }
+  for (std::size_t part = 0; part < kTileWords; part += hn::Lanes(kWords)) {
+    const auto load = [part](const std::uint32_t* words) HWY_ATTR { return load_pairs(words + 2 * part); };
+    const auto store = [part](hn::Vec<Words> pairs, std::uint32_t* words)
+                           HWY_ATTR { store_pairs(pairs, words + 2 * part); };
+    auto inner = load(tile.inner), any = load(tile.any);
+    std::size_t at = from.at;
+    for (std::size_t k = 0; k < deep; ++k, at += from.layer) {
+      const auto inside = words_at(from, *from.interior, at, part);
+      const auto solid = hn::Or(inside, words_at(from, *from.boundary, at, part));
+      inner = hn::And(inner, inside);
+      any = hn::Or(any, solid);
+      store(solid, tile.solid[k]);
+      store(hn::Or(load(in_slice + k * kTile), solid), in_slice + k * kTile);
     }
+    store(inner, tile.inner);
+    store(any, tile.any);
   }
 #if HWY_TARGET == HWY_SCALAR
   for (std::size_t i = 0; i < wide; ++i) {
     for (std::size_t k = 0; k < deep; ++k) to[i * column_words + k] = tile.solid[k][i];
   }
 #else
+  const hn::CappedTag<std::uint32_t, kTile> d;
+  const std::size_t lanes = hn::Lanes(d);
   const hn::Repartition<std::uint64_t, decltype(d)> pairs;
   for (std::size_t k = 0; k < deep; k += 4) {
     const std::size_t bytes = 4 * std::min<std::size_t>(4, deep - k);
@@ -73,28 +139,12 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace phantom::voxel::detail {
 
-HWY_EXPORT(PutTile);
+HWY_EXPORT(TakeTile);
 
 namespace {
 
 constexpr std::int32_t brick_of(std::int32_t voxel) { return voxel >> 5; }  // rounds down, below 0 too
 static_assert(kBrickEdge == 32);
-
-/// Words of a row of 64 bits each that begins `shift` (< 64) bits later.
-class ShiftedRow {
- public:
-  ShiftedRow(const std::uint64_t* row, std::size_t words, int shift)
-      : row_(row), words_(words), shift_(shift) {}
-  std::uint64_t operator[](std::size_t i) const {
-    const std::uint64_t here = i < words_ ? row_[i] : 0, before = i > 0 && i <= words_ ? row_[i - 1] : 0;
-    return here << shift_ | before >> 1 >> (63 - shift_);
-  }
-
- private:
-  const std::uint64_t* row_;
-  std::size_t words_;
-  int shift_;
-};
 
 Cells cells_over(const VoxelBox& box) {
   Cells cells;
@@ -121,28 +171,21 @@ SolidRows::SolidRows(const SolidVoxels& solid, int threads)
                      [&](std::size_t layer, std::size_t) { take_layer(static_cast<std::int32_t>(layer)); });
 }
 
-/// Takes up to kTile words of a row, from a column on, into a tile's slice.
-void SolidRows::take_row(std::int32_t in_y, std::int32_t in_z, std::size_t first_column, Tile& tile,
-                         std::size_t slice) const {
-  constexpr std::int32_t kAhead =
+/// Rows of a tile that begins with these; asks the memory for those of a later tile.
+SolidRows::TileSource SolidRows::tile_source(std::size_t y, std::size_t z, std::size_t first_column) const {
+  const std::size_t row = solid_.boundary.words_per_row(), rows = static_cast<std::size_t>(box_.size[1]),
+                    first = first_column / 2;
+  constexpr std::size_t kAhead =
       6;  // rows; the next slice is too far away for the processor to see what comes
-  const std::size_t words = solid_.boundary.words_per_row();
-  const std::uint64_t *boundary_row = solid_.boundary.row(in_y, in_z),
-                      *interior_row = solid_.interior.row(in_y, in_z);
-  const std::size_t ahead =
-      static_cast<std::size_t>(std::min(kAhead, box_.size[1] - 1 - in_y)) * words + first_column / 2;
-  hwy::Prefetch(boundary_row + ahead);
-  hwy::Prefetch(interior_row + ahead);
-  const int shift = box_.min.x & 31;
-  const ShiftedRow boundary(boundary_row, words, shift), interior(interior_row, words, shift);
-  for (std::size_t i = 0; i < kTile; i += 2) {
-    const std::uint64_t inner = interior[(first_column + i) / 2],
-                        solid = inner | boundary[(first_column + i) / 2];
-    tile.solid[slice][i] = static_cast<std::uint32_t>(solid);
-    tile.solid[slice][i + 1] = static_cast<std::uint32_t>(solid >> 32);
-    tile.inner[i] &= static_cast<std::uint32_t>(inner);
-    tile.inner[i + 1] &= static_cast<std::uint32_t>(inner >> 32);
-  }
+  const std::size_t at = (z * rows + y) * row + first;
+  return {&solid_.boundary.words(),
+          &solid_.interior.words(),
+          at,
+          at + std::min(kAhead, rows - 1 - y) * row,
+          rows * row,
+          row - std::min(row, first),
+          box_.min.x & 31,
+          first > 0};
 }
 
 /// Takes a layer of bricks, in tiles of columns and slices of one y.
@@ -165,10 +208,8 @@ void SolidRows::take_layer(std::int32_t layer) {
       std::fill(std::begin(tile.any), std::end(tile.any), 0);
       for (std::size_t z = 0; z < deep; z += kTile) {
         const std::size_t slices = std::min(kTile, deep - z);
-        for (std::size_t k = 0; k < slices; ++k)
-          take_row(in_y, static_cast<std::int32_t>(below + z + k), first, tile, k);
-        HWY_DYNAMIC_DISPATCH(PutTile)
-        (tile, slices, wide,
+        HWY_DYNAMIC_DISPATCH(TakeTile)
+        (tile_source(y, below + z, first), tile, slices, wide,
          words_.data() + first * column_words_ + y * static_cast<std::size_t>(box_.size[2]) + below + z,
          column_words_, in_slice[z].data());
       }

@@ -5,6 +5,7 @@
 #include <hwy/cache_control.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -51,6 +52,17 @@ class SolidRows {
     alignas(64) std::uint32_t any[kTile];           ///< [column]: solid in any slice
   };
 
+  /// Where a tile's words come from: rows of bits, 64 a word.
+  struct TileSource {
+    const LargeVector<std::uint64_t>*boundary, *interior;
+    std::size_t at;     ///< word of the tile's first slice in both volumes
+    std::size_t ahead;  ///< the same of a tile to come
+    std::size_t layer;  ///< words from a slice to the next
+    std::size_t words;  ///< left of a row from there on; none if it ended before
+    int shift;          ///< bits by which a row begins behind its column's first
+    bool follows;       ///< whether the row has words before
+  };
+
   /// What there is at one y, for slices within a range.
   struct Lines {
     std::int32_t first = 0,
@@ -93,22 +105,28 @@ class SolidRows {
     for (std::size_t i = 0; i < lines.layers; ++i) all |= layer[i];
     return all;
   }
-  /// 64 voxels of the boundary from x on.
-  std::uint64_t boundary(std::int32_t x, std::int32_t y, std::int32_t z) const noexcept {
+  /// 64 voxels of the boundary from x on, in kCount rows from y on.
+  template <std::size_t kCount>
+  std::array<std::uint64_t, kCount> boundary(std::int32_t x, std::int32_t y, std::int32_t z) const noexcept {
+    std::array<std::uint64_t, kCount> bits{};
     const std::int32_t in_x = x - box_.min.x, in_y = y - box_.min.y, in_z = z - box_.min.z;
-    if (in_y < 0 || in_z < 0 || in_y >= box_.size[1] || in_z >= box_.size[2]) return 0;
-    const std::uint64_t* row = solid_.boundary.row(in_y, in_z);
+    if (in_z < 0 || in_z >= box_.size[2]) return bits;
     const auto words = static_cast<std::int32_t>(solid_.boundary.words_per_row());
-    const std::int32_t at = in_x >> 6, shift = in_x & 63;
-    const std::uint64_t low = at >= 0 && at < words ? row[at] : 0,
-                        high = at + 1 >= 0 && at + 1 < words ? row[at + 1] : 0;
-    return shift == 0 ? low : low >> shift | high << (64 - shift);
+    const std::int32_t at = in_x >> 6, shift = in_x & 63, last = words - 1;
+    const std::uint64_t in_low = at >= 0 && at <= last ? ~std::uint64_t{0} : 0,
+                        in_high = at >= -1 && at < last ? ~std::uint64_t{0} : 0;
+    const std::int32_t low = std::clamp(at, 0, last), high = std::clamp(at + 1, 0, last);
+    for (std::int32_t r = std::max(0, -in_y); r < std::min<std::int32_t>(kCount, box_.size[1] - in_y); ++r) {
+      const std::uint64_t* const row = solid_.boundary.row(in_y + r, in_z);
+      bits[static_cast<std::size_t>(r)] = (row[low] & in_low) >> shift | (row[high] & in_high)
+                                                                             << 1 << (63 - shift);
+    }
+    return bits;
   }
   const Cells& cells() const noexcept { return cells_; }
 
  private:
-  void take_row(std::int32_t in_y, std::int32_t in_z, std::size_t first_column, Tile& tile,
-                std::size_t slice) const;
+  TileSource tile_source(std::size_t y, std::size_t z, std::size_t first_column) const;
   void take_layer(std::int32_t layer);
   void settle_cells(std::int32_t layer, bool whole_along_z, const std::vector<std::uint32_t>& inner);
 
