@@ -51,16 +51,18 @@ VoxelBox whole_bricks(const VoxelBox& box, const VoxelBox& part) {
 class Growth {
  public:
   Growth(const SolidVoxels& solid, const VoxelBox& box, const VoxelBox& part, int threads)
-      : box_(box), threads_(threads), painter_(part), filled_(box.size), front_(box.size), next_(box.size) {
+      : box_(box), threads_(threads), painter_(part), filled_(box.size), next_(box.size) {
     for (std::int32_t z = 0; z < box.size[2];) {
       const std::int32_t until =
           std::min(box.size[2], brick_of(z + box.min.z) * kBrickEdge + kBrickEdge - box.min.z);
       slabs_.push_back({z, until});
       z = until;
     }
-    take(solid.boundary, solid.box, front_);
+    BitVolume boundary(box.size);
+    take(solid.boundary, solid.box, boundary);
     take(solid.interior, solid.box, filled_);
-    paint_solid();
+    paint_solid(boundary);
+    front_ = detail::MarkedBits(std::move(boundary));
   }
 
   /// The next layer: what the element, centred on every voxel of the front, holds of free space.
@@ -69,7 +71,7 @@ class Growth {
     std::swap(front_, next_);
   }
   /// The front becomes the whole solid.
-  void start_from_solid() { front_ = filled_; }
+  void start_from_solid() { front_ = detail::MarkedBits(filled_); }
   ObjectBricks finish() { return painter_.finish(); }
 
  private:
@@ -81,10 +83,10 @@ class Growth {
     core::parallel_for(threads_, slabs_.size(), [&](std::size_t i, std::size_t) { work(slabs_[i]); });
   }
   void take(const BitVolume& bits, const VoxelBox& from, BitVolume& to) const;
-  void paint_solid();
-  void paint_solid(const Slab& slab, std::int32_t from_y, std::int32_t to_y);
-  void paint_solid_tiles(std::size_t word, std::int32_t from_y, std::int32_t to_y, std::int32_t from_z,
-                         std::int32_t to_z, std::uint64_t painted);
+  void paint_solid(const BitVolume& boundary);
+  void paint_solid(const BitVolume& boundary, const Slab& slab, std::int32_t from_y, std::int32_t to_y);
+  void paint_solid_tiles(const BitVolume& boundary, std::size_t word, std::int32_t from_y, std::int32_t to_y,
+                         std::int32_t from_z, std::int32_t to_z, std::uint64_t painted);
   void grow(const detail::Element& element, const Slab& slab, std::int8_t order);
   void settle(const detail::GrownSlices& grown, std::int32_t from_z, std::int32_t to_z, std::int8_t order);
   void settle_tiles(const detail::GrownSlices& grown, std::size_t first_word, std::int32_t from_y,
@@ -98,7 +100,8 @@ class Growth {
   VoxelBox box_;
   int threads_;
   detail::BrickPainter painter_;
-  BitVolume filled_, front_, next_;
+  BitVolume filled_;
+  detail::MarkedBits next_, front_{{0, 0, 0}};
   std::vector<Slab> slabs_;
 };
 
@@ -124,20 +127,21 @@ void Growth::take(const BitVolume& bits, const VoxelBox& from, BitVolume& to) co
   }
 }
 
-/// Boundary (in front_) and interior (in filled_) into the bricks; then filled_ is both.
-void Growth::paint_solid() {
+/// Boundary and interior (in filled_) into the bricks; then filled_ is both.
+void Growth::paint_solid(const BitVolume& boundary) {
   for_slabs([&](const Slab& slab) {
     for (std::int32_t y = 0; y < box_.size[1];) {
       const std::int32_t to_y =
           std::min(box_.size[1], brick_of(y + box_.min.y) * kBrickEdge + kBrickEdge - box_.min.y);
-      paint_solid(slab, y, to_y);
+      paint_solid(boundary, slab, y, to_y);
       y = to_y;
     }
   });
 }
 
 /// The same for a row of bricks. Bricks that are interior throughout are not painted voxel by voxel.
-void Growth::paint_solid(const Slab& slab, std::int32_t from_y, std::int32_t to_y) {
+void Growth::paint_solid(const BitVolume& boundary, const Slab& slab, std::int32_t from_y,
+                         std::int32_t to_y) {
   const bool all_rows = slab.to_z - slab.from_z == kBrickEdge && to_y - from_y == kBrickEdge;
   for (std::size_t i = 0; i < filled_.words_per_row(); ++i) {
     std::uint64_t throughout = all_rows ? ~std::uint64_t{0} : 0;
@@ -154,26 +158,30 @@ void Growth::paint_solid(const Slab& slab, std::int32_t from_y, std::int32_t to_
     }
     for (std::int32_t z = slab.from_z; z < slab.to_z; z = end_of_tile(z, box_.min.z, slab.to_z)) {
       for (std::int32_t y = from_y; y < to_y; y = end_of_tile(y, box_.min.y, to_y))
-        paint_solid_tiles(i, y, end_of_tile(y, box_.min.y, to_y), z, end_of_tile(z, box_.min.z, slab.to_z),
-                          painted);
+        paint_solid_tiles(boundary, i, y, end_of_tile(y, box_.min.y, to_y), z,
+                          end_of_tile(z, box_.min.z, slab.to_z), painted);
     }
   }
 }
 
-void Growth::paint_solid_tiles(std::size_t word, std::int32_t from_y, std::int32_t to_y, std::int32_t from_z,
-                               std::int32_t to_z, std::uint64_t painted) {
-  detail::TileRows boundary{}, interior{};
+void Growth::paint_solid_tiles(const BitVolume& boundary, std::size_t word, std::int32_t from_y,
+                               std::int32_t to_y, std::int32_t from_z, std::int32_t to_z,
+                               std::uint64_t painted) {
+  detail::TileRows surface{}, interior{};
+  std::uint64_t any_surface = 0, any_interior = 0;
   for (std::int32_t z = from_z; z < to_z; ++z) {
     for (std::int32_t y = from_y; y < to_y; ++y) {
       const std::size_t row = row_of_tile(y, z);
       std::uint64_t& filled = filled_.row(y, z)[word];
-      boundary[row] = front_.row(y, z)[word];
+      surface[row] = boundary.row(y, z)[word];
       interior[row] = filled & ~painted;
-      filled |= boundary[row];
+      filled |= surface[row];
+      any_surface |= surface[row];
+      any_interior |= interior[row];
     }
   }
-  paint(word, from_y, from_z, boundary, kOrderBoundary);
-  paint(word, from_y, from_z, interior, kOrderInterior);
+  if (any_surface != 0) paint(word, from_y, from_z, surface, kOrderBoundary);
+  if (any_interior != 0) paint(word, from_y, from_z, interior, kOrderInterior);
 }
 
 /// Rows of the tiles that hold (y, z).
@@ -185,8 +193,8 @@ void Growth::paint(std::size_t word, std::int32_t y, std::int32_t z, const detai
 
 void Growth::grow(const detail::Element& element, const Slab& slab, std::int8_t order) {
   const std::int32_t m = element.m;
-  detail::WidenedSlice slice(element, box_.size[1], front_.words_per_row());
-  detail::GrownSlices grown(m, kTile - 1, box_.size[1], front_.words_per_row());
+  detail::WidenedSlice slice(element, box_.size[1], filled_.words_per_row());
+  detail::GrownSlices grown(m, kTile - 1, box_.size[1], filled_.words_per_row());
   std::int32_t z = std::max(0, slab.from_z - m);
   for (std::int32_t from = slab.from_z; from < slab.to_z;) {
     const std::int32_t to = end_of_tile(from, box_.min.z, slab.to_z);
@@ -211,22 +219,36 @@ void Growth::settle(const detail::GrownSlices& grown, std::int32_t from_z, std::
 void Growth::settle_tiles(const detail::GrownSlices& grown, std::size_t first_word, std::int32_t from_y,
                           std::int32_t to_y, std::int32_t from_z, std::int32_t to_z, std::int8_t order) {
   const std::size_t count = std::min(detail::kGroup, filled_.words_per_row() - first_word);
+  const std::size_t group = first_word / detail::kGroup;
+  std::array<const std::uint64_t*, 16> reached{};
+  bool any_reached = false;
+  for (std::int32_t z = from_z; z < to_z; ++z) {
+    for (std::int32_t y = from_y; y < to_y; ++y) {
+      const std::uint64_t* const here = reached[row_of_tile(y, z)] = grown.group(y, z, group);
+      detail::GroupMark& mark = next_.marks(y, z)[group];
+      any_reached |= here != nullptr;
+      if (here != nullptr || mark == 0) continue;
+      std::fill_n(next_.row(y, z) + first_word, count, 0);
+      mark = 0;
+    }
+  }
+  if (!any_reached) return;
   std::array<detail::TileRows, detail::kGroup> fresh{};
   std::array<std::uint64_t, detail::kGroup> any{};
   for (std::int32_t z = from_z; z < to_z; ++z) {
     for (std::int32_t y = from_y; y < to_y; ++y) {
-      const std::uint64_t* const reached = grown.group(y, z, first_word / detail::kGroup);
+      const std::size_t row = row_of_tile(y, z);
+      if (reached[row] == nullptr) continue;
       std::uint64_t *filled = filled_.row(y, z) + first_word, *next = next_.row(y, z) + first_word;
-      if (reached == nullptr) {
-        std::fill(next, next + count, 0);
-        continue;
-      }
+      std::uint64_t any_in_row = 0;
       for (std::size_t i = 0; i < count; ++i) {
-        next[i] = reached[i] & ~filled[i];
+        next[i] = reached[row][i] & ~filled[i];
         filled[i] |= next[i];
-        fresh[i][row_of_tile(y, z)] = next[i];
+        fresh[i][row] = next[i];
         any[i] |= next[i];
+        any_in_row |= next[i];
       }
+      next_.marks(y, z)[group] = detail::mark_of(any_in_row, next[0], next[count - 1]);
     }
   }
   for (std::size_t i = 0; i < count; ++i) {

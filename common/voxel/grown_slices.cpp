@@ -1,7 +1,9 @@
 #include "common/voxel/grown_slices.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <new>
+#include <numeric>
 
 #include "common/voxel/dilation.hpp"
 
@@ -107,6 +109,23 @@ Words aligned_words(std::size_t count) {
 
 }  // namespace
 
+MarkedBits::MarkedBits(const std::array<std::int32_t, 3>& size)
+    : bits_(size),
+      groups_(groups_of(bits_.words_per_row())),
+      marks_(groups_ * static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2])) {}
+
+MarkedBits::MarkedBits(BitVolume bits) : bits_(std::move(bits)), groups_(groups_of(bits_.words_per_row())) {
+  const std::size_t words = bits_.words_per_row();
+  for (std::size_t row = 0; row < bits_.words().size(); row += words) {
+    for (std::size_t first = 0; first < words; first += kGroup) {
+      const std::uint64_t* const from = bits_.words().data() + row + first;
+      const std::size_t count = std::min(kGroup, words - first);
+      const std::uint64_t any = std::accumulate(from, from + count, std::uint64_t{0}, std::bit_or<>());
+      marks_.push_back(mark_of(any, from[0], from[count - 1]));
+    }
+  }
+}
+
 Element element_of(ShapingElement shape, int m) {
   Element element{m, std::vector<std::vector<ElementRow>>(static_cast<std::size_t>(m) + 1)};
   for (int dz = 0; dz <= m; ++dz) {
@@ -128,6 +147,8 @@ WidenedSlice::WidenedSlice(const Element& element, std::int32_t rows, std::size_
       place_words_((static_cast<std::size_t>(m_) + 1) * groups_ * kGroup),
       flag_words_((row_count_ + 4 * static_cast<std::size_t>(m_)) / kWord + 1),
       any_(groups_ * flag_words_),
+      in_first_(groups_ * flag_words_),
+      in_last_(groups_ * flag_words_),
       near_(groups_ * flag_words_),
       any_row_(flag_words_),
       asked_(flag_words_),
@@ -143,22 +164,21 @@ WidenedSlice::WidenedSlice(const Element& element, std::int32_t rows, std::size_
   }
 }
 
-bool WidenedSlice::find_any(const BitVolume& bits, std::int32_t z) {
-  std::fill(any_.begin(), any_.end(), 0);
-  std::fill(any_row_.begin(), any_row_.end(), 0);
-  const std::uint64_t* word = bits.row(0, z);
-  std::uint64_t all = 0;
+bool WidenedSlice::find_any(const MarkedBits& bits, std::int32_t z) {
+  for (Flags* flags : {&any_, &in_first_, &in_last_, &any_row_}) std::fill(flags->begin(), flags->end(), 0);
+  const GroupMark* mark = bits.marks(0, z);
+  GroupMark all = 0;
   for (std::size_t place = 2 * static_cast<std::size_t>(m_);
        place < row_count_ + 2 * static_cast<std::size_t>(m_); ++place) {
-    for (std::size_t group = 0; group < groups_; ++group) {
-      std::uint64_t of_group = 0;
-      for (const std::uint64_t* end = word + std::min(kGroup, row_words_ - group * kGroup); word != end;
-           ++word)
-        of_group |= *word;
-      const std::uint64_t flag = std::uint64_t{of_group != 0} << (place % kWord);
-      any_[group * flag_words_ + place / kWord] |= flag;
+    for (std::size_t group = 0; group < groups_; ++group, ++mark) {
+      if (*mark == 0) continue;
+      const std::size_t at = group * flag_words_ + place / kWord;
+      const std::uint64_t flag = std::uint64_t{1} << (place % kWord);
+      any_[at] |= flag;
+      in_first_[at] |= (*mark & kInFirstWord) != 0 ? flag : 0;
+      in_last_[at] |= (*mark & kInLastWord) != 0 ? flag : 0;
       any_row_[place / kWord] |= flag;
-      all |= of_group;
+      all |= *mark;
     }
   }
   return all != 0;
@@ -176,9 +196,11 @@ void WidenedSlice::reach_rows_around(std::uint64_t* flags) {
   }
 }
 
-/// Along x within whole groups, along y within the element's rows.
+/// Along x within whole words or, for long elements, groups; along y within the element's rows.
 void WidenedSlice::find_near() {
-  const std::size_t reach = (static_cast<std::size_t>(m_) + kGroup * kWord - 1) / (kGroup * kWord);
+  const auto reach_voxels = static_cast<std::size_t>(m_);
+  const std::size_t reach =
+      reach_voxels <= kWord ? 0 : (reach_voxels + kGroup * kWord - 1) / (kGroup * kWord);
   std::fill(near_.begin(), near_.end(), 0);
   std::fill(asked_.begin(), asked_.end(), 0);
   for (std::size_t group = 0; group < groups_; ++group) {
@@ -187,13 +209,17 @@ void WidenedSlice::find_near() {
          ++from) {
       for (std::size_t i = 0; i < flag_words_; ++i) near[i] |= any_[from * flag_words_ + i];
     }
+    for (std::size_t i = 0; i < flag_words_; ++i) {
+      if (group > 0) near[i] |= in_last_[(group - 1) * flag_words_ + i];
+      if (group + 1 < groups_) near[i] |= in_first_[(group + 1) * flag_words_ + i];
+    }
     reach_rows_around(near);
     for (std::size_t i = 0; i < flag_words_; ++i) asked_[i] |= near[i];
   }
   reach_rows_around(asked_.data());
 }
 
-bool WidenedSlice::load(const BitVolume& bits, std::int32_t z) {
+bool WidenedSlice::load(const MarkedBits& bits, std::int32_t z) {
   if (!find_any(bits, z)) return false;
   find_near();
   const std::size_t before = 2 * static_cast<std::size_t>(m_);

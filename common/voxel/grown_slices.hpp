@@ -4,6 +4,7 @@
 
 #include <hwy/aligned_allocator.h>
 
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -29,6 +30,40 @@ Element element_of(ShapingElement shape, int m);
 inline constexpr std::size_t kGroup = 8;
 using Words = hwy::AlignedFreeUniquePtr<std::uint64_t[]>;
 
+/// What a group of words holds: kAny, and where it is in the first or last of them.
+using GroupMark = std::uint8_t;
+inline constexpr GroupMark kAny = 1, kInFirstWord = 2, kInLastWord = 4;
+inline GroupMark mark_of(std::uint64_t any, std::uint64_t first_word, std::uint64_t last_word) {
+  return static_cast<GroupMark>((any != 0 ? kAny : 0) | (first_word != 0 ? kInFirstWord : 0) |
+                                (last_word != 0 ? kInLastWord : 0));
+}
+
+/// Bits, and what the groups of a row's words hold.
+class MarkedBits {
+ public:
+  /// All 0.
+  explicit MarkedBits(const std::array<std::int32_t, 3>& size);
+  /// The same bits; finds out what holds any.
+  explicit MarkedBits(BitVolume bits);
+
+  const BitVolume& bits() const { return bits_; }
+  std::uint64_t* row(std::int32_t y, std::int32_t z) { return bits_.row(y, z); }
+  const std::uint64_t* row(std::int32_t y, std::int32_t z) const { return bits_.row(y, z); }
+  /// By group of a row. Who writes bits keeps them so.
+  GroupMark* marks(std::int32_t y, std::int32_t z) { return marks_.data() + mark_index(y, z); }
+  const GroupMark* marks(std::int32_t y, std::int32_t z) const { return marks_.data() + mark_index(y, z); }
+
+ private:
+  std::size_t mark_index(std::int32_t y, std::int32_t z) const {
+    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(bits_.size()[1]) +
+            static_cast<std::size_t>(y)) *
+           groups_;
+  }
+  BitVolume bits_;
+  std::size_t groups_;
+  std::vector<GroupMark> marks_;
+};
+
 /// Every row of a slice widened along x by 0…m voxels on both sides. Rows that hold nothing are looked at
 /// only near others, and then hold 0.
 class WidenedSlice {
@@ -37,7 +72,7 @@ class WidenedSlice {
   WidenedSlice(const Element& element, std::int32_t rows, std::size_t words);
 
   /// False if the slice is empty.
-  bool load(const BitVolume& bits, std::int32_t z);
+  bool load(const MarkedBits& bits, std::int32_t z);
 
   int m() const { return m_; }
   /// Calls work(y, words) for the rows y of which the element, centred on the slice's voxels, may reach group
@@ -64,7 +99,7 @@ class WidenedSlice {
     }
   }
   std::size_t row_stride() const { return groups_ * kGroup + padding_; }
-  bool find_any(const BitVolume& bits, std::int32_t z);
+  bool find_any(const MarkedBits& bits, std::int32_t z);
   void find_near();
   void reach_rows_around(std::uint64_t* flags);
 
@@ -73,7 +108,7 @@ class WidenedSlice {
   std::size_t padding_;      // words of 0 before and behind every row of rows_
   std::size_t place_words_;  // of m + 1 rows
   std::size_t flag_words_;   // of a bit for every place: rows, and 2 m more before and behind
-  Flags any_, near_;
+  Flags any_, in_first_, in_last_, near_;
   std::vector<std::uint64_t> any_row_, asked_;        // of all groups; asked_: may be looked at
   Words rows_;                                        // [row][word], padded
   Words words_;                                       // [place][half][word]

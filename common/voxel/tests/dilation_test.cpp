@@ -77,6 +77,17 @@ TEST(Dilation, EqualsTheLiteralTwinAcrossGroupsOfWords) {
   }
 }
 
+TEST(Dilation, ReachesTheNextGroupFromAnyWordOfOne) {
+  // A long element from each side of where the first group ends, from its last word but one and its last.
+  const VoxelBox wide{{0, 0, 0}, {700, 3, 3}};
+  for (const std::int32_t x : {300, 350, 400, 440, 460, 510}) {
+    SolidVoxels dot = scattered_solid(1, {600, 1, 1}, 1, {0, 1, 1});
+    dot.boundary = dot.interior = BitVolume(dot.box.size);
+    dot.boundary.set(x, 0, 0);
+    expect_like_the_twin(dot, layers(ShapingElement::kCube, {90}), wide);
+  }
+}
+
 TEST(Dilation, IsTheSameWithEveryInstructionSet) {
   for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);
