@@ -12,6 +12,7 @@
 
 #include <cstddef>
 
+#include "common/voxel/corner_lanes-inl.hpp"
 #include "common/voxel/snapped_mesh.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -59,10 +60,8 @@ alignas(64) constexpr double kSquareV[16] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2,
 /// (mark_triangles.cpp).
 class MediumTriangles {
  public:
-  static constexpr std::size_t kMost = hn::MaxLanes(hn::ScalableTag<std::int32_t>());
-
   /// For `count` triangles, whole vectors of them; at[corner][axis][triangle].
-  void prepare(const std::int32_t at[3][3][kMost], std::size_t count) {
+  void prepare(const CornerLanes& at, std::size_t count) {
     const hn::Rebind<std::int32_t, decltype(kDoubles)> ints;
     for (std::size_t i = 0; i < count; i += hn::Lanes(kDoubles)) {
       Doubles p[3][3], edge[3][3], normal[3];
@@ -136,7 +135,7 @@ class MediumTriangles {
   static constexpr hn::CappedTag<double, 8> kRow{};  // masks of a byte
   using Doubles = hn::Vec<decltype(kDoubles)>;
   struct Edge {
-    alignas(64) double step_u[kMost], step_v[kMost], at_origin[kMost];
+    alignas(64) double step_u[kMostLanes], step_v[kMostLanes], at_origin[kMostLanes];
   };
   struct Shadow {
     Edge edges[3];
@@ -182,7 +181,7 @@ class MediumTriangles {
   }
 
   Shadow shadows_[3];
-  alignas(64) double step_[3][kMost], low_[kMost], span_[kMost];
+  alignas(64) double step_[3][kMostLanes], low_[kMostLanes], span_[kMostLanes];
 };
 
 }  // namespace phantom::voxel::detail::HWY_NAMESPACE

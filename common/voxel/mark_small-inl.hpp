@@ -13,6 +13,7 @@
 
 #include <cstddef>
 
+#include "common/voxel/corner_lanes-inl.hpp"
 #include "common/voxel/mark_medium-inl.hpp"
 #include "common/voxel/snapped_mesh.hpp"
 
@@ -36,7 +37,7 @@ class SmallTriangles {
         layer_words_(row_words_ * static_cast<std::size_t>(size_[1])),
         counted_in_32_bits_(boundary.words().size() <= 0xffffffffU) {}
 
-  static constexpr std::size_t kMost = MediumTriangles::kMost;
+  static constexpr std::size_t kMost = kMostLanes;
   static std::size_t at_once() { return hn::Lanes(kInts); }  ///< at most kMost
 
   /// Marks the voxels of those of at_once() triangles that are small. Calls tile(bits, x, y, z) with what
@@ -47,7 +48,8 @@ class SmallTriangles {
   template <class Tile, class Other>
   std::size_t mark(const Corners* triangles, std::uint32_t number, std::size_t valid, std::uint32_t* over,
                    const Tile& tile, const Other& other) {
-    load_corners(triangles);
+    load_corners(
+        points_, [triangles](std::size_t lane) HWY_ATTR { return triangles[lane]; }, at_);
     const std::size_t reached = put_those_over_centres(number, valid, over);
     const Ints spanned = spanned_voxels();
     ask_for_rows();
@@ -66,7 +68,6 @@ class SmallTriangles {
   }
 
  private:
-  static constexpr hn::ScalableTag<std::int32_t> kInts{};
   static constexpr hn::ScalableTag<double> kDoubles{};
   using Ints = hn::Vec<hn::ScalableTag<std::int32_t>>;
   static constexpr std::int32_t kOther = 0, kMedium = 1, kSmall = 2, kOutside = 3;
@@ -203,35 +204,6 @@ class SmallTriangles {
     }
   }
 
-  HWY_INLINE void load_corners(const Corners* triangles) {
-#if HWY_TARGET == HWY_SCALAR
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      for (std::size_t axis = 0; axis < 3; ++axis) at_[corner][axis][0] = points_[triangles[0][corner]][axis];
-    }
-#else
-    const hn::FixedTag<std::int32_t, 4> point;
-    const hn::Repartition<std::int64_t, decltype(point)> pairs;
-    for (std::size_t lane = 0; lane < at_once(); lane += 4) {
-      for (std::size_t corner = 0; corner < 3; ++corner) {
-        const auto load = [&](std::size_t i) HWY_ATTR {
-          return hn::Load(point, points_[triangles[lane + i][corner]].data());
-        };
-        const auto a = load(0), b = load(1), c = load(2), d = load(3);
-        const auto low_ab = hn::BitCast(pairs, hn::InterleaveLower(point, a, b)),
-                   low_cd = hn::BitCast(pairs, hn::InterleaveLower(point, c, d)),
-                   high_ab = hn::BitCast(pairs, hn::InterleaveUpper(point, a, b)),
-                   high_cd = hn::BitCast(pairs, hn::InterleaveUpper(point, c, d));
-        hn::Store(hn::BitCast(point, hn::InterleaveLower(pairs, low_ab, low_cd)), point,
-                  at_[corner][0] + lane);
-        hn::Store(hn::BitCast(point, hn::InterleaveUpper(pairs, low_ab, low_cd)), point,
-                  at_[corner][1] + lane);
-        hn::Store(hn::BitCast(point, hn::InterleaveLower(pairs, high_ab, high_cd)), point,
-                  at_[corner][2] + lane);
-      }
-    }
-#endif
-  }
-
   /// Where the triangles' first voxels are, if they are within the volume.
   HWY_INLINE void find_first_words() {
     const hn::RebindToUnsigned<decltype(kInts)> numbers;
@@ -247,10 +219,15 @@ class SmallTriangles {
   /// one that does nothing else has no effect in GCC's eyes, and is left out.)
   HWY_INLINE void ask_for_rows() const {
     for (std::size_t lane = 0; lane < at_once(); ++lane) {
-      if (kind_[lane] != kSmall && kind_[lane] != kMedium) continue;
+      const std::uint64_t* word = words_ + word_[lane];
+      if (kind_[lane] == kSmall) {
+        const Rows rows = rows_of(lane);
+        for (const std::size_t offset : {std::size_t{0}, rows.second, rows.layer, rows.layer + rows.second})
+          hwy::Prefetch(word + offset);
+      }
+      if (kind_[lane] != kMedium) continue;
       const std::int32_t rows = std::min(last_[1][lane] - first_[1][lane], 3),
                          layers = std::min(last_[2][lane] - first_[2][lane], 3);
-      const std::uint64_t* word = words_ + word_[lane];
       for (std::int32_t z = 0; z <= layers; ++z, word += layer_words_) {
         for (std::int32_t y = 0; y <= rows; ++y)
           hwy::Prefetch(word + static_cast<std::size_t>(y) * row_words_);
@@ -275,17 +252,35 @@ class SmallTriangles {
     }
   }
 
+  /// Words from a small triangle's first row to its second one and to the layer above; 0 if its box does not
+  /// reach there.
+  struct Rows {
+    std::size_t second, layer;
+  };
+  HWY_INLINE Rows rows_of(std::size_t lane) const {
+    return {last_[1][lane] > first_[1][lane] ? row_words_ : 0,
+            last_[2][lane] > first_[2][lane] ? layer_words_ : 0};
+  }
+
+  /// All four rows whether met or not, for the processor cannot foresee which are.
   HWY_INLINE void put(std::size_t lane) {
     const int shift = first_[0][lane] & 63;
-    std::uint64_t* const word = words_ + word_[lane];
     const auto met = static_cast<std::uint64_t>(met_[lane]);
-    const std::size_t offsets[4] = {0, row_words_, layer_words_, layer_words_ + row_words_};
-    for (std::size_t i = 0; i < 4; ++i) {
-      const std::uint64_t bits = met >> (2 * i) & 3;
-      if (bits == 0) continue;
-      word[offsets[i]] |= bits << shift;
-      if (shift == 63 && bits > 1) word[offsets[i] + 1] |= 1;
-    }
+    const Rows rows = rows_of(lane);
+    std::uint64_t* const below = words_ + word_[lane];
+    std::uint64_t* const above = below + rows.layer;
+    below[0] |= (met & 3) << shift;
+    below[rows.second] |= (met >> 2 & 3) << shift;
+    above[0] |= (met >> 4 & 3) << shift;
+    above[rows.second] |= met >> 6 << shift;
+    if (shift == 63 && (met & 0xaa) != 0) put_second_column(met, below, rows.second, above);
+  }
+  static void put_second_column(std::uint64_t met, std::uint64_t* below, std::size_t row,
+                                std::uint64_t* above) {
+    below[1] |= met >> 1 & 1;
+    below[row + 1] |= met >> 3 & 1;
+    above[1] |= met >> 5 & 1;
+    above[row + 1] |= met >> 7 & 1;
   }
 
   const std::vector<SnappedPoint>& points_;
@@ -295,7 +290,7 @@ class SmallTriangles {
   std::size_t row_words_, layer_words_;
   bool counted_in_32_bits_;  // the volume's words; of 32 GiB and more every triangle is other
   MediumTriangles medium_;
-  alignas(64) std::int32_t at_[3][3][kMost];  // [corner][axis]
+  alignas(64) CornerLanes at_;
   alignas(64) std::int32_t first_[3][kMost], last_[3][kMost], kind_[kMost], met_[kMost] = {};
   alignas(64) std::uint32_t word_[kMost];
 };

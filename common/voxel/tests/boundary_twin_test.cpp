@@ -72,17 +72,21 @@ geometry::TriangleMesh mesh_of(const std::vector<std::array<Point, 3>>& triangle
   return mesh;
 }
 
-void expect_as_twin(const std::vector<std::array<Point, 3>>& triangles, std::int32_t edge) {
-  const GridSpec grid = unit_grid(edge);
+/// `compared`: voxels of the grid.
+void expect_as_twin(const std::vector<std::array<Point, 3>>& triangles, const GridSpec& grid,
+                    const VoxelBox& compared) {
   const auto solid = voxelise(mesh_of(triangles), grid, VoxelBox::of(grid));
   ASSERT_TRUE(solid) << solid.status().message();
   std::size_t wrong = 0;
-  twin::for_each(VoxelBox::of(grid), [&](Index3 v) {
+  twin::for_each(compared, [&](Index3 v) {
     const bool expected =
         std::any_of(triangles.begin(), triangles.end(), [&](const auto& t) { return meets(t, v); });
     wrong += expected != twin::is_boundary(*solid, v) ? 1 : 0;
   });
   EXPECT_EQ(wrong, 0U);
+}
+void expect_as_twin(const std::vector<std::array<Point, 3>>& triangles, std::int32_t edge) {
+  expect_as_twin(triangles, unit_grid(edge), VoxelBox::of(unit_grid(edge)));
 }
 
 TEST(BoundaryTwin, RandomTrianglesOfAllSizes) {
@@ -139,6 +143,20 @@ TEST(BoundaryTwin, ManySmallTrianglesAtOnceWithEveryInstructionSet) {
     for (int round = 0; round < 40; ++round) expect_as_twin(many_small_triangles(round, 12, random), 12);
   }
   hwy::SetSupportedTargetsForTest(0);
+}
+
+TEST(BoundaryTwin, ManySmallTrianglesWhereWordsOfVoxelsEnd) {
+  constexpr std::int32_t kEdge = 8, kFrom = 60;  // of 64 voxels a word
+  const GridSpec grid{{0, 0, 0}, 1.0, {kFrom + kEdge, kEdge, kEdge}};
+  std::mt19937 random(5);
+  for (int round = 0; round < 60; ++round) {
+    auto triangles = many_small_triangles(round, kEdge, random);
+    for (auto& t : triangles) {
+      for (Point& p : t) p[0] += kFrom * kSub;
+    }
+    triangles.push_back({Point{0, 0, 0}, Point{kSub, 0, 0}, Point{0, kSub, 0}});  // where rows begin
+    expect_as_twin(triangles, grid, {{kFrom, 0, 0}, {kEdge, kEdge, kEdge}});
+  }
 }
 
 TEST(BoundaryTwin, SliversAndSegmentsAndPoints) {
