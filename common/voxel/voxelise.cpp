@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numeric>
 #include <string>
-#include <thread>
 
 #include "common/core/parallel.hpp"
 #include "common/geometry/mesh_topology.hpp"
@@ -33,10 +32,8 @@ void in_slabs(std::int32_t layers, int threads, const Work& work) {
     return Slab{static_cast<std::int32_t>(std::int64_t{layers} * i / count),
                 static_cast<std::int32_t>(std::int64_t{layers} * (i + 1) / count)};
   };
-  std::vector<std::jthread> others;
-  for (std::int32_t i = 1; i < count; ++i)
-    others.emplace_back([&, i] { work(slab(i), static_cast<std::size_t>(i)); });
-  work(slab(0), 0);
+  core::parallel_for(count, static_cast<std::size_t>(count),
+                     [&](std::size_t i, std::size_t) { work(slab(static_cast<std::int32_t>(i)), i); });
 }
 
 detail::Lattice lattice_of(const GridSpec& grid, const VoxelBox& box) {
@@ -257,7 +254,8 @@ core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const
   bool mended = true;
   if (geometry::is_oriented_surface(mesh_W.triangles)) {
     const LineSigns signs = fill_closed(mesh, over, threads, solid.inside);
-    mended = signs.positive && signs.negative;  // some shell may face the wrong way
+    // Some shell may face the wrong way; or each triangle stands there twice, facing both ways.
+    mended = signs.positive == signs.negative;
   }
   if (mended) fill_mended(mesh_W, mesh, grid, threads, solid);
   solid.interior = BitVolume::unwritten(solid.box.size);

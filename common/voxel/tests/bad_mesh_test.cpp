@@ -120,6 +120,18 @@ TEST(BadMesh, RepeatedTrianglesDoNotMatter) {
   EXPECT_EQ(differing(whole, solid_of(both(mesh, mesh))), 0U);
 }
 
+TEST(BadMesh, TrianglesThatAllStandThereOnceForEachSideDoNotMatter) {
+  const TriangleMesh box = geometry::make_box({0.3, 0.2, 0.25}).transformed(at(0.02, 0.03, 0));
+  TriangleMesh double_sided = box;
+  for (const auto& t : flipped(box).triangles) double_sided.triangles.push_back(t);
+  const auto good = solid_of(box);
+  for (const TriangleMesh& mesh : {double_sided, both(box, flipped(box))}) {  // corners shared, or not
+    const auto solid = solid_of(mesh);
+    EXPECT_TRUE(solid.report.closed);
+    EXPECT_EQ(solid.inside.words(), good.inside.words());
+  }
+}
+
 TEST(BadMesh, APlateOfTwoFacesInOnePlaceHasNoInside) {
   TriangleMesh sheet{{{-0.2F, -0.2F, 0.003F}, {0.2F, -0.2F, 0.003F}, {0.0F, 0.2F, 0.003F}},
                      {{0, 1, 2}, {0, 2, 1}}};
