@@ -36,7 +36,7 @@ VoxelBox bounds_of(const Body& body, const GridSpec& grid) {
 core::Expected<SolidVoxels> solid_of(const Body& body, const GridSpec& grid, const VoxelBox& clip,
                                      const WorkOptions& options) {
   return body.implicit_W ? voxelise(*body.implicit_W, grid, clip, options)
-                         : voxelise(body.mesh_W, grid, clip, options.threads);
+                         : voxelise(body.mesh_W, grid, clip, options);
 }
 
 /// Voxel addresses are 32 bit integers.
@@ -169,14 +169,13 @@ class Maker {
   core::Expected<ActivatedObject> all(const VoxelBox& reached) {
     if (reached.empty()) return finish();
     const std::vector<VoxelBox> parts = parts_of(reached, grid_, options_.most_voxels_at_once);
+    parts_ = static_cast<double>(parts.size());
     for (std::size_t i = 0; i < parts.size(); ++i) {
-      done_ = static_cast<double>(i) / static_cast<double>(parts.size());
-      share_ = 1.0 / static_cast<double>(parts.size());
+      part_ = static_cast<double>(i);
       const double start_s = steps_.now_s();
-      auto solid = solid_of(body_, grid_, parts[i].grown(margin_),
-                            {options_.threads, [&](double share) {
-                               return steps_.go_on(done_ + share_ * kVoxelised * share);
-                             }});
+      auto solid = solid_of(
+          body_, grid_, parts[i].grown(margin_),
+          {options_.threads, [&](double share) { return steps_.go_on(share_of_all(kVoxelised * share)); }});
       if (!solid) return about(body_, solid.status());
       object_.report.voxelise_s += steps_.now_s() - start_s;
       if (!add(*solid, parts[i])) return about(body_, kStopped);
@@ -191,11 +190,11 @@ class Maker {
 
  private:
   bool add(const SolidVoxels& solid, const VoxelBox& part) {
-    if (!steps_.go_on(done_ + share_ * kVoxelised)) return false;
+    if (!steps_.go_on(share_of_all(kVoxelised))) return false;
     const double start_s = steps_.now_s();
     bool stopped = false;
     const auto go_on = [&](double share) {
-      stopped = stopped || !steps_.go_on(done_ + share_ * (kVoxelised + (1.0 - kVoxelised) * share));
+      stopped = stopped || !steps_.go_on(share_of_all(kVoxelised + (1.0 - kVoxelised) * share));
       return !stopped;
     };
     ObjectBricks bricks =
@@ -212,6 +211,8 @@ class Maker {
     report.layers_s += steps_.now_s() - start_s;
     return true;
   }
+  /// Of all parts, by the share of the one at hand; rises from one to the next without rounding back.
+  double share_of_all(double share) const { return (part_ + share) / parts_; }
   ActivatedObject finish() {
     object_.bricks = ObjectBricks(std::move(bricks_));
     return std::move(object_);
@@ -222,7 +223,7 @@ class Maker {
   const ActivationOptions& options_;
   const Steps& steps_;
   std::int32_t margin_;
-  double done_ = 0.0, share_ = 1.0;
+  double part_ = 0.0, parts_ = 1.0;  // the one at hand, and how many there are
   bool known_ = false;
   std::vector<ObjectBricks::Part> bricks_;
   ActivatedObject object_;

@@ -194,28 +194,43 @@ VoxelBox voxels_of(const geometry::BoundingBox& box, const GridSpec& grid) {
           {last.x - first.x + 3, last.y - first.y + 3, last.z - first.z + 3}};
 }
 
-/// The inside of a mesh that is no closed surface facing one way as it stands.
-void fill_mended(const geometry::TriangleMesh& mesh_W, const SnappedMesh& snapped, const GridSpec& grid,
-                 int threads, SolidVoxels& solid) {
+/// Settles all rows, which may take long; false if that is to end here.
+bool settle_all(const Votes& votes, const Judge& judge, const WorkOptions& options, SolidVoxels& solid) {
+  std::atomic<std::size_t> disputed = 0;
+  std::atomic<bool> stopped = false;
+  const auto layers = static_cast<std::size_t>(solid.box.size[2]);
+  core::parallel_for(options.threads, layers, [&](std::size_t layer, std::size_t worker) {
+    if (stopped) return;
+    if (worker == 0 && options.go_on &&
+        !options.go_on(static_cast<double>(layer) / static_cast<double>(layers)))
+      stopped = true;
+    const auto z = static_cast<std::int32_t>(layer);
+    disputed += settle(votes, {z, z + 1}, judge, solid);
+  });
+  solid.report.disputed_voxels = disputed;
+  return !stopped;
+}
+
+/// The inside of a mesh that is no closed surface facing one way as it stands; false if the work is to end
+/// here.
+bool fill_mended(const geometry::TriangleMesh& mesh_W, const SnappedMesh& snapped, const GridSpec& grid,
+                 const WorkOptions& options, SolidVoxels& solid) {
   detail::MendedMesh mended = detail::mend(snapped);
   const SnappedMesh mesh{snapped.points, mended.triangles};
   solid.report.closed = mended.closed;
   if (mended.closed) {
-    const LineSigns signs = fill_closed(mesh, {}, threads, solid.inside);
+    const LineSigns signs = fill_closed(mesh, {}, options.threads, solid.inside);
     if (signs.positive && signs.negative && detail::turn_stray_shells(mesh_W, mended))
-      fill_closed({snapped.points, mended.triangles}, {}, threads, solid.inside);
+      fill_closed({snapped.points, mended.triangles}, {}, options.threads, solid.inside);
   } else {
     const Votes votes = ask_all_axes(mesh, solid.box);
     const geometry::WindingTree tree({mesh_W.vertices_m, mended.triangles});
-    std::atomic<std::size_t> disputed = 0;
-    const Judge judge(tree, grid, solid.box);
-    in_slabs(solid.box.size[2], threads,
-             [&](Slab z, std::size_t) { disputed += settle(votes, z, judge, solid); });
-    solid.report.disputed_voxels = disputed;
+    if (!settle_all(votes, Judge(tree, grid, solid.box), options, solid)) return false;
   }
   solid.report.degenerate_triangles = mended.degenerate;
   solid.report.duplicate_triangles = mended.duplicates;
   solid.report.turned_triangles = mended.turned;
+  return true;
 }
 
 }  // namespace
@@ -225,7 +240,7 @@ VoxelBox voxel_bounds(const geometry::TriangleMesh& mesh_W, const GridSpec& grid
 }
 
 core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const GridSpec& grid,
-                                     const VoxelBox& clip, int threads) {
+                                     const VoxelBox& clip, const WorkOptions& options) {
   SolidVoxels solid;
   solid.report.triangles = mesh_W.triangles.size();
   const core::Status too_far(core::ErrorCode::kResourceExhausted,
@@ -242,24 +257,26 @@ core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const
   solid.box = voxels_of(bounds, grid).intersection(clip);
   if (solid.box.empty()) return solid;
   SnappedMesh mesh{{}, mesh_W.triangles};
-  if (!detail::snap(mesh_W.vertices_m, lattice_of(grid, solid.box), threads, mesh.points)) return too_far;
+  if (!detail::snap(mesh_W.vertices_m, lattice_of(grid, solid.box), options.threads, mesh.points))
+    return too_far;
 
   solid.boundary = BitVolume::unwritten(solid.box.size);
-  OverSlabs over(static_cast<std::size_t>(std::max(1, threads)));
-  in_slabs(solid.box.size[2], threads, [&](Slab z, std::size_t number) {
+  OverSlabs over(static_cast<std::size_t>(std::max(1, options.threads)));
+  in_slabs(solid.box.size[2], options.threads, [&](Slab z, std::size_t number) {
     clear(z, solid.boundary);
     detail::mark_triangles(mesh, z, solid.boundary, over[number]);
   });
   solid.inside = BitVolume::unwritten(solid.box.size);
   bool mended = true;
   if (geometry::is_oriented_surface(mesh_W.triangles)) {
-    const LineSigns signs = fill_closed(mesh, over, threads, solid.inside);
+    const LineSigns signs = fill_closed(mesh, over, options.threads, solid.inside);
     // Some shell may face the wrong way; or each triangle stands there twice, facing both ways.
     mended = signs.positive == signs.negative;
   }
-  if (mended) fill_mended(mesh_W, mesh, grid, threads, solid);
+  if (mended && !fill_mended(mesh_W, mesh, grid, options, solid))
+    return core::Status(core::ErrorCode::kUnavailable, "voxelising was stopped");
   solid.interior = BitVolume::unwritten(solid.box.size);
-  in_slabs(solid.box.size[2], threads, [&](Slab z, std::size_t) {
+  in_slabs(solid.box.size[2], options.threads, [&](Slab z, std::size_t) {
     const std::size_t layer = solid.inside.words_per_row() * static_cast<std::size_t>(solid.box.size[1]);
     for (std::size_t i = layer * static_cast<std::size_t>(z.first);
          i < layer * static_cast<std::size_t>(z.last); ++i)

@@ -3,6 +3,7 @@
 #include "common/core/status.hpp"
 #include "common/geometry/mesh.hpp"
 #include "common/voxel/voxel_box.hpp"
+#include "common/voxel/work_options.hpp"
 
 namespace phantom::voxel {
 
@@ -50,9 +51,10 @@ struct SolidVoxels {
 /// Exact on closed meshes: vertices are rounded to 1/16384 voxel, all decisions after that are made in
 /// integers; the same for any number of threads. kInvalidArgument if a coordinate is not finite,
 /// kResourceExhausted if the mesh reaches farther than 16384 voxels from `clip`. An object that does not
-/// touch `clip` gives an empty box. Not real-time safe.
+/// touch `clip` gives an empty box. An open mesh in fine voxels may take minutes: options.go_on is asked, and
+/// kUnavailable is returned if it says no. Not real-time safe.
 core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const GridSpec& grid,
-                                     const VoxelBox& clip, int threads = 1);
+                                     const VoxelBox& clip, const WorkOptions& options = {});
 
 /// Smallest box of voxels that holds the mesh. Its vertices must be finite and within ±1e6 m.
 VoxelBox voxel_bounds(const geometry::TriangleMesh& mesh_W, const GridSpec& grid);

@@ -31,6 +31,7 @@ class Device final : public master_io::Device {
             core::Nanoseconds now_ns) noexcept override {
     device_.move(motor_Nm, hand_Nm, reset, dt_s, now_ns);
   }
+  void end(core::Nanoseconds now_ns) noexcept override { device_.end(now_ns); }
   bool makes_up_periods() const noexcept override { return true; }
   core::ActuatorHealth health() override { return {}; }
 

@@ -51,7 +51,7 @@ geometry::TriangleMesh any_mesh(FuzzedDataProvider& data) {
 
 void check_voxels(const geometry::TriangleMesh& mesh, const voxel::GridSpec& grid) {
   const auto clip = voxel::VoxelBox::of(grid);
-  const auto one = voxel::voxelise(mesh, grid, clip), two = voxel::voxelise(mesh, grid, clip, 2);
+  const auto one = voxel::voxelise(mesh, grid, clip), two = voxel::voxelise(mesh, grid, clip, {2, nullptr});
   demand(one.has_value() == two.has_value());
   demand(one.has_value() || !one.status().message().empty());
   if (!one) return;

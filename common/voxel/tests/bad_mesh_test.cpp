@@ -200,6 +200,28 @@ TEST(BadMesh, AHoleAsLargeAsAQuarterIsClosedBySomethingSmooth) {
   });
 }
 
+TEST(BadMesh, AnOpenMeshTellsHowFarItIsAndCanBeStopped) {
+  TriangleMesh mesh = geometry::make_sphere(0.25, 3).transformed(at(0, 0, 0));
+  mesh.triangles.resize(mesh.triangles.size() * 3 / 4);
+  std::vector<double> shares;
+  const auto note = [&shares](double share) {
+    shares.push_back(share);
+    return true;
+  };
+  const auto whole = voxelise(mesh, kGrid, kAll, {1, note});
+  ASSERT_TRUE(whole);
+  EXPECT_EQ(differing(*whole, solid_of(mesh, 2)), 0U);
+  ASSERT_GT(shares.size(), 10U);
+  EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+  EXPECT_GE(shares.front(), 0.0);
+  EXPECT_LE(shares.back(), 1.0);
+  int asked = 0;
+  const auto stopped = voxelise(mesh, kGrid, kAll, {1, [&asked](double) { return ++asked < 3; }});
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.status().code(), core::ErrorCode::kUnavailable);
+  EXPECT_EQ(asked, 3);
+}
+
 TEST(BadMesh, TJunctionsDoNotMatter) {
   // A box whose top has an extra corner on an edge that the side does not know.
   TriangleMesh mesh = geometry::make_box({0.4, 0.3, 0.2});

@@ -14,7 +14,7 @@ inline const VoxelBox kAll = VoxelBox::of(kGrid);
 
 inline SolidVoxels solid_of(const geometry::TriangleMesh& mesh, int threads = 1,
                             const VoxelBox& clip = kAll) {
-  auto solid = voxelise(mesh, kGrid, clip, threads);
+  auto solid = voxelise(mesh, kGrid, clip, {threads, nullptr});
   EXPECT_TRUE(solid) << solid.status().message();
   return std::move(*solid);
 }
