@@ -215,7 +215,7 @@ TABLES = {"loop": loop, "wire": wire, "discovery": discovery}
 
 def main():
     arguments = argparse.ArgumentParser(
-        usage="scale [loop] [wire] [discovery] [options]", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+        prog="scale", usage="scale [loop] [wire] [discovery] [options]", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("tables", nargs="*", choices=[[], *TABLES], metavar="table")
     arguments.add_argument("--bin", default=SOURCE / "build/release/bin")
     arguments.add_argument("--onlookers", nargs="+", type=int, default=[0, 1, 5, 20])
