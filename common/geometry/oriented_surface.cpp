@@ -1,4 +1,5 @@
 #include <cstdint>
+#include <numeric>
 #include <span>
 
 #include "common/geometry/mesh_topology.hpp"
@@ -43,7 +44,10 @@ std::uint64_t SumOfWeights(std::span<const Triangle> triangles) {
     add(b, c);
     add(c, a);
   }
-  std::uint64_t all = hn::GetLane(hn::SumOfLanes(kNames, sum));
+  // Lane by lane: the sum wraps, which is defined for these numbers only.
+  alignas(64) std::uint64_t lane[hn::MaxLanes(kNames)];
+  hn::Store(sum, kNames, lane);
+  std::uint64_t all = std::accumulate(lane, lane + hn::Lanes(kNames), std::uint64_t{0});
   sum = hn::Zero(kNames);
   for (std::size_t i = whole; i < triangles.size(); ++i) {
     const Triangle& t = triangles[i];
