@@ -46,7 +46,6 @@ class MarkedBits {
   /// The same bits; finds out what holds any.
   explicit MarkedBits(BitVolume bits);
 
-  const BitVolume& bits() const { return bits_; }
   std::uint64_t* row(std::int32_t y, std::int32_t z) { return bits_.row(y, z); }
   const std::uint64_t* row(std::int32_t y, std::int32_t z) const { return bits_.row(y, z); }
   /// By group of a row. Who writes bits keeps them so.

@@ -6,10 +6,10 @@
 
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <string>
 
 #include "common/geometry/mesh_io.hpp"
+#include "tests/support/ascii_stl.hpp"
 
 namespace phantom::geometry {
 
@@ -27,19 +27,6 @@ class MeshFiles : public ::testing::Test {
     const auto path = folder_ / name;
     std::ofstream(path, std::ios::binary) << text;
     return path;
-  }
-  /// The mesh as a text STL.
-  static std::string ascii_stl(const TriangleMesh& mesh) {
-    std::ostringstream text;
-    text.precision(9);
-    text << "solid part\n";
-    for (const auto& t : mesh.triangles) {
-      text << "facet normal 0 0 0\nouter loop\n";
-      for (const auto v : t) text << "vertex " << mesh.vertices_m[v].transpose() << "\n";
-      text << "endloop\nendfacet\n";
-    }
-    text << "endsolid part\n";
-    return text.str();
   }
   /// Expects a refusal that names the file and says `reason`.
   static void expect_refused(const std::filesystem::path& path, const std::string& reason,

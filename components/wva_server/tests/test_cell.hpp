@@ -10,6 +10,7 @@
 #include "common/geometry/mesh.hpp"
 #include "common/geometry/primitives.hpp"
 #include "components/wva_server/wva_server.hpp"
+#include "tests/support/ascii_stl.hpp"
 
 namespace phantom::wva_server {
 
@@ -54,19 +55,6 @@ class TestCell : public ::testing::Test {
   }
   static std::int8_t order_at(const voxel::Workspace& workspace, double x, double y, double z) {
     return workspace.order(workspace.grid().index_of({x, y, z}));
-  }
-
-  static std::string ascii_stl(const geometry::TriangleMesh& mesh) {
-    std::ostringstream text;
-    text.precision(9);
-    text << "solid part\n";
-    for (const auto& t : mesh.triangles) {
-      text << "facet normal 0 0 0\nouter loop\n";
-      for (const auto v : t) text << "vertex " << mesh.vertices_m[v].transpose() << "\n";
-      text << "endloop\nendfacet\n";
-    }
-    text << "endsolid part\n";
-    return text.str();
   }
 
   std::filesystem::path folder_;
