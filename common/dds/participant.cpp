@@ -6,6 +6,7 @@
 
 #include <cstdio>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #include <random>
@@ -232,6 +233,14 @@ Participant::Participant(const std::string& component, const core::NetworkOption
 }
 
 Participant::~Participant() = default;
+
+// Emptied first: Fast DDS 2.9 frees what a writer keeps while heartbeats may read it, and one that does never
+// ends (mended after 2.12, https://github.com/eProsima/Fast-DDS/pull/4076).
+void delete_writer(edds::Publisher& publisher, edds::DataWriter* writer) {
+  std::size_t removed = 0;
+  writer->clear_history(&removed);
+  publisher.delete_datawriter(writer);
+}
 
 const std::string& Participant::component() const { return impl_->component; }
 std::uint64_t Participant::session() const { return impl_->session; }

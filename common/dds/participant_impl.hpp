@@ -43,6 +43,9 @@ struct Participant::Impl {
   std::shared_ptr<EndpointCounters> add_counters(const TopicDescription& topic, bool writer);
 };
 
+/// Deletes a writer with all that it keeps.
+void delete_writer(eprosima::fastdds::dds::Publisher& publisher, eprosima::fastdds::dds::DataWriter* writer);
+
 /// Logs once per endpoint and policy that another participant's endpoint does not fit.
 void report_incompatible(const std::string& component, const EndpointCounters& counters, int policy_id);
 

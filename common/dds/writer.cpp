@@ -45,7 +45,7 @@ RawWriter::RawWriter(Participant& participant, const TopicDescription& topic)
 }
 
 RawWriter::~RawWriter() {
-  if (impl_ && impl_->writer != nullptr) impl_->participant->publisher->delete_datawriter(impl_->writer);
+  if (impl_ && impl_->writer != nullptr) delete_writer(*impl_->participant->publisher, impl_->writer);
 }
 
 RawWriter::RawWriter(RawWriter&&) noexcept = default;

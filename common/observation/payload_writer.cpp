@@ -77,7 +77,7 @@ struct PayloadWriter::Impl : edds::DataWriterListener {
   std::atomic<std::uint32_t> matched{0};
 
   void close() {
-    if (writer != nullptr) publisher->delete_datawriter(writer);
+    if (writer != nullptr) dds::delete_writer(*publisher, writer);
     if (publisher != nullptr) participant->participant->delete_publisher(publisher);
     if (topic != nullptr) participant->participant->delete_topic(topic);
   }
