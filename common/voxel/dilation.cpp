@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <numeric>
 
 #include "common/core/parallel.hpp"
 #include "common/voxel/brick_painter.hpp"
@@ -26,6 +27,16 @@ constexpr std::int32_t brick_of(std::int32_t voxel) { return voxel >> 5; }
 /// Where the tile that holds `at` ends, at most at `end`; both are in a box whose corner is at `min`.
 constexpr std::int32_t end_of_tile(std::int32_t at, std::int32_t min, std::int32_t end) {
   return std::min(end, ((at + min) | (kTile - 1)) + 1 - min);
+}
+
+/// Where there is anything that the layers within `part` come from: the solid, the layers that others follow,
+/// and those layers themselves. Steps: the guard skin's reach and each layer's.
+VoxelBox needed_box(const VoxelBox& solid, const VoxelBox& part, const std::vector<int>& steps) {
+  const int reach = std::accumulate(steps.begin(), steps.end(), 0);
+  const VoxelBox laid = solid.grown(reach).intersection(part);
+  if (laid.empty()) return {};
+  const VoxelBox followed = solid.grown(reach - steps.back()).intersection(part.grown(reach - steps.front()));
+  return laid.hull(solid.intersection(part.grown(reach))).hull(followed);
 }
 
 /// The box in which layers are laid: whole words along x, whole layers of bricks along z for the threads to
@@ -267,9 +278,10 @@ bool in_element(ShapingElement element, int m, int i, int j, int k) {
 ObjectBricks dilation_bricks(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& part,
                              const WorkOptions& options) {
   if (solid.box.empty()) return {};
-  const int reach = profile.reach_vox();
-  const VoxelBox reached = solid.box.grown(reach).intersection(part.grown(reach));
-  if (reached.intersection(part).empty()) return {};
+  std::vector<int> steps = profile.thickness_vox;
+  if (profile.guard_vox > 0) steps.insert(steps.begin(), profile.guard_vox);
+  const VoxelBox reached = needed_box(solid.box, part, steps);
+  if (reached.empty()) return {};
   Growth growth(solid, work_box(reached), whole_bricks(reached.intersection(part), part), options.threads);
   if (profile.guard_vox > 0) {
     growth.start_from_solid();

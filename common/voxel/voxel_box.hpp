@@ -38,6 +38,21 @@ struct VoxelBox {
     axis(min.z, size[2], other.min.z, other.size[2], shared.min.z, shared.size[2]);
     return shared;
   }
+  /// The least box that holds both; an empty one adds nothing.
+  VoxelBox hull(const VoxelBox& other) const {
+    if (empty()) return other;
+    if (other.empty()) return *this;
+    VoxelBox both;
+    const auto axis = [](std::int32_t a, std::int32_t a_size, std::int32_t b, std::int32_t b_size,
+                         std::int32_t& from, std::int32_t& count) {
+      from = std::min(a, b);
+      count = std::max(a + a_size, b + b_size) - from;
+    };
+    axis(min.x, size[0], other.min.x, other.size[0], both.min.x, both.size[0]);
+    axis(min.y, size[1], other.min.y, other.size[1], both.min.y, both.size[1]);
+    axis(min.z, size[2], other.min.z, other.size[2], both.min.z, both.size[2]);
+    return both;
+  }
   static VoxelBox of(const GridSpec& grid) { return {{0, 0, 0}, grid.size_vox}; }
 };
 

@@ -114,15 +114,18 @@ TEST(Dilation, WidensByMoreThanAWord) {
 
 TEST(Dilation, DoesNotDependOnPartsNorOnWhatLiesBeyondTheGrid) {
   const VoxelBox small{{0, 0, 0}, {61, 50, 45}};  // ends inside of bricks; the solid hangs over
+  const SolidVoxels solid = scattered_solid(77, {70, 30, 40}, 200, {-8, 28, 20});
   for (const ShapingElement element : kElements) {
-    const LayerProfile profile = layers(element, {3, 2, 4}, 1);
-    const SolidVoxels solid = scattered_solid(77, {70, 30, 40}, 200, {-8, 28, 20});
-    expect_like_the_twin(solid, profile, small);
-    const ObjectBricks whole = dilation_bricks(solid, profile, kGrid);
-    for (const BrickKey key : whole.keys()) {
-      const ObjectBricks one = dilation_bricks(solid, profile, box_of(key));
-      ASSERT_EQ(one.keys(), std::vector{key});
-      twin::for_each(box_of(key).intersection(kGrid), [&](Index3 v) { ASSERT_EQ(one.at(v), whole.at(v)); });
+    for (const LayerProfile& profile :
+         {layers(element, {3, 2, 4}, 1), layers(element, {1, 8}), layers(element, {8, 1}),
+          layers(element, {5}), layers(element, {1}, 6)}) {
+      expect_like_the_twin(solid, profile, small);
+      const ObjectBricks whole = dilation_bricks(solid, profile, kGrid);
+      for (const BrickKey key : whole.keys()) {
+        const ObjectBricks one = dilation_bricks(solid, profile, box_of(key));
+        ASSERT_EQ(one.keys(), std::vector{key});
+        twin::for_each(box_of(key).intersection(kGrid), [&](Index3 v) { ASSERT_EQ(one.at(v), whole.at(v)); });
+      }
     }
   }
 }
