@@ -58,6 +58,7 @@ void Drive::enter(DrivePhase phase, core::Nanoseconds now_ns) noexcept {
     surplus_sdo_ = 0;
   }
   if (phase == DrivePhase::kStarting) {
+    was_set_up_ = true;
     heartbeat_ns_ = -1;
     surplus_syncs_ = 0;
     heartbeat_count_ = 0;
@@ -342,7 +343,10 @@ void Drive::leave_fault(core::Nanoseconds now_ns) noexcept {
 }
 
 void Drive::send_targets(const DriveTargets& targets, Outbox& out) noexcept {
-  if (!is_watched() && report_.phase != DrivePhase::kFault) return;
+  // A drive that was set up before and comes back without having booted may still have its old targets: it is
+  // told to stop for as long as it is searched.
+  const bool may_run = report_.phase == DrivePhase::kSearching && was_set_up_;
+  if (!is_watched() && report_.phase != DrivePhase::kFault && !may_run) return;
   const bool live = follows();
   CanFrame frame{.id = kCobRpdo1 + static_cast<std::uint32_t>(node_), .length = target_pdo_bytes(mode_)};
   const std::span bytes(frame.data);

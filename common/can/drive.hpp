@@ -108,7 +108,7 @@ class Drive {
   /// One cycle, after all frames were taken. `goal` counts once the drive is ready. `reset` asks to leave a
   /// fault.
   void step(DriveGoal goal, bool reset, BusState bus, core::Nanoseconds now_ns, Outbox& out) noexcept;
-  /// Targets for this cycle; call after step(). Sends nothing before the drive is operational.
+  /// Targets for this cycle; call after step(). Sends nothing before the drive was operational.
   void send_targets(const DriveTargets& targets, Outbox& out) noexcept;
   /// Tells that the cycle's SYNC went out.
   void on_sync() noexcept;
@@ -151,6 +151,7 @@ class Drive {
   std::uint16_t controlword_ = kCommandDisableVoltage;
   DriveFault pending_ = DriveFault::kNone;  // found in a frame; taken by step()
   bool booted_ = false;
+  bool was_set_up_ = false;  // at some time: it takes our targets when it is operational
   NmtState nmt_ = NmtState::kBootUp;
   core::Nanoseconds heartbeat_ns_ = -1;
   std::array<core::Nanoseconds, 64> heartbeats_ns_{};  // the newest heartbeat_window_, as a ring

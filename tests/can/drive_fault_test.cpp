@@ -233,6 +233,31 @@ TEST(DriveFaults, AFrozenMasterMakesTheDrivesHoldByThemselves) {
   EXPECT_NEAR(rig.drives[0]->motor().joint_rad(), held, 1e-3);
 }
 
+// As of a drive whose firmware hung: it missed that the master stopped it, and the master's asking it to boot is
+// lost too. It still has the torque of before.
+TEST(DriveFaults, ADriveThatComesBackWithItsLastTorqueIsStoppedBeforeItBoots) {
+  for (const FaultReaction reaction : {FaultReaction::kHold, FaultReaction::kCoast}) {
+    Rig rig(group_config(DriveMode::kTorque, 1, reaction));
+    ASSERT_TRUE(rig.bring_up());
+    rig.command.torque[0] = 2.0;
+    rig.run(0.01);
+    rig.frozen[0] = true;
+    rig.bus.set_faults({{.drop = 1.0}});
+    ASSERT_GE(rig.run_until([&] { return rig.state() == DriveGroupState::kFault; }, 1.0), 0.0);
+    rig.frozen[0] = false;
+    rig.bus.set_faults({{.id = can::kCobNmt, .mask = 0x7FF, .drop = 1.0}});
+    rig.command.reset = true;
+    ASSERT_EQ(rig.drives[0]->power(), Power::kEnabled);
+    rig.run(0.01);
+    EXPECT_EQ(rig.drive(0).phase, DrivePhase::kSearching);
+    EXPECT_EQ(rig.drives[0]->power(),
+              reaction == FaultReaction::kHold ? Power::kQuickStop : Power::kSwitchOnDisabled);
+    rig.bus.set_faults({});
+    rig.command.torque[0] = 0.0;
+    EXPECT_TRUE(rig.bring_up());
+  }
+}
+
 TEST(DriveFaults, HoldingGoesOnThroughAResetUnderAWeight) {
   simulated_drive::DriveOptions options;
   options.motor.load_Nm = 2.0;
