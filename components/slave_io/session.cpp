@@ -24,12 +24,14 @@ using teleop::LinkState;
 
 constexpr double kHealthPeriod_s = 0.5;
 
-std::string sentence(const SlaveOutputs& now) {
+std::string sentence(const SlaveOutputs& now, const robot::SerialArm& arm) {
   switch (now.state) {
     case LinkState::kInit:
       return now.master_elsewhere ? "the master answers another slave_io: waiting" : "waiting for the master";
     case LinkState::kReady:
-      return "coming to the master's pose";
+      if (now.far_joint < 0) return "coming to the master's pose";
+      return "too far from the master to come by itself: bring the master nearer with " +
+             arm.joints()[static_cast<std::size_t>(now.far_joint)].name;
     case LinkState::kDegraded:
       return now.master_elsewhere ? "the master answers another slave_io: holding position"
                                   : "the master is not heard: holding position";
@@ -69,10 +71,10 @@ void write_report(const std::filesystem::path& file, const std::vector<core::Loo
 }
 
 // What is told twice a second: trouble with the drives before the state of the link.
-core::Health health_of(const SlaveOutputs& now, const core::ActuatorHealth& driver,
-                       std::vector<core::LoopStatistics> loops) {
+core::Health health_of(const SlaveOutputs& now, const robot::SerialArm& arm,
+                       const core::ActuatorHealth& driver, std::vector<core::LoopStatistics> loops) {
   core::ComponentState state = component_state(now.state);
-  std::string message = sentence(now);
+  std::string message = sentence(now, arm);
   if (driver.fault) {
     state = core::ComponentState::kFault;
     message = driver.message;
@@ -129,7 +131,7 @@ std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config&
         spdlog::info("drives: {}", said.empty() ? "all follow" : said);
       }
     }
-    adapter.publish_health(health_of(now(), driver, loops.statistics()));
+    adapter.publish_health(health_of(now(), model.arm, driver, loops.statistics()));
     if (const std::string refused = loops.take_notice(); !refused.empty())
       spdlog::warn("servo thread: {}", refused);
   } while (runtime::sleep_unless_stopped(kHealthPeriod_s));

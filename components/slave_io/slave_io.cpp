@@ -56,7 +56,9 @@ SlaveOutputs SlaveIo::step(const SlaveInputs& in, double dt_s) noexcept {
   out.stop_cause = link_.stop_cause();
   out.master_elsewhere = in.master.answers_another;
   if ((holds(out.state) && !holds(before)) || !in.drives_follow) limiter_.reset(in.position);
-  out.reference_velocity = lead_reference(in, dt_s);
+  const bool comes = out.state == LinkState::kReady || out.state == LinkState::kAligned;
+  out.far_joint = comes ? far_joint(in.master.position) : std::int8_t{-1};
+  out.reference_velocity = lead_reference(in, out.far_joint < 0, dt_s);
   out.reference = limiter_.reference();
   out.torque = servo_.step(out.reference, out.reference_velocity, in.position, in.velocity,
                            gravity_feed_forward_ ? in.gravity_Nm : core::JointArray{});
@@ -73,7 +75,7 @@ void SlaveIo::limit_speed(const core::JointArray& v, core::JointArray& drive_Nm)
 }
 
 // Moves the reference as the state allows; returns the velocity that goes with it.
-core::JointArray SlaveIo::lead_reference(const SlaveInputs& in, double dt_s) noexcept {
+core::JointArray SlaveIo::lead_reference(const SlaveInputs& in, bool master_near, double dt_s) noexcept {
   core::JointArray v_ref{};
   switch (link_.state()) {
     case LinkState::kInit:
@@ -82,7 +84,7 @@ core::JointArray SlaveIo::lead_reference(const SlaveInputs& in, double dt_s) noe
       break;
     case LinkState::kReady:
     case LinkState::kAligned:
-      if (within_range(in.master.position)) limiter_.step(as_far_as_free(in), align_speed_, dt_s);
+      if (master_near) limiter_.step(as_far_as_free(in), align_speed_, dt_s);
       break;
     case LinkState::kCoupled: {
       // Between samples the reference goes on at the master's speed: the two loops run free of each other,
@@ -117,8 +119,13 @@ core::JointArray SlaveIo::as_far_as_free(const SlaveInputs& in) const noexcept {
   return target;
 }
 
-bool SlaveIo::within_range(const core::JointArray& q) const noexcept {
-  return teleop::pose_difference(q, limiter_.reference(), align_range_, count_) <= 1.0;
+// The first joint whose reference is farther from q than the arm goes by itself, or whose q is no number; −1:
+// none.
+std::int8_t SlaveIo::far_joint(const core::JointArray& q) const noexcept {
+  for (std::size_t j = 0; j < count_; ++j) {
+    if (!(std::abs(q[j] - limiter_.reference()[j]) <= align_range_[j])) return static_cast<std::int8_t>(j);
+  }
+  return -1;
 }
 
 }  // namespace phantom::slave_io

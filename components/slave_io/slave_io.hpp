@@ -41,6 +41,7 @@ struct SlaveOutputs {
   teleop::LinkState state = teleop::LinkState::kInit;
   teleop::StopCause stop_cause = teleop::StopCause::kNone;
   bool master_elsewhere = false;  ///< the master is heard, but answers another slave
+  std::int8_t far_joint = -1;  ///< index of one that is too far from the master's to come by itself; −1: none
   teleop::ServoTorque torque;
   core::JointArray reference{};           ///< what the position loops follow
   core::JointArray reference_velocity{};  ///< and how fast that moves, as far as the master says so
@@ -60,10 +61,10 @@ class SlaveIo {
   SlaveOutputs step(const SlaveInputs& in, double dt_s) noexcept;
 
  private:
-  core::JointArray lead_reference(const SlaveInputs& in, double dt_s) noexcept;
+  core::JointArray lead_reference(const SlaveInputs& in, bool master_near, double dt_s) noexcept;
   void limit_speed(const core::JointArray& v, core::JointArray& drive_Nm) const noexcept;
   core::JointArray as_far_as_free(const SlaveInputs& in) const noexcept;
-  bool within_range(const core::JointArray& q) const noexcept;
+  std::int8_t far_joint(const core::JointArray& q) const noexcept;
 
   std::size_t count_;
   bool gravity_feed_forward_;

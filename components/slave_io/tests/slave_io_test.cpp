@@ -121,6 +121,8 @@ TEST(SlaveIo, ComesSlowlyToANearMasterBeforeCouplingAndWaitsForAFarOne) {
   far.run(3.0);
   EXPECT_EQ(far.state(), LinkState::kReady);
   EXPECT_NEAR(far.last.position[3], shipped_arm().home[3], 0.01);
+  EXPECT_EQ(far.last.outputs.far_joint, 3);
+  EXPECT_EQ(bench.last.outputs.far_joint, -1);
 }
 
 TEST(SlaveIo, WhatKeepsItFromComingIsNotPressedHarder) {
