@@ -5,6 +5,7 @@
 #include "common/robot/joint_values.hpp"
 #include "common/runtime/config_reader.hpp"
 #include "common/runtime/link_config.hpp"
+#include "common/runtime/servo_check.hpp"
 #include "common/teleop/stability_guard.hpp"
 #include "components/master_io/reaches.hpp"
 
@@ -52,10 +53,12 @@ core::JointArray read_device(const ConfigReader& section, const robot::SerialArm
                               p.number("damping_cap_N_s_per_m", {0, 1e6, "N·s/m"}));
 }
 
+int read_delay(const ConfigReader& device) {
+  return device.integer("command_delay_samples", 1, {0, 100, "samples"});
+}
+
 /// Damping that the device renders stably: decides how much of the percept gets through.
-core::JointArray damping_limit(const ConfigReader& section, const Config& config,
-                               const core::JointArray& cap) {
-  const int delay = section.integer("command_delay_samples", 1, {0, 100, "samples"});
+core::JointArray damping_limit(int delay, const Config& config, const core::JointArray& cap) {
   teleop::DeviceDamping device{.joint_count = config.device.joint_count,
                                .inertia = {},
                                .damping_cap = cap,
@@ -98,6 +101,26 @@ void read_exchange(const ConfigReader& section, const robot::SerialArm& arm, tel
   gains.k_v = robot::by_joint_type(arm, section.number("k_v_N_m_s_per_rad", {0, 1e4, "N·m·s/rad"}),
                                    section.number("k_v_N_s_per_m", {0, 1e6, "N·s/m"}));
   gains.force_share = section.number("force_share", {0, 10, ""});
+}
+
+/// Whether the master's own position loop bears the delay to its motors, with the greater gain of the laws
+/// that have one: the law may change while running. A slave that stands still is what it hangs on.
+void check_exchange(const ConfigReader& section, const robot::SerialArm& arm, int delay,
+                    const Config& config) {
+  const auto& feedback = config.feedback;
+  const auto gain = [&](teleop::BilateralLaw law) {
+    return feedback.inverse_a[static_cast<std::size_t>(law)];
+  };
+  const double inverse_a = feedback.contact_gain_ratio *
+                           std::max(gain(teleop::BilateralLaw::kPe), gain(teleop::BilateralLaw::kPeff));
+  for (std::size_t j = 0; j < arm.joint_count(); ++j) {
+    const teleop::JointServoGains loop{inverse_a * feedback.exchange.k_p[j],
+                                       inverse_a * feedback.exchange.k_v[j], feedback.torque_cap_Nm[j]};
+    // A torque acts for a period: half of it later on average.
+    const std::string why =
+        runtime::why_it_swings(loop, config.device.joints[j].inertia, config.period_s, delay + 0.5);
+    if (!why.empty()) throw section.error("exchange", "makes " + arm.joints()[j].name + " " + why);
+  }
 }
 
 /// The guard may add as much damping as the percept may: together they stay within the device's stability.
@@ -264,12 +287,15 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
   config.feedback.law = read_law(file, choices.law);
   const ConfigReader device = file.section("device");
   const auto cap = read_device(device, arm, config.device);
+  const int delay = read_delay(device);
   if (config.driver == Driver::kCan || file.has("can")) read_can(file.section("can"), arm, config);
   const ConfigReader percept = file.section("percept");
   read_percept(percept, arm, config);
-  config.percept.damping_limit_Nms_per_rad = damping_limit(device, config, cap);
+  config.percept.damping_limit_Nms_per_rad = damping_limit(delay, config, cap);
   check_coupled(percept, arm, config.percept);
-  read_feedback(file.section("feedback"), arm, config);
+  const ConfigReader feedback = file.section("feedback");
+  read_feedback(feedback, arm, config);
+  check_exchange(feedback, arm, delay, config);
   if (config.driver == Driver::kSim || file.has("operator")) {
     const ConfigReader hand = file.section("operator");
     config.hand = read_operator(hand, arm, choices.operator_model);

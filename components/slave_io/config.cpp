@@ -1,13 +1,11 @@
 #include "components/slave_io/config.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <iomanip>
-#include <sstream>
 
 #include "common/robot/joint_values.hpp"
 #include "common/runtime/config_reader.hpp"
 #include "common/runtime/link_config.hpp"
+#include "common/runtime/servo_check.hpp"
 
 namespace phantom::slave_io {
 namespace {
@@ -97,26 +95,18 @@ void read_can(const ConfigReader& section, const robot::SerialArm& arm, Config& 
 constexpr double kDelayOnCan_periods = 2.5;
 constexpr double kDelaySimulated_periods = 0.5;
 
-// With half of the delay that makes a loop unstable it still comes to rest soon.
-constexpr double kDelayShare = 0.5;
-
-// Whether the position loops that run here bear the delay that their rate brings. A joint without k_v leaves
-// its damping to friction, which nobody here knows.
+// Whether the position loops that run here bear the delay that their rate brings.
 void check_loops(const ConfigReader& servo, const robot::SerialArm& arm, const Config& config) {
   const bool on_can = config.driver == Driver::kCan;
-  const double delay_s = config.period_s * (on_can ? kDelayOnCan_periods : kDelaySimulated_periods);
+  const double delay_periods = on_can ? kDelayOnCan_periods : kDelaySimulated_periods;
   for (std::size_t j = 0; j < arm.joint_count(); ++j) {
     if (on_can && config.can->group.axes[j].mode != can::DriveMode::kTorque) continue;
-    const double most_s =
-        kDelayShare * teleop::delay_margin_s(config.gains[j], config.plant.joints[j].inertia);
-    if (config.gains[j].k_v <= 0.0 || delay_s <= most_s) continue;
-    std::ostringstream text;
-    text << std::setprecision(3) << "makes " << arm.joints()[j].name << " swing at rate_Hz "
-         << 1.0 / config.period_s << ": " << 1e3 * delay_s << " ms pass from a position to its torque, "
-         << 1e3 * most_s << " ms may; allowed: softer loops, or rate_Hz from "
-         << std::ceil(delay_s / most_s / config.period_s);
-    const bool own = servo.optional_section("joints").has(arm.joints()[j].name);
-    throw servo.error(own ? "joints" : "bandwidth_Hz", text.str());
+    const std::string why = runtime::why_it_swings(config.gains[j], config.plant.joints[j].inertia,
+                                                   config.period_s, delay_periods);
+    if (why.empty()) continue;
+    const std::string& name = arm.joints()[j].name;
+    const bool own = servo.optional_section("joints").has(name);
+    throw servo.error(own ? "joints" : "bandwidth_Hz", "makes " + name + " " + why);
   }
 }
 

@@ -64,6 +64,9 @@ class Processes {
       // So that the answers' delay, some cycles, is the same part of the loop's own time.
       slave =
           replaced(slave, "bandwidth_Hz: 8", "bandwidth_Hz: " + std::to_string(8 * std::stod(rate) / 500));
+      // The laws with a position loop of the master's own are not used here.
+      for (const char* law : {"    pe: ", "    peff: "})
+        master = replaced(master, law + std::string("1"), law + std::string("0"));
     }
     for (std::size_t b = 0; b < 4; ++b) {
       const auto ends = split(buses.at(b), '+');

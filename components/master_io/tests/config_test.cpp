@@ -113,6 +113,24 @@ TEST(MasterConfig, AJointThatMayNotBeDampedDoesNotGoWithTheCoupledMatrix) {
   EXPECT_EQ(problem_of(changed("mode: separable", "mode: coupled")), "accepted");
 }
 
+TEST(MasterConfig, ExchangeLoopsThatSwingAtTheirRateAreRefused) {
+  EXPECT_THAT(problem("rate_Hz: 1000", "rate_Hz: 200"),
+              AllOf(HasSubstr("feedback.exchange: makes j2_yaw swing at rate_Hz 200: 7.5 ms"),
+                    HasSubstr("allowed: softer loops, or rate_Hz from 243")));
+  EXPECT_EQ(problem_of(changed("rate_Hz: 1000", "rate_Hz: 243")), "accepted");
+  EXPECT_THAT(problem("k_p_N_m_per_rad: 8", "k_p_N_m_per_rad: 80"), HasSubstr("j2_yaw swing"));
+  EXPECT_THAT(problem("command_delay_samples: 1 ", "command_delay_samples: 6 "), HasSubstr("6.5 ms"));
+  // The law with the greater gain counts, and what contact makes of it.
+  const auto late = changed("command_delay_samples: 1 ", "command_delay_samples: 5 ");
+  const auto strong = changed("    peff: 1\n", "    peff: 10\n", late);
+  EXPECT_EQ(problem_of(strong), "accepted");
+  EXPECT_EQ(problem_of(changed("gain_ratio: 1 ", "gain_ratio: 2 ", late)), "accepted");
+  EXPECT_THAT(problem_of(changed("gain_ratio: 1 ", "gain_ratio: 2 ", strong)), HasSubstr("j2_yaw swing"));
+  // Without them nothing swings.
+  const auto off = changed("    pe: 1 ", "    pe: 0 ", changed("    peff: 1\n", "    peff: 0\n"));
+  EXPECT_EQ(problem_of(changed("rate_Hz: 1000", "rate_Hz: 60", off)), "accepted");
+}
+
 TEST(MasterConfig, AMissingReachesFileIsNamed) {
   EXPECT_THAT(problem_of(changed("reaches_file: \"\"", "reaches_file: nowhere.yaml")),
               HasSubstr("nowhere.yaml"));
