@@ -60,7 +60,7 @@ class DdsAdapter : public PerceptSink {
   /// Sends component_status. One thread.
   void publish_status(const core::Health& health);
 
-  // Called by the sensing loop, on its thread.
+  // Called by the sensing loop, on its thread; on_alert() by the relay, on its own.
   void on_drag(const StepOutputs& outputs, const TickInfo& info) override;
   void on_percept(const StepOutputs& outputs, const TickInfo& info) override;
   void on_alert(const percept::Alert& alert, bool cleared) override;

@@ -12,7 +12,7 @@
 namespace phantom::phantom_sensing {
 
 /// Passes everything on to another sink and keeps the alerts for log and report. Logging is left to another
-/// thread: a log that nobody drains must not hold up the haptic path.
+/// thread: a log that nobody drains must not hold up what comes next.
 class HitLog : public PerceptSink {
  public:
   using ObjectName = std::function<std::string(std::uint16_t)>;

@@ -38,7 +38,7 @@ struct TickInfo {
   std::size_t allowed_contacts = 0;  ///< that are allowed now
 };
 
-/// Takes what the loop makes. Called on the loop's thread.
+/// Takes what the loop makes. Called on the loop's thread, or on one that a sink before it has made.
 class PerceptSink {
  public:
   virtual ~PerceptSink() = default;

@@ -8,6 +8,7 @@
 
 #include "common/core/errors.hpp"
 #include "common/runtime/process.hpp"
+#include "components/phantom_sensing/alert_relay.hpp"
 #include "components/phantom_sensing/contact_desk.hpp"
 #include "components/phantom_sensing/dds_adapter.hpp"
 #include "components/phantom_sensing/hit_log.hpp"
@@ -268,7 +269,8 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
   DdsAdapter adapter(deployment.network, model);
   WorkspaceKeeper workspace([&adapter](const std::string& why) { adapter.count_refused_workspace(why); });
   HitLog hits(adapter, model);
-  SensingLoop loop(model, config, workspace, hits);
+  AlertRelay relay(hits);
+  SensingLoop loop(model, config, workspace, relay);
   Service service(cell, config, model, adapter, workspace, loop);
   const auto object_name = [&service](std::uint16_t id) { return service.object_name(id); };
   spdlog::info("{} sensors and {} interest points on {} joints; waiting for workspace and slave_state",
@@ -295,6 +297,7 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
   } while (runtime::sleep_unless_stopped(kPoll_s));
 
   sensing.end();
+  relay.end();
   hits.log_new(object_name);
   const Situation last = service.situation(core::monotonic_ns());
   core::Health ended = health_of(last, model);
