@@ -1,5 +1,6 @@
 #include "components/phantom_session/collector.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -22,8 +23,43 @@ Collector::Collector(double onset_threshold_Nm, double row_interval_s, Narrate n
       row_interval_s_(row_interval_s),
       narrate_(std::move(narrate)) {}
 
-void Collector::narrate(double t_s, const std::string& what) const {
-  if (narrate_) narrate_(format("%7.2f s  ", t_s) + what);
+void Collector::narrate(double t_s, const std::string& what) {
+  waiting_.push_back({t_s, what});
+  tell_until(t_s);
+}
+
+void Collector::narrate_hit(const HitSample& sample) {
+  tell_until(sample.t_s);
+  const std::string place = sample.point.empty() ? "skin" : sample.point;
+  for (Line& line : waiting_) {
+    const bool same = line.hit && line.hit->link == sample.link && line.hit->object == sample.object &&
+                      line.hit->rule == sample.rule;
+    if (!same || std::find(line.places.begin(), line.places.end(), place) != line.places.end()) continue;
+    line.places.push_back(place);
+    return;
+  }
+  waiting_.push_back({sample.t_s, "", sample, {place}});
+}
+
+std::string Collector::text_of(const Line& line) const {
+  if (!line.hit) return line.what;
+  std::string places = line.hit->place();
+  if (line.places.size() > 1) {
+    places = line.hit->link + " (";
+    for (std::size_t i = 0; i < line.places.size(); ++i) places += (i == 0 ? "" : ", ") + line.places[i];
+    places += ")";
+  }
+  return "  hit threatens: " + places + " near " + object_name(line.hit->object) + " (" + line.hit->rule +
+         ")";
+}
+
+// In the order in which it happened: what comes after a hit that may go on waits with it.
+void Collector::tell_until(double now_s) {
+  while (!waiting_.empty() && !(waiting_.front().hit && now_s < waiting_.front().t_s + kSameHit_s)) {
+    const Line& line = waiting_.front();
+    if (narrate_) narrate_(format("%7.2f s  ", line.t_s) + text_of(line));
+    waiting_.pop_front();
+  }
 }
 
 std::string Collector::object_name(int object) const {
@@ -63,6 +99,7 @@ void Collector::on_slave(const SlaveSample& sample) {
                                    1e3 * reach.contact_speed_m_s, reach.peak_torque_Nm));
   }
   slave_ = sample;
+  tell_until(sample.t_s);
   add_row(sample.t_s);
 }
 
@@ -98,8 +135,7 @@ std::string Collector::live_line() const {
 void Collector::on_hit(const HitSample& sample) {
   if (sample.cleared) return;
   hits_.push_back(sample);
-  narrate(sample.t_s, "  hit threatens: " + sample.link + " near " + object_name(sample.object) + " (" +
-                          sample.rule + ")");
+  narrate_hit(sample);
 }
 
 void Collector::on_status(const StatusSample& sample) {
@@ -114,6 +150,7 @@ void Collector::on_status(const StatusSample& sample) {
     narrate(sample.t_s, sample.component + ": " + sample.message);
     told_s_[sample.component] = sample.t_s;
   }
+  tell_until(sample.t_s);
   statuses_[sample.component] = sample;
 }
 

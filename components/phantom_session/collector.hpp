@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -44,8 +46,12 @@ struct HitSample {
   double t_s = 0.0;
   std::uint32_t alert = 0;
   std::string rule, link;
+  std::string point;  ///< interest point that is threatened; empty: the link's skin
   int object = 0;
   bool cleared = false;
+
+  /// "gripper", or "forearm (elbow)" for an interest point.
+  std::string place() const { return point.empty() ? link : link + " (" + point + ")"; }
 };
 struct StatusSample {
   double t_s = 0.0;
@@ -82,9 +88,11 @@ struct Row {
 class Collector {
  public:
   using Narrate = std::function<void(const std::string&)>;
+  static constexpr double kSameHit_s = 0.25;
 
   /// `onset_threshold_Nm`: percept torque that counts as felt. `row_interval_s`: spacing of the time series.
-  /// `narrate` is told in one line what happens; may be empty.
+  /// `narrate` is told in one line what happens; may be empty. A hit's line, and what follows it, waits for
+  /// kSameHit_s: the skin and an interest point of one link tell the same hit one after the other.
   Collector(double onset_threshold_Nm, double row_interval_s, Narrate narrate);
 
   void on_object_name(int object, const std::string& name) { object_names_[object] = name; }
@@ -95,6 +103,9 @@ class Collector {
   void on_percept(const PerceptSample& sample);
   void on_hit(const HitSample& sample);
   void on_status(const StatusSample& sample);
+
+  /// Tells what still waits to be told.
+  void tell_rest() { tell_until(std::numeric_limits<double>::infinity()); }
 
   const std::vector<Reach>& reaches() const { return reaches_; }
   const std::vector<Row>& rows() const { return rows_; }
@@ -107,7 +118,17 @@ class Collector {
   bool all_ready(const std::vector<std::string>& components, std::string* missing) const;
 
  private:
-  void narrate(double t_s, const std::string& what) const;
+  /// A line that waits: what happened, or the places of a hit that begin it.
+  struct Line {
+    double t_s = 0.0;
+    std::string what;
+    std::optional<HitSample> hit{};
+    std::vector<std::string> places{};
+  };
+  void narrate(double t_s, const std::string& what);
+  void narrate_hit(const HitSample& sample);
+  void tell_until(double now_s);
+  std::string text_of(const Line& line) const;
   void begin_reach(const MasterSample& sample);
   void add_row(double t_s);
 
@@ -121,6 +142,7 @@ class Collector {
   std::vector<Reach> reaches_;
   std::vector<Row> rows_;
   std::vector<HitSample> hits_;
+  std::deque<Line> waiting_;  // the first is a hit's
   std::map<std::string, StatusSample> statuses_;
   std::map<std::string, double> told_s_;  // when a component's message was last told
 };

@@ -43,12 +43,6 @@ JointRow row_of(const msg::MasterState& m, double t_s) {
           .feedback_torque = m.feedback_torque_Nm()};
 }
 
-/// "gripper", or "forearm (elbow)" for an interest point.
-std::string place_of(const msg::HitAlert& hit) {
-  const std::string link = hit.link_name().to_string();
-  return hit.interest_point().size() == 0 ? link : link + " (" + hit.interest_point().to_string() + ")";
-}
-
 const char* motion_name(msg::MotionClass motion) {
   switch (motion) {
     case msg::MOTION_SAFE:
@@ -159,7 +153,8 @@ struct DdsAdapter::Impl {
                   collector.on_percept(percept_of(p, t_s));
                 })),
         hits(participant, dds::kHitAlert, into([this](const msg::HitAlert& h, double t_s) {
-               collector.on_hit({t_s, h.alert(), rule_name(h.rule()), place_of(h), h.object(), h.cleared()});
+               collector.on_hit({t_s, h.alert(), rule_name(h.rule()), h.link_name().to_string(),
+                                 h.interest_point().to_string(), h.object(), h.cleared()});
              })),
         status(participant, dds::kComponentStatus, into([this](const msg::ComponentStatus& s, double t_s) {
                  collector.on_status(status_of(s, t_s));

@@ -122,7 +122,7 @@ Json hits_json(const Collector& collector) {
   for (const HitSample& hit : collector.hits()) {
     out.push_back({{"t", hit.t_s},
                    {"alert", hit.alert},
-                   {"link", hit.link},
+                   {"link", hit.place()},
                    {"object", collector.object_name(hit.object)},
                    {"rule", hit.rule}});
   }

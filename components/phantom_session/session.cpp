@@ -61,6 +61,10 @@ class Session {
     }
     say("Ending the session.");
     supervisor_.stop_all(config_.stop_grace_s);
+    {
+      const auto guard = adapter_.lock();
+      collector_.tell_rest();
+    }
     for (const auto& outcome : supervisor_.outcomes()) {
       if (outcome.ended_by_us && outcome.exit_code != 0) {
         say(outcome.name + " did not end in order (exit " + std::to_string(*outcome.exit_code) + "); see " +

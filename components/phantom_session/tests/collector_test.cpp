@@ -7,6 +7,7 @@ namespace phantom::phantom_session {
 namespace {
 
 using testing::Contains;
+using testing::ElementsAre;
 using testing::HasSubstr;
 
 MasterSample master(double t_s, int reach, bool percept, double torque_Nm) {
@@ -66,6 +67,36 @@ TEST(Collector, OnlyRaisedHitsCount) {
   collector.on_hit({.t_s = 2, .alert = 1, .cleared = true});
   ASSERT_EQ(collector.hits().size(), 1u);
   EXPECT_EQ(collector.object_name(9), "object 9") << "a name that never came is told as a number";
+}
+
+TEST(Collector, AHitThatSkinAndInterestPointTellIsOneLineAndLinesKeepTheirOrder) {
+  std::vector<std::string> lines;
+  Collector collector(0.05, 0.01, [&](const std::string& line) { lines.push_back(line); });
+  collector.on_object_name(4, "pump");
+  const auto hit = [&](double t_s, const char* link, const char* point, const char* rule = "nearing fast") {
+    collector.on_hit({.t_s = t_s, .rule = rule, .link = link, .point = point, .object = 4});
+  };
+  hit(1.00, "forearm", "");
+  collector.on_master(master(1.05, 0, true, 0.0));
+  hit(1.06, "forearm", "elbow");
+  collector.on_slave(slave(1.24, 0.1, 0.2));
+  EXPECT_EQ(lines.size(), 0u) << "it may go on";
+  collector.on_slave(slave(1.26, 0.1, 0.2));
+  hit(2.0, "wrist", "wrist");
+  hit(2.1, "wrist", "wrist", "very close");
+  hit(2.2, "gripper", "");
+  hit(2.3, "wrist", "");
+  hit(3.0, "wrist", "");
+  EXPECT_EQ(lines.size(), 6u);
+  collector.tell_rest();
+  EXPECT_THAT(lines, ElementsAre("   1.00 s    hit threatens: forearm (skin, elbow) near pump (nearing fast)",
+                                 "   1.05 s  reach 0 begins, percept on",
+                                 "   2.00 s    hit threatens: wrist (wrist) near pump (nearing fast)",
+                                 "   2.10 s    hit threatens: wrist (wrist) near pump (very close)",
+                                 "   2.20 s    hit threatens: gripper near pump (nearing fast)",
+                                 "   2.30 s    hit threatens: wrist near pump (nearing fast)",
+                                 "   3.00 s    hit threatens: wrist near pump (nearing fast)"));
+  EXPECT_EQ(collector.hits().size(), 7u) << "the report has all";
 }
 
 TEST(Collector, ReadinessNamesWhoIsMissing) {
