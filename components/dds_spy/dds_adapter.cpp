@@ -1,5 +1,7 @@
 #include "components/dds_spy/dds_adapter.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include "common/dds/topic_list.hpp"
 #include "common/observation/observer.hpp"
 #include "common/observation/payload_reader.hpp"

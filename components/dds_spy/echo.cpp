@@ -2,6 +2,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <nlohmann/json.hpp>
+
 #include "common/diagnostics/text.hpp"
 
 namespace phantom::dds_spy {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "common/diagnostics/decode.hpp"

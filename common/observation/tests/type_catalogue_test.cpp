@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "common/dds/cdr.hpp"
 #include "common/dds/topic_list.hpp"

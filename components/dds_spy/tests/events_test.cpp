@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "components/dds_spy/status_watch.hpp"
 
 namespace phantom::dds_spy {

@@ -11,6 +11,7 @@
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #include <future>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
 #include <utility>

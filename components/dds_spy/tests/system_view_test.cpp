@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "components/dds_spy/reports.hpp"
 
 namespace phantom::dds_spy {
