@@ -29,19 +29,21 @@ constexpr std::uint32_t kSocketBufferBytes = 4 << 20;  // a late joiner's worksp
 constexpr std::uint32_t kSharedSegmentBytes = 16 << 20;
 
 // The factory keeps profiles for the process's life and refuses a second file with the same names, so each
-// file is loaded once.
+// file that it has taken is loaded once.
 void load_profiles(const std::filesystem::path& file) {
   static std::mutex mutex;
   static std::set<std::filesystem::path> loaded;
   const std::lock_guard lock(mutex);
   if (!std::filesystem::is_regular_file(file)) throw DdsError(file.string() + ": QoS profiles: no such file");
-  if (!loaded.insert(std::filesystem::canonical(file)).second) return;
+  const auto known_as = std::filesystem::canonical(file);
+  if (loaded.contains(known_as)) return;
   auto* factory = edds::DomainParticipantFactory::get_instance();
   if (factory->load_XML_profiles_file(file.string()) != ReturnCode_t::RETCODE_OK) {
     throw DdsError(file.string() +
                    ": QoS profiles: the file is refused by Fast DDS (one bad element rejects the whole "
                    "file; the lines above name it)");
   }
+  loaded.insert(known_as);
 }
 
 // Clients announce to the servers alone. `whole`: hears of every endpoint, not only of those it matches.

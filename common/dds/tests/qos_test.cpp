@@ -106,6 +106,29 @@ TEST(Qos, AMissingProfileFileOrProfileIsRefused) {
   EXPECT_THROW(check_qos_profiles("/nowhere/phantom.xml"), DdsError);
 }
 
+TEST(Qos, AFileThatWasRefusedIsReadAgain) {
+  testing::FLAGS_gtest_death_test_style = "threadsafe";
+  const auto path =
+      std::filesystem::temp_directory_path() / ("phantom_qos_again_" + std::to_string(getpid()) + ".xml");
+  EXPECT_EXIT(
+      {
+        std::ofstream(path) << replaced(shipped_profiles(), "<kind>BEST_EFFORT</kind>", "<kind>FAIR</kind>");
+        for (int i = 0; i < 2; ++i) {
+          try {
+            check_qos_profiles(path);
+            std::cerr << "accepted; ";
+          } catch (const DdsError& problem) {
+            std::cerr << problem.what() << "; ";
+          }
+        }
+        std::ofstream(path) << shipped_profiles();
+        check_qos_profiles(path);
+        std::_Exit(0);
+      },
+      testing::ExitedWithCode(0), "the file is refused by Fast DDS.*the file is refused by Fast DDS");
+  std::filesystem::remove(path);
+}
+
 // Whether a participant joins is a setting of the factory, which the check of the profiles needs otherwise.
 TEST(Qos, ParticipantsOfSeveralThreadsJoinWhileProfilesAreChecked) {
   std::atomic<int> idle{0};
