@@ -24,93 +24,82 @@ Interval most(const Interval& a, const Interval& b) { return max(a, b); }
 }  // namespace
 
 template <class T>
-T Formula::run(std::span<const T> variables) const {
+T Formula::of_one(Op op, const T& a) {
   using std::abs, std::acos, std::asin, std::atan, std::cos, std::cosh, std::exp, std::log, std::sin,
       std::sinh, std::sqrt, std::tan, std::tanh;
+  switch (op) {
+    case Op::kNegate:
+      return -a;
+    case Op::kSine:
+      return sin(a);
+    case Op::kCosine:
+      return cos(a);
+    case Op::kTangent:
+      return tan(a);
+    case Op::kArcSine:
+      return asin(a);
+    case Op::kArcCosine:
+      return acos(a);
+    case Op::kArcTangent:
+      return atan(a);
+    case Op::kSinh:
+      return sinh(a);
+    case Op::kCosh:
+      return cosh(a);
+    case Op::kTanh:
+      return tanh(a);
+    case Op::kExp:
+      return exp(a);
+    case Op::kLog:
+      return log(a);
+    case Op::kLog10:
+      return log(a) * T(std::numbers::log10e);
+    case Op::kRoot:
+      return sqrt(a);
+    case Op::kAbs:
+      return abs(a);
+    default:
+      return a;
+  }
+}
+
+template <class T>
+T Formula::of_two(Op op, const T& a, const T& b) {
+  using std::sqrt;
+  switch (op) {
+    case Op::kAdd:
+      return a + b;
+    case Op::kSubtract:
+      return a - b;
+    case Op::kMultiply:
+      return a * b;
+    case Op::kDivide:
+      return a / b;
+    case Op::kPower:
+      return power(a, b);
+    case Op::kMin:
+      return least(a, b);
+    case Op::kMax:
+      return most(a, b);
+    case Op::kLength:
+      return sqrt(square(a) + square(b));
+    default:
+      return a;
+  }
+}
+
+template <class T>
+T Formula::run(std::span<const T> variables) const {
   std::array<T, kMaxDepth + 1> stack;
   std::size_t top = 0;  // entries in use
   for (const Step& step : steps_) {
     if (step.op == Op::kNumber || step.op == Op::kVariable) {
       stack[top++] = step.op == Op::kNumber ? T(step.number) : variables[step.variable];
-      continue;
-    }
-    const bool two = step.op <= Op::kPower || step.op >= Op::kMin;
-    if (two) --top;
-    T& a = stack[top - 1];
-    const T& b = stack[top];  // of the operations with two arguments only
-    switch (step.op) {
-      case Op::kAdd:
-        a = a + b;
-        break;
-      case Op::kSubtract:
-        a = a - b;
-        break;
-      case Op::kMultiply:
-        a = a * b;
-        break;
-      case Op::kDivide:
-        a = a / b;
-        break;
-      case Op::kPower:
-        a = power(a, b);
-        break;
-      case Op::kNegate:
-        a = -a;
-        break;
-      case Op::kSine:
-        a = sin(a);
-        break;
-      case Op::kCosine:
-        a = cos(a);
-        break;
-      case Op::kTangent:
-        a = tan(a);
-        break;
-      case Op::kArcSine:
-        a = asin(a);
-        break;
-      case Op::kArcCosine:
-        a = acos(a);
-        break;
-      case Op::kArcTangent:
-        a = atan(a);
-        break;
-      case Op::kSinh:
-        a = sinh(a);
-        break;
-      case Op::kCosh:
-        a = cosh(a);
-        break;
-      case Op::kTanh:
-        a = tanh(a);
-        break;
-      case Op::kExp:
-        a = exp(a);
-        break;
-      case Op::kLog:
-        a = log(a);
-        break;
-      case Op::kLog10:
-        a = log(a) * T(std::numbers::log10e);
-        break;
-      case Op::kRoot:
-        a = sqrt(a);
-        break;
-      case Op::kAbs:
-        a = abs(a);
-        break;
-      case Op::kMin:
-        a = least(a, b);
-        break;
-      case Op::kMax:
-        a = most(a, b);
-        break;
-      case Op::kLength:
-        a = sqrt(square(a) + square(b));
-        break;
-      case Op::kNumber:
-      case Op::kVariable:
-        break;
+    } else if (takes_two(step.op)) {
+      --top;
+      stack[top - 1] = of_two(step.op, stack[top - 1], stack[top]);
+    } else {
+      stack[top - 1] = of_one(step.op, stack[top - 1]);
     }
   }
   return stack[0];
@@ -182,7 +171,7 @@ class FormulaParser {
   void emit(Op op, double number = 0.0, std::uint32_t variable = 0) {
     const bool leaf = op == Op::kNumber || op == Op::kVariable;
     if (leaf) ++depth_;
-    if (op > Op::kVariable && (op <= Op::kPower || op >= Op::kMin)) --depth_;
+    if (!leaf && Formula::takes_two(op)) --depth_;
     if (depth_ > Formula::kMaxDepth || formula_.steps_.size() >= Formula::kMaxSteps)
       return fail(at_, "the formula is too large; allowed: " + std::to_string(Formula::kMaxSteps) +
                            " operations, " + std::to_string(Formula::kMaxDepth) + " open at a time");

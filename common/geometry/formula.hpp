@@ -67,6 +67,11 @@ class Formula {
     std::uint32_t variable = 0;
     double number = 0.0;
   };
+  static bool takes_two(Op op) { return op > Op::kVariable && (op <= Op::kPower || op >= Op::kMin); }
+  template <class T>
+  static T of_one(Op op, const T& a);
+  template <class T>
+  static T of_two(Op op, const T& a, const T& b);
   template <class T>
   T run(std::span<const T> variables) const;
 
