@@ -30,6 +30,14 @@ inline const std::filesystem::path& own_folder() {
   return folder.path;
 }
 
+/// An empty folder in own_folder(), for a test whose files have names.
+inline std::filesystem::path new_folder() {
+  static int number = 0;
+  const auto folder = own_folder() / ("folder_" + std::to_string(++number));
+  std::filesystem::create_directory(folder);
+  return folder;
+}
+
 inline std::string text_of(const std::filesystem::path& file) {
   std::ifstream stream(file);
   if (!stream) throw std::logic_error(file.string() + ": cannot be read");

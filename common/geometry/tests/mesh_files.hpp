@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <filesystem>
 #include <fstream>
@@ -10,19 +9,13 @@
 
 #include "common/geometry/mesh_io.hpp"
 #include "tests/support/ascii_stl.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::geometry {
 
 class MeshFiles : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = ::testing::TempDir() + "mesh_io_XXXXXX";
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  /// A file of that name, in a folder that is gone after the test.
+  /// A file of that name, in the test's own folder.
   std::filesystem::path write(const std::string& name, const std::string& text) {
     const auto path = folder_ / name;
     std::ofstream(path, std::ios::binary) << text;
@@ -37,7 +30,7 @@ class MeshFiles : public ::testing::Test {
     EXPECT_THAT(mesh.status().message(), ::testing::HasSubstr(reason));
   }
 
-  std::filesystem::path folder_;
+  std::filesystem::path folder_ = test::new_folder();
 };
 
 }  // namespace phantom::geometry

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -11,6 +10,7 @@
 #include "common/geometry/primitives.hpp"
 #include "components/wva_server/wva_server.hpp"
 #include "tests/support/ascii_stl.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::wva_server {
 
@@ -18,15 +18,11 @@ namespace phantom::wva_server {
 class TestCell : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::string pattern = ::testing::TempDir() + "wva_server_XXXXXX";
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
     write("ball.stl", ascii_stl(geometry::make_sphere(60, 3)));
     write("post.stl", ascii_stl(geometry::make_box({40, 40, 300})));
     write("arm.urdf", "<robot name='arm'/>");
     write("cell.yaml", kCell);
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   std::filesystem::path write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name, std::ios::binary) << text;
@@ -57,7 +53,7 @@ class TestCell : public ::testing::Test {
     return workspace.order(workspace.grid().index_of({x, y, z}));
   }
 
-  std::filesystem::path folder_;
+  std::filesystem::path folder_ = test::new_folder();
 
  private:
   static constexpr const char* kCell = R"(name: desk
