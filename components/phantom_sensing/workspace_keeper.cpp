@@ -27,15 +27,12 @@ void WorkspaceKeeper::enqueue(Job job) {
 void WorkspaceKeeper::put_brick(voxel::BrickKey key, std::uint64_t version, std::vector<std::uint8_t> bytes) {
   enqueue(Brick{key, version, std::move(bytes)});
 }
-void WorkspaceKeeper::remove_brick(voxel::BrickKey key) { enqueue(key); }
 void WorkspaceKeeper::commit(voxel::VersionDescription description) { enqueue(std::move(description)); }
 
 void WorkspaceKeeper::apply(const Job& job) {
   core::Status status;
   if (const auto* brick = std::get_if<Brick>(&job)) {
     status = assembler_.put_brick(brick->key, brick->version, brick->bytes);
-  } else if (const auto* key = std::get_if<voxel::BrickKey>(&job)) {
-    assembler_.remove_brick(*key);
   } else {
     status = assembler_.commit(std::get<voxel::VersionDescription>(job));
   }

@@ -34,7 +34,6 @@ class WorkspaceKeeper {
 
   // From middleware threads: queue and return.
   void put_brick(voxel::BrickKey key, std::uint64_t version, std::vector<std::uint8_t> bytes);
-  void remove_brick(voxel::BrickKey key);
   void commit(voxel::VersionDescription description);
 
   /// The newest whole version, valid until the next call; none before the first. One thread only. Real-time
@@ -55,7 +54,7 @@ class WorkspaceKeeper {
     std::uint64_t version;
     std::vector<std::uint8_t> bytes;
   };
-  using Job = std::variant<Brick, voxel::BrickKey, voxel::VersionDescription>;
+  using Job = std::variant<Brick, voxel::VersionDescription>;
   struct HandOver {
     SensedWorkspace workspace;
     std::uint64_t generation = 0;

@@ -11,7 +11,6 @@ namespace phantom::simulated_drive {
 enum AbortCode : std::uint32_t {
   kNoAbort = 0,
   kAbortReadOnly = 0x06010002,
-  kAbortWriteOnly = 0x06010001,
   kAbortNoObject = 0x06020000,
   kAbortNotMappable = 0x06040041,
   kAbortMappingTooLong = 0x06040042,
