@@ -8,6 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <set>
 #include <thread>
 
 #include "common/dds/cdr.hpp"
@@ -71,6 +72,18 @@ class Recorded : public testing::Test {
     for (const auto& entry : std::filesystem::directory_iterator(where)) files.push_back(entry.path());
     std::sort(files.begin(), files.end());
     return files;
+  }
+  /// Topics whose samples have reached the disk, of a recording that may go on.
+  static std::set<std::string> topics_in(const std::filesystem::path& where) {
+    std::set<std::string> topics;
+    for (const auto& file : files_in(where)) {
+      const auto reader = recording::McapReader::open(file);
+      if (!reader) continue;
+      recording::MessageCursor cursor(*reader);
+      for (recording::Message message; cursor.next(message);)
+        topics.insert(reader->channels().at(message.channel_id).topic);
+    }
+    return topics;
   }
   /// Numbers of the alerts in a file, each of which must be as it was written.
   static std::vector<std::uint32_t> alerts_in(const recording::McapReader& reader) {
@@ -228,7 +241,10 @@ TEST_F(OtherReaders, FindTheSameSamplesAndDecodeThemByTheSchemasInTheFile) {
   version.palette({0.0F, 9.0F, 32.0F});
   version.content_hash(0xfedcba9876543210U);
   versions.write(version);
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  ASSERT_TRUE(eventually([&] {
+    const auto recorded = topics_in(folder / "out");
+    return recorded.contains("workspace_version") && recorded.contains("component_status");
+  })) << recorder.output();
   ASSERT_EQ(recorder.end(SIGINT), 0) << recorder.output();
 
   const auto files = files_in(folder / "out");
