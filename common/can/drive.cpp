@@ -16,6 +16,7 @@ constexpr int kSurplusSyncs = 12;  // of the last 32
 constexpr double kCrowded = 0.65;  // share of the time that a window of heartbeats should take
 constexpr int kMostOwed = 8;       // answers that may still come late: more is not a delay but a loss
 constexpr int kSurplusSdoReplies = 3;
+constexpr int kStaleSyncs = 3;          // without an answer: loops on what it told before would wind up
 constexpr int kCountedSyncs = 1 << 20;  // beyond any limit: a drive may be silent for months
 
 // So many heartbeats that they cannot come crowded because the oldest was held up, by less than the timeout.
@@ -351,7 +352,8 @@ void Drive::send_targets(const DriveTargets& targets, Outbox& out) noexcept {
   CanFrame frame{.id = kCobRpdo1 + static_cast<std::uint32_t>(node_), .length = target_pdo_bytes(mode_)};
   const std::span bytes(frame.data);
   put_le(bytes, controlword_, 2);
-  const std::int16_t torque = live ? targets.torque_mille : std::int16_t{0};
+  if (missed_ <= kStaleSyncs) torque_mille_ = targets.torque_mille;
+  const std::int16_t torque = live ? torque_mille_ : std::int16_t{0};
   switch (mode_) {
     case DriveMode::kPosition:
       put_le(bytes.subspan(2),

@@ -108,7 +108,8 @@ class Drive {
   /// One cycle, after all frames were taken. `goal` counts once the drive is ready. `reset` asks to leave a
   /// fault.
   void step(DriveGoal goal, bool reset, BusState bus, core::Nanoseconds now_ns, Outbox& out) noexcept;
-  /// Targets for this cycle; call after step(). Sends nothing before the drive was operational.
+  /// Targets for this cycle; call after step(). Sends nothing before the drive was operational. Of a drive
+  /// that leaves SYNCs without an answer, but is not in fault yet, the torque stays what it was.
   void send_targets(const DriveTargets& targets, Outbox& out) noexcept;
   /// Tells that the cycle's SYNC went out.
   void on_sync() noexcept;
@@ -158,10 +159,11 @@ class Drive {
   std::size_t heartbeat_window_;
   std::size_t heartbeat_count_ = 0;
   bool crowded_heartbeats_ = false;
-  int answers_ = 0;     // to the newest SYNC
-  int missed_ = 0;      // SYNCs in a row, at most kCountedSyncs
-  int unmeasured_ = 0;  // SYNCs since the newest velocity and torque, at most kCountedSyncs
-  int owed_ = 0;        // answers that did not come in time and may still come
+  int answers_ = 0;                // to the newest SYNC
+  int missed_ = 0;                 // SYNCs in a row, at most kCountedSyncs
+  int unmeasured_ = 0;             // SYNCs since the newest velocity and torque, at most kCountedSyncs
+  std::int16_t torque_mille_ = 0;  // newest target from what the drive told of itself in time
+  int owed_ = 0;                   // answers that did not come in time and may still come
   bool sync_open_ = false, measured_ = false;
   std::uint32_t surplus_syncs_ = 0;  // SYNCs with more than one answer, newest in bit 0
   int surplus_sdo_ = 0;

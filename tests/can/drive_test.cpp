@@ -173,6 +173,28 @@ TEST(Drives, NumbersThatAreNoneMoveNothing) {
   }
 }
 
+// A position loop that sees no more how the joint moves asks for ever more torque.
+TEST(Drives, TorqueStaysWhatItWasWhileADriveDoesNotAnswer) {
+  auto config = group_config(DriveMode::kTorque, 1);
+  config.timing.most_missed = 100;
+  simulated_drive::DriveOptions options;
+  options.motor.joint = {.inertia = 0.5, .viscous = 0.0, .coulomb = 0.0};
+  Rig rig(config, options);
+  ASSERT_TRUE(rig.bring_up());
+  rig.command.torque[0] = 1.0;
+  rig.run(0.1);
+  rig.drives[0]->misbehaviour.mute_pdos = true;
+  rig.run(0.01);
+  const double before = rig.drives[0]->motor().joint_rad_s();
+  rig.command.torque[0] = 5.0;
+  rig.run(0.1);
+  EXPECT_NEAR(rig.drives[0]->motor().joint_rad_s() - before, 1.0 * 0.1 / 0.5, 0.01);  // τ·t/J
+  EXPECT_EQ(rig.state(), DriveGroupState::kEnabled);
+  rig.drives[0]->misbehaviour.mute_pdos = false;
+  rig.run(0.02);
+  EXPECT_NEAR(rig.group->report().torque[0], 5.0, 0.01);
+}
+
 TEST(Drives, QuickStopHoldsAgainstAWeightAndLetsGoOn) {
   simulated_drive::DriveOptions options;
   options.motor.load_Nm = 2.0;
