@@ -7,6 +7,7 @@
 #include <csignal>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <random>
 #include <set>
 #include <thread>
@@ -365,6 +366,28 @@ TEST_F(ReplayedProcess, AReaderThatIsFrozenDoesNotHoldItUp) {
       << replay.output();
   EXPECT_EQ(replay.end(SIGINT), 0) << replay.output();
   frozen.signal(SIGCONT);
+}
+
+class Frozen : public Recorded {};
+
+// What a writer keeps is freed while heartbeats, every 50 ms as the profile says, tell of it to a reader that
+// acknowledges nothing.
+TEST_F(Frozen, AWriterOfThousandsOfSamplesEndsThoughItsReaderHasNone) {
+  Process reader(command("record", {"--folder", (folder / "out").string(), "--topics", "workspace_brick"}),
+                 folder / "record.log");
+  dds::Participant there("wva_server", test_network());
+  for (int round = 0; round < 5; ++round) {
+    std::optional<dds::Writer<msg::WorkspaceBrick>> writer(std::in_place, there, dds::kWorkspaceBrick);
+    ASSERT_TRUE(eventually([&] { return writer->matched() == 1; }, std::chrono::seconds(60)));
+    reader.signal(SIGSTOP);
+    msg::WorkspaceBrick brick;
+    for (int i = 0; i < 20'000; ++i) {
+      brick.bx(i);
+      ASSERT_TRUE(writer->write(brick));
+    }
+    writer.reset();
+    reader.signal(SIGCONT);
+  }
 }
 
 TEST(CommandLine, WrongRequestsAreNamed) {

@@ -1,14 +1,9 @@
 #include "common/dds/endpoint.hpp"
 
 #include <gtest/gtest.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <csignal>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <map>
-#include <optional>
 #include <vector>
 
 #include "common/dds/participant_impl.hpp"
@@ -82,37 +77,6 @@ TEST(Endpoint, ALateJoinerGetsTheNewestOfEveryKey) {
                 std::vector<std::uint8_t>(x == 7 ? 0 : 5000, static_cast<std::uint8_t>(x)));
     }
   });
-}
-
-// What a writer keeps is freed while heartbeats, every 50 ms as the profile says, tell of it to a reader that
-// acknowledges nothing.
-TEST(Endpoint, AWriterOfThousandsOfSamplesEndsThoughAFrozenReaderHasNone) {
-  const auto network = test_network();
-  const pid_t frozen = fork();
-  if (frozen == 0) {
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-    Participant here("here", network);
-    Reader<msg::WorkspaceBrick> reader(here, kWorkspaceBrick,
-                                       [](const msg::WorkspaceBrick&, const SampleInfo&) {});
-    while (true) pause();
-  }
-  {
-    Participant there("there", network);
-    for (int round = 0; round < 5; ++round) {
-      std::optional<Writer<msg::WorkspaceBrick>> writer(std::in_place, there, kWorkspaceBrick);
-      ASSERT_TRUE(eventually([&] { return writer->matched() == 1; }));
-      kill(frozen, SIGSTOP);
-      msg::WorkspaceBrick brick;
-      for (int i = 0; i < 20'000; ++i) {
-        brick.bx(i);
-        ASSERT_TRUE(writer->write(brick));
-      }
-      writer.reset();
-      kill(frozen, SIGCONT);
-    }
-  }
-  kill(frozen, SIGKILL);
-  waitpid(frozen, nullptr, 0);
 }
 
 TEST(Endpoint, AMismatchingQosIsCountedAtBothEndsAndNothingFlows) {
