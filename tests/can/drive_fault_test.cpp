@@ -233,8 +233,8 @@ TEST(DriveFaults, AFrozenMasterMakesTheDrivesHoldByThemselves) {
   EXPECT_NEAR(rig.drives[0]->motor().joint_rad(), held, 1e-3);
 }
 
-// As of a drive whose firmware hung: it missed that the master stopped it, and the master's asking it to boot is
-// lost too. It still has the torque of before.
+// As of a drive whose firmware hung: it missed that the master stopped it, and the master's asking it to boot
+// is lost too. It still has the torque of before.
 TEST(DriveFaults, ADriveThatComesBackWithItsLastTorqueIsStoppedBeforeItBoots) {
   for (const FaultReaction reaction : {FaultReaction::kHold, FaultReaction::kCoast}) {
     Rig rig(group_config(DriveMode::kTorque, 1, reaction));
