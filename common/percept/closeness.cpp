@@ -11,7 +11,7 @@ double greatest_neighbour_mu(const voxel::Workspace& workspace) {
     for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i) {
       // Everything between free space and the surface is a layer or the guard.
       const std::int8_t order = brick.order_of(i);
-      const bool fluid = order > voxel::kOrderFree && order < voxel::kOrderBoundary;
+      const bool fluid = voxel::is_fluid(order);
       greatest = std::max(greatest, fluid ? brick.mu_code[i] : std::uint8_t{0});
     }
   }

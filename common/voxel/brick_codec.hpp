@@ -1,30 +1,22 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "common/core/status.hpp"
-#include "common/voxel/workspace.hpp"
+#include "common/voxel/brick_content.hpp"
 
 namespace phantom::voxel {
 
-/// One brick on its own, in brick_offset order.
-struct BrickData {
-  std::array<std::uint8_t, kBrickVoxels> mu_code;
-  std::array<std::int8_t, kBrickVoxels> order;
-  std::array<std::uint16_t, kBrickVoxels> object;
-
-  Workspace::BrickView view() const { return {mu_code.data(), order.data(), object.data()}; }
-};
-
-/// Bytes of the topic workspace_brick: zstd (with checksum) of the μ codes, the orders and the object ids
-/// (little endian), each kBrickVoxels long. Not real-time safe.
+/// Bytes of the topic workspace_brick: a zstd frame (with checksum and size of content) of the brick in the
+/// tiled form of brick_tiles.hpp; of a brick that this cannot tell, the plain form: μ codes, orders and
+/// object ids (little endian), each kBrickVoxels long. The content's size tells the forms apart; older
+/// servers and recordings have the plain one alone. Not real-time safe.
 std::vector<std::uint8_t> encode_brick(const Workspace::BrickView& brick);
 
-/// Back from encode_brick(). Refuses anything that is not exactly one brick, in bounded memory. Not real-time
-/// safe.
-core::Status decode_brick(std::span<const std::uint8_t> bytes, BrickData& brick);
+/// Back from encode_brick(). Refuses anything that is not exactly one brick, in bounded memory; `content` is
+/// then undefined. `orders` as in facts_of(). Not real-time safe.
+core::Status decode_brick(std::span<const std::uint8_t> bytes, OrderPacker& orders, BrickContent& content);
 
 }  // namespace phantom::voxel

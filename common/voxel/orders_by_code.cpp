@@ -1,6 +1,6 @@
 #include "common/voxel/orders_by_code.hpp"
 
-#include "common/voxel/brick_codec.hpp"
+#include "common/voxel/brick_content.hpp"
 
 // Compiled once per instruction set; the best one that the machine has is picked when it runs.
 #undef HWY_TARGET_INCLUDE
@@ -88,10 +88,7 @@ OrdersByCode OrderPacker::pack(const BrickData& brick) {
                                             second.data(), any);
   };
   if (!found()) {
-    if (!learn(brick)) {
-      known_ = {};
-      if (!learn(brick)) return {};
-    }
+    if (!tables_for(brick.mu_code, brick.order)) return {};
     found();
   }
   OrdersByCode orders{tables_, {}};
@@ -99,19 +96,29 @@ OrdersByCode OrderPacker::pack(const BrickData& brick) {
   return orders;
 }
 
-/// Adds the brick's orders to the tables; false if there are too many.
-bool OrderPacker::learn(const BrickData& brick) {
+std::shared_ptr<const OrderTables> OrderPacker::tables_for(std::span<const std::uint8_t> mu_codes,
+                                                           std::span<const std::int8_t> orders) {
+  if (!learn(mu_codes, orders)) {
+    known_ = {};
+    if (!learn(mu_codes, orders)) return nullptr;
+  }
+  return tables_;
+}
+
+/// Adds what is new to the tables; false if there are too many.
+bool OrderPacker::learn(std::span<const std::uint8_t> mu_codes, std::span<const std::int8_t> orders) {
   OrderTables tables = *tables_;
   std::array<std::uint8_t, 256> known = known_;
-  for (std::size_t i = 0; i < kBrickVoxels; ++i) {
-    const std::uint8_t code = brick.mu_code[i];
-    const std::int8_t order = brick.order[i];
+  for (std::size_t i = 0; i < mu_codes.size(); ++i) {
+    const std::uint8_t code = mu_codes[i];
+    const std::int8_t order = orders[i];
     if (known[code] >= 1 && tables.first[code] == order) continue;
     if (known[code] == 2 && tables.second[code] == order) continue;
     if (known[code] == 2) return false;
     (known[code] == 0 ? tables.first : tables.second)[code] = order;
     ++known[code];
   }
+  if (known == known_) return true;
   known_ = known;
   tables_ = std::make_shared<OrderTables>(tables);
   return true;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace phantom::voxel {
@@ -41,9 +42,13 @@ class OrderPacker {
  public:
   /// Without tables if voxels of one code have more than two orders. Throws std::bad_alloc.
   OrdersByCode pack(const BrickData& brick);
+  /// The tables for voxels with these codes and orders (of each as many as of the other); null if a code has
+  /// more than two. Throws std::bad_alloc.
+  std::shared_ptr<const OrderTables> tables_for(std::span<const std::uint8_t> mu_codes,
+                                                std::span<const std::int8_t> orders);
 
  private:
-  bool learn(const BrickData& brick);
+  bool learn(std::span<const std::uint8_t> mu_codes, std::span<const std::int8_t> orders);
 
   std::array<std::uint8_t, 256> known_{};  // orders known of each code
   std::shared_ptr<const OrderTables> tables_ = std::make_shared<OrderTables>();

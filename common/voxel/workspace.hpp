@@ -17,6 +17,10 @@ inline constexpr std::int8_t kOrderFree = 0;
 inline constexpr std::int8_t kOrderGuard = 99;
 inline constexpr std::int8_t kOrderBoundary = 100;
 inline constexpr std::int8_t kOrderInterior = 101;  // 1…q: neighbour layers; −1…−n: layers inside the body
+/// Whether voxels of that order are fluid: of a layer or the guard.
+constexpr bool is_fluid(std::int8_t order) noexcept {
+  return (order > kOrderFree) & (order < kOrderBoundary);  // & lets loops be made of vectors
+}
 
 /// The unit of storage and of the topic: a cube of 32³ voxels, stored as 8³ tiles of 4³ voxels (one byte
 /// each: a cache line), so that a coherent skin touches few lines.

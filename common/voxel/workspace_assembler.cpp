@@ -12,7 +12,6 @@
 namespace phantom::voxel {
 namespace {
 
-constexpr std::uint16_t kSeveral = 65535;                // no object's id
 constexpr std::int32_t kMostBricks = 8192 / kBrickEdge;  // along an axis (idl: size 1…8192)
 
 bool possible(BrickKey key) {
@@ -42,48 +41,14 @@ bool is_sole(const std::shared_ptr<Workspace>& volume) {
   return true;
 }
 
-std::uint8_t greatest_code(const BrickData& brick) {
-  std::uint8_t greatest = 0;
-  for (const std::uint8_t code : brick.mu_code) greatest = std::max(greatest, code);
-  return greatest;
-}
-
-std::uint8_t greatest_fluid_code(const BrickData& brick) {
-  std::uint8_t greatest = 0;
-  for (std::size_t i = 0; i < kBrickVoxels; ++i) {
-    const bool fluid = (brick.order[i] > kOrderFree) & (brick.order[i] < kOrderBoundary);
-    const auto code = static_cast<std::uint8_t>(fluid ? brick.mu_code[i] : 0);
-    greatest = greatest < code ? code : greatest;
-  }
-  return greatest;
-}
-
-/// The object that every voxel with a μ belongs to, and no other voxel; kSeveral: there is no such object.
-std::uint16_t sole_object(const BrickData& brick) {
-  const auto first =
-      std::find_if(brick.mu_code.begin(), brick.mu_code.end(), [](std::uint8_t code) { return code != 0; });
-  const std::uint16_t object = first == brick.mu_code.end()
-                                   ? std::uint16_t{0}
-                                   : brick.object[static_cast<std::size_t>(first - brick.mu_code.begin())];
-  unsigned others = 0;
-  for (std::size_t i = 0; i < kBrickVoxels; ++i)
-    others |= brick.object[i] ^ (brick.mu_code[i] != 0 ? object : 0U);
-  return others == 0 ? object : kSeveral;
-}
-
-bool uniform(const BrickData& brick) {
-  return std::memcmp(brick.mu_code.data(), brick.mu_code.data() + 1, kBrickVoxels - 1) == 0 &&
-         std::memcmp(brick.order.data(), brick.order.data() + 1, kBrickVoxels - 1) == 0;
-}
-
 /// Puts a brick into the workspace with as little memory as its content needs.
-void store_brick(BrickKey key, const BrickData& brick, std::uint16_t object, OrderPacker& orders,
-                 Workspace& workspace) {
-  if (object != kSeveral && uniform(brick))
-    return workspace.fill_brick(key, brick.mu_code[0], brick.order[0], object);
-  const Workspace::MutableBrick to = object != kSeveral
-                                         ? workspace.make_brick_of(key, object, orders.pack(brick))
-                                         : workspace.make_brick_of_several(key, orders.pack(brick));
+void store_brick(BrickKey key, const BrickContent& content, Workspace& workspace) {
+  const auto& [brick, facts] = content;
+  const bool several = facts.object == BrickFacts::kSeveral;
+  if (!several && facts.uniform)
+    return workspace.fill_brick(key, brick.mu_code[0], brick.order[0], facts.object);
+  const Workspace::MutableBrick to = several ? workspace.make_brick_of_several(key, facts.orders)
+                                             : workspace.make_brick_of(key, facts.object, facts.orders);
   std::memcpy(to.mu_code, brick.mu_code.data(), kBrickVoxels);
   if (to.order != nullptr) std::memcpy(to.order, brick.order.data(), kBrickVoxels);
   if (to.object != nullptr) std::copy(brick.object.begin(), brick.object.end(), to.object);
@@ -124,18 +89,18 @@ core::Status WorkspaceAssembler::put_brick(BrickKey key, std::uint64_t version,
     remove_brick(key);
     return core::Status::ok();
   }
-  BrickData& brick = *scratch_;
-  if (core::Status decoded = decode_brick(bytes, brick); !decoded) return decoded;
+  BrickContent& content = *scratch_;
+  if (core::Status decoded = decode_brick(bytes, order_packer_, content); !decoded) return decoded;
   forget(key);
   Held held{version,
-            brick_hash(key, brick.view()),
+            brick_hash(key, content.voxels.view()),
             {},
             forming_ && within(forming_->grid(), key),
-            sole_object(brick),
-            greatest_code(brick),
-            greatest_fluid_code(brick)};
+            content.facts.object == BrickFacts::kSeveral,
+            content.facts.greatest_code,
+            content.facts.greatest_fluid_code};
   if (held.formed) {
-    store_brick(key, brick, held.object, order_packer_, *forming_);
+    store_brick(key, content, *forming_);
   } else {
     held.packed.assign(bytes.begin(), bytes.end());
   }
@@ -253,18 +218,20 @@ void WorkspaceAssembler::write_brick(Workspace& to, BrickKey key) {
   ++bricks_written_;
   const std::vector<std::uint8_t>& packed = found->second.packed;
   if (packed.empty()) return copy_brick(key, to);
-  if (!decode_brick(packed, *scratch_)) throw std::logic_error("a brick that was checked does not decode");
-  store_brick(key, *scratch_, found->second.object, order_packer_, to);
+  if (!decode_brick(packed, order_packer_, *scratch_))
+    throw std::logic_error("a brick that was checked does not decode");
+  store_brick(key, *scratch_, to);
 }
 
 /// As it is in current_.
 void WorkspaceAssembler::copy_brick(BrickKey key, Workspace& to) {
   const Workspace::BrickView from = current_->brick(key);
-  std::memcpy(scratch_->mu_code.data(), from.mu_code, kBrickVoxels);
-  from.copy_orders(scratch_->order.data());
-  from.copy_objects(scratch_->object.data());
-  store_brick(key, *scratch_, from.object == nullptr ? from.sole_object : sole_object(*scratch_),
-              order_packer_, to);
+  BrickData& voxels = scratch_->voxels;
+  std::memcpy(voxels.mu_code.data(), from.mu_code, kBrickVoxels);
+  from.copy_orders(voxels.order.data());
+  from.copy_objects(voxels.object.data());
+  scratch_->facts = facts_of(voxels, order_packer_);
+  store_brick(key, *scratch_, to);
 }
 
 void WorkspaceAssembler::build(const VersionDescription& description) {
@@ -282,8 +249,8 @@ void WorkspaceAssembler::build(const VersionDescription& description) {
     for (const BrickKey key : spare_behind_) write_brick(*built, key);
   } else {
     built = std::make_shared<Workspace>(description.grid, description.palette_Pa_s_per_m);
-    const auto several = std::count_if(held_.begin(), held_.end(),
-                                       [](const auto& entry) { return entry.second.object == kSeveral; });
+    const auto several =
+        std::count_if(held_.begin(), held_.end(), [](const auto& entry) { return entry.second.several; });
     built->reserve_for(with_room(held_.size()), static_cast<std::size_t>(several));
     for (const auto& [key, held] : held_) write_brick(*built, key);
   }

@@ -69,7 +69,7 @@ class WorkspaceAssembler {
     std::uint64_t hash;
     std::vector<std::uint8_t> packed;  // encoded; empty: as in forming_ or else in current_
     bool formed;
-    std::uint16_t object;  // that all of it belongs to; 65535: to several
+    bool several;  // objects
     std::uint8_t greatest_code;
     std::uint8_t greatest_fluid_code;  // of layers and guard
   };
@@ -102,7 +102,7 @@ class WorkspaceAssembler {
   std::set<BrickKey> spare_behind_;    // where spare_ differs from current_
   std::size_t bricks_written_ = 0;
   OrderPacker order_packer_;
-  std::unique_ptr<BrickData> scratch_ = std::make_unique<BrickData>();
+  std::unique_ptr<BrickContent> scratch_ = std::make_unique<BrickContent>();
 };
 
 }  // namespace phantom::voxel

@@ -33,34 +33,6 @@ void expect_same(const Workspace* got, const Workspace& want) {
   }
 }
 
-TEST(BrickCodec, RoundTrip) {
-  const Workspace workspace = random_workspace(3);
-  const auto brick = workspace.brick(workspace.bricks().front());
-  const auto bytes = encode_brick(brick);
-  auto back = std::make_unique<BrickData>();
-  ASSERT_TRUE(decode_brick(bytes, *back));
-  EXPECT_EQ(std::memcmp(back->mu_code.data(), brick.mu_code, kBrickVoxels), 0);
-  EXPECT_EQ(std::memcmp(back->order.data(), brick.order, kBrickVoxels), 0);
-  EXPECT_EQ(std::memcmp(back->object.data(), brick.object, 2 * kBrickVoxels), 0);
-}
-
-TEST(BrickCodec, RefusesWhatIsNoBrick) {
-  const Workspace workspace = random_workspace(3);
-  const auto bytes = encode_brick(workspace.brick(workspace.bricks().front()));
-  auto brick = std::make_unique<BrickData>();
-  EXPECT_FALSE(decode_brick({}, *brick));
-  EXPECT_FALSE(decode_brick(std::vector<std::uint8_t>(100, 0x42), *brick));
-  EXPECT_FALSE(decode_brick(std::span(bytes).first(bytes.size() / 2), *brick));
-  EXPECT_FALSE(decode_brick(std::span(bytes).first(bytes.size() - 1), *brick));
-  std::mt19937 random(5);
-  for (int round = 0; round < 200; ++round) {  // the checksum finds what decompression lets pass
-    auto damaged = bytes;
-    damaged[random() % damaged.size()] ^= static_cast<std::uint8_t>(1 + random() % 255);
-    const bool same_content = decode_brick(damaged, *brick).is_ok() && encode_brick(brick->view()) == bytes;
-    EXPECT_TRUE(!decode_brick(damaged, *brick).is_ok() || same_content);
-  }
-}
-
 TEST(WorkspaceAssembler, TakesBricksBeforeAndAfterTheVersion) {
   const Workspace workspace = random_workspace(4);
   const auto keys = workspace.bricks();
