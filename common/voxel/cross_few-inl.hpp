@@ -85,6 +85,11 @@ class FewLines {
       hn::Store(first, kInts, first_[k]);
       hn::Store(hn::Sub(last, first), kInts, beyond_[k]);
     }
+    const hn::RebindToUnsigned<decltype(kInts)> numbers;
+    const auto v = hn::Sub(hn::Load(kInts, first_[1]), hn::Set(kInts, lines_.v.first));
+    hn::Store(
+        hn::BitCast(numbers, hn::Add(hn::Mul(v, hn::Set(kInts, lines_.size_u)), hn::Load(kInts, first_[0]))),
+        numbers, line_);
     const std::uint32_t all = bits_of(kInts, reaches), these = all & bits_of(kInts, few);
     for (std::uint32_t left = all & ~these; left != 0; left &= left - 1)
       other(static_cast<std::size_t>(std::countr_zero(left)));
@@ -152,7 +157,7 @@ class FewLines {
 
   /// Writes the crossings with the lines (i, j) from the first.
   HWY_INLINE Crossing* put(std::size_t lane, Mask hit, int i, int j, Doubles w1, Doubles w2, Doubles area,
-                           Crossing* to) {
+                           Crossing* to) const {
     const auto a0 = load(at_[0][axes_.a] + lane), a1 = hn::Sub(load(at_[1][axes_.a] + lane), a0),
                a2 = hn::Sub(load(at_[2][axes_.a] + lane), a0);
     const auto per_area = hn::Div(hn::Set(kDoubles, 1.0), area);
@@ -171,14 +176,16 @@ class FewLines {
     std::uint32_t hits = bits_of(kDoubles, hit);
     if (const std::uint32_t doubtful = hits & ~bits_of(kDoubles, clear); doubtful != 0) [[unlikely]]
       decide(lane, doubtful, w1, w2, area, at);
+    const std::uint32_t first = line_of(i, j);
     for (; hits != 0; hits &= hits - 1) {
       const auto here = static_cast<std::size_t>(std::countr_zero(hits));
-      const std::int32_t u = first_[0][lane + here] + i, v = first_[1][lane + here] + j - lines_.v.first;
-      *to++ = {static_cast<std::uint32_t>(v) * static_cast<std::uint32_t>(lines_.size_u) +
-                   static_cast<std::uint32_t>(u),
-               at[here], step_[lane + here]};
+      *to++ = {Crossing::event_of(at[here], step_[lane + here]), line_[lane + here] + first};
     }
     return to;
+  }
+  std::uint32_t line_of(std::int32_t u, std::int32_t v) const {
+    return static_cast<std::uint32_t>(v) * static_cast<std::uint32_t>(lines_.size_u) +
+           static_cast<std::uint32_t>(u);
   }
 
   /// Those right at a voxel's centre.
@@ -203,7 +210,8 @@ class FewLines {
   Lines lines_;
   alignas(64) CornerLanes at_;
   alignas(64) std::int32_t first_[2][kMostLanes],
-      beyond_[2][kMostLanes];  // lines along u and v: the first, and how many more
+      beyond_[2][kMostLanes];                   // lines along u and v: the first, and how many more
+  alignas(64) std::uint32_t line_[kMostLanes];  // the first, by number
   alignas(64) std::int32_t step_[kMostLanes];
 };
 

@@ -6,12 +6,7 @@
 namespace phantom::voxel::detail {
 namespace {
 
-/// What happens along one line: voxel and step, packed so that they sort by voxel.
-using Event = std::int32_t;
-static_assert(kReach / kSub <= INT32_MAX / 16, "a box ends within reach on both sides");
-Event event_of(const Crossing& c) { return (c.at << 2) + (c.step + 1); }
-std::int32_t at_of(Event e) { return e >> 2; }
-std::int32_t step_of(Event e) { return (e & 3) - 1; }
+using Event = std::int32_t;  // of a Crossing
 
 /// Calls visit(u, v, events sorted by voxel) for each line that is crossed. `over`: the triangles that may;
 /// null: all.
@@ -25,7 +20,7 @@ void for_each_line(const SnappedMesh& mesh, const std::vector<std::uint32_t>* ov
   for (const Crossing& c : crossings) ++start[c.line + 1];
   for (std::size_t i = 0; i < count; ++i) start[i + 1] += start[i];
   LargeVector<Event> events(crossings.size());
-  for (const Crossing& c : crossings) events[start[c.line]++] = event_of(c);
+  for (const Crossing& c : crossings) events[start[c.line]++] = c.event;
   std::uint32_t from = 0;
   const std::uint32_t* end = start.data();
   for (std::int32_t v = lines.v.first; v < lines.v.last; ++v) {
@@ -48,8 +43,8 @@ LineSigns for_each_run(std::span<const Event> events, std::int32_t size, const V
   LineSigns signs;
   std::int32_t winding = 0, since = 0;
   for (std::size_t i = 0; i < events.size();) {
-    const std::int32_t at = at_of(events[i]), before = winding;
-    for (; i < events.size() && at_of(events[i]) == at; ++i) winding += step_of(events[i]);
+    const std::int32_t at = Crossing::at(events[i]), before = winding;
+    for (; i < events.size() && Crossing::at(events[i]) == at; ++i) winding += Crossing::step(events[i]);
     if (at >= size) {  // behind the box: what lasts until there is inside up to the box's end
       winding = before;
       break;
@@ -114,7 +109,7 @@ void fill_inside_along(int axis, const SnappedMesh& mesh, BitVolume& inside, Bit
                   voxel[u] = at_u;
                   voxel[v] = at_v;
                   std::int32_t sum = 0;
-                  for (const Event event : events) sum += step_of(event);
+                  for (const Event event : events) sum += Crossing::step(event);
                   if (sum != 0) {
                     silent.set(voxel[axis == 0 ? 1 : 0], voxel[axis == 2 ? 1 : 2], 0);
                     return;

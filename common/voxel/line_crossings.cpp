@@ -115,9 +115,9 @@ void cross_triangle(const SnappedPoint& p0, const SnappedPoint* p1, const Snappe
     for (std::int64_t i = u_first; i <= u_last; ++i) {
       if ((w0 | w1 | w2) >= 0) {
         const std::int64_t first = first_behind(a0, a1, a2, w1 - e1.bias, w2 - e2.bias, area, per_area);
-        crossings.push_back({static_cast<std::uint32_t>((j - lines.v.first) * lines.size_u + i),
-                             static_cast<std::int32_t>(std::clamp<std::int64_t>(first, 0, lines.size_a)),
-                             step});
+        const auto at = static_cast<std::int32_t>(std::clamp<std::int64_t>(first, 0, lines.size_a));
+        crossings.push_back({Crossing::event_of(at, step),
+                             static_cast<std::uint32_t>((j - lines.v.first) * lines.size_u + i)});
       }
       w0 -= e0.dv * kSub;
       w1 -= e1.dv * kSub;

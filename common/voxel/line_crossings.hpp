@@ -24,10 +24,14 @@ struct Lines {
 /// winding number changes there. What lies before the box counts at its first voxel, what lies behind it at
 /// size_a.
 struct Crossing {
+  std::int32_t event;  ///< both in one number, which sorts by voxel
   std::uint32_t line;  ///< u, then v
-  std::int32_t at;
-  std::int32_t step;
+
+  static constexpr std::int32_t event_of(std::int32_t at, std::int32_t step) { return at * 4 + step + 1; }
+  static constexpr std::int32_t at(std::int32_t event) { return event >> 2; }
+  static constexpr std::int32_t step(std::int32_t event) { return (event & 3) - 1; }
 };
+static_assert(kReach / kSub <= INT32_MAX / 16, "a box ends within reach on both sides");
 
 /// All crossings, in no order. Lines through a shared edge belong to exactly one of the two triangles beside
 /// it: as if every line were shifted by (−ε, ε²) in (u, v). `over`: the triangles that may cross; null: all.

@@ -71,7 +71,8 @@ std::vector<Found> literal(const SnappedMesh& mesh, const Axes& axes, const Line
 std::vector<Found> fast(const SnappedMesh& mesh, const std::vector<std::uint32_t>* over, const Axes& axes,
                         const Lines& lines) {
   std::vector<Found> found;
-  for (const Crossing& c : cross_lines(mesh, over, axes, lines)) found.emplace_back(c.line, c.at, c.step);
+  for (const Crossing& c : cross_lines(mesh, over, axes, lines))
+    found.emplace_back(c.line, Crossing::at(c.event), Crossing::step(c.event));
   return sorted(found);
 }
 
