@@ -11,7 +11,9 @@
 #include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
+#include <bit>
 #include <cstddef>
+#include <cstring>
 
 #include "common/voxel/corner_lanes-inl.hpp"
 #include "common/voxel/mark_medium-inl.hpp"
@@ -57,13 +59,10 @@ class SmallTriangles {
       hn::Store(hn::And(spanned, met_by_shadows()), kInts, met_);
       keep_what_planes_pass();
     }
-    if (!hn::AllFalse(kInts, hn::Eq(hn::Load(kInts, kind_), hn::Set(kInts, kMedium))))
-      medium_.prepare(at_, at_once());
-    for (std::size_t lane = 0; lane < at_once(); ++lane) {
-      if (kind_[lane] == kSmall) put(lane);
-      if (kind_[lane] == kMedium) put_medium(lane, tile);
-      if (kind_[lane] == kOther) other(triangles[lane]);
-    }
+    for_each_lane(lanes_of_[kSmall], [this](std::size_t lane) HWY_ATTR { put(lane); });
+    if (lanes_of_[kMedium] != 0) medium_.prepare(at_, at_once());
+    for_each_lane(lanes_of_[kMedium], [&](std::size_t lane) HWY_ATTR { put_medium(lane, tile); });
+    for_each_lane(lanes_of_[kOther], [&](std::size_t lane) HWY_ATTR { other(triangles[lane]); });
     return reached;
   }
 
@@ -71,6 +70,13 @@ class SmallTriangles {
   static constexpr hn::ScalableTag<double> kDoubles{};
   using Ints = hn::Vec<hn::ScalableTag<std::int32_t>>;
   static constexpr std::int32_t kOther = 0, kMedium = 1, kSmall = 2, kOutside = 3;
+  static_assert(kMostLanes <= 64);
+
+  /// One kind after the other: which one a triangle is the processor cannot foresee.
+  template <class Visit>
+  HWY_INLINE static void for_each_lane(std::uint64_t lanes, const Visit& visit) {
+    for (; lanes != 0; lanes &= lanes - 1) visit(static_cast<std::size_t>(std::countr_zero(lanes)));
+  }
 
   HWY_INLINE std::size_t put_those_over_centres(std::uint32_t number, std::size_t valid,
                                                 std::uint32_t* over) const {
@@ -122,7 +128,11 @@ class SmallTriangles {
     }
     if (!counted_in_32_bits_) kind = hn::Zero(kInts);
     kind = hn::IfThenElse(outside, hn::Set(kInts, kOutside), kind);
-    hn::Store(kind, kInts, kind_);
+    for (const std::int32_t each : {kOther, kMedium, kSmall}) {
+      std::uint8_t bits[8] = {};
+      hn::StoreMaskBits(kInts, hn::Eq(kind, hn::Set(kInts, each)), bits);
+      std::memcpy(&lanes_of_[each], bits, sizeof bits);
+    }
     find_first_words();
     return hn::IfThenElseZero(hn::Eq(kind, hn::Set(kInts, kSmall)), voxels);
   }
@@ -218,14 +228,9 @@ class SmallTriangles {
   /// Asks the memory for where the triangles' first voxels are, in both layers. (Never a function of its own:
   /// one that does nothing else has no effect in GCC's eyes, and is left out.)
   HWY_INLINE void ask_for_rows() const {
-    for (std::size_t lane = 0; lane < at_once(); ++lane) {
+    for (std::uint64_t lanes = lanes_of_[kMedium]; lanes != 0; lanes &= lanes - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(lanes));
       const std::uint64_t* word = words_ + word_[lane];
-      if (kind_[lane] == kSmall) {
-        const Rows rows = rows_of(lane);
-        for (const std::size_t offset : {std::size_t{0}, rows.second, rows.layer, rows.layer + rows.second})
-          hwy::Prefetch(word + offset);
-      }
-      if (kind_[lane] != kMedium) continue;
       const std::int32_t rows = std::min(last_[1][lane] - first_[1][lane], 3),
                          layers = std::min(last_[2][lane] - first_[2][lane], 3);
       for (std::int32_t z = 0; z <= layers; ++z, word += layer_words_) {
@@ -291,7 +296,8 @@ class SmallTriangles {
   bool counted_in_32_bits_;  // the volume's words; of 32 GiB and more every triangle is other
   MediumTriangles medium_;
   alignas(64) CornerLanes at_;
-  alignas(64) std::int32_t first_[3][kMost], last_[3][kMost], kind_[kMost], met_[kMost] = {};
+  alignas(64) std::int32_t first_[3][kMost], last_[3][kMost], met_[kMost] = {};
+  std::uint64_t lanes_of_[3] = {};  // by kind, a bit each
   alignas(64) std::uint32_t word_[kMost];
 };
 
