@@ -28,25 +28,20 @@ BoundingBox TriangleMesh::bounding_box() const {
   const auto count = static_cast<Eigen::Index>(vertices_m.size()), whole = count / 4 * 4;
   if (whole > 0) {
     const float* from = vertices_m.data()->data();
-    Four low = Eigen::Map<const Four>(from), high = low;
+    // The sum stays 0 unless a term is not finite: 0 · ∞ and 0 · NaN are NaN.
+    Four low = Eigen::Map<const Four>(from), high = low, nothing = 0.0F * low;
     for (Eigen::Index i = 4; i < whole; i += 4) {
       const Eigen::Map<const Four> here(from + 3 * i);
       low = low.min(here);
       high = high.max(here);
+      nothing += 0.0F * here;
     }
+    box.finite = (nothing == 0.0F).all();
     box.min_m = low.rowwise().minCoeff();
     box.max_m = high.rowwise().maxCoeff();
   }
   for (Eigen::Index i = whole; i < count; ++i) box.extend(vertices_m[static_cast<std::size_t>(i)]);
   return box;
-}
-
-bool TriangleMesh::all_finite() const {
-  if (vertices_m.empty()) return true;
-  // The sum stays 0 unless a term is not finite: 0 · ∞ and 0 · NaN are NaN.
-  const Eigen::Map<const Eigen::ArrayXf> all(vertices_m.data()->data(),
-                                             3 * static_cast<Eigen::Index>(vertices_m.size()));
-  return (0.0F * all).sum() == 0.0F;
 }
 
 TriangleMesh TriangleMesh::transformed(const Pose& X_AB) const {

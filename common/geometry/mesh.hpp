@@ -15,11 +15,13 @@ namespace phantom::geometry {
 struct BoundingBox {
   Eigen::Vector3f min_m = Eigen::Vector3f::Constant(std::numeric_limits<float>::infinity());
   Eigen::Vector3f max_m = Eigen::Vector3f::Constant(-std::numeric_limits<float>::infinity());
+  bool finite = true;  ///< false: something put in is no finite number, and the box says nothing
 
   bool empty() const { return min_m.x() > max_m.x(); }
   void extend(const Eigen::Vector3f& point_m) {
     min_m = min_m.cwiseMin(point_m);
     max_m = max_m.cwiseMax(point_m);
+    finite = finite && point_m.allFinite();
   }
   bool intersects(const BoundingBox& other) const {
     return (min_m.array() <= other.max_m.array()).all() && (other.min_m.array() <= max_m.array()).all();
@@ -36,7 +38,7 @@ struct TriangleMesh {
   /// Box around the vertices that triangles use or not; empty for a mesh without vertices.
   BoundingBox bounding_box() const;
   /// Whether no coordinate is NaN or infinite.
-  bool all_finite() const;
+  bool all_finite() const { return bounding_box().finite; }
   /// The mesh with every vertex moved by `X_AB`: from frame B into frame A.
   TriangleMesh transformed(const Pose& X_AB) const;
   /// FNV-1a 64 over the vertices (float32 xyz, little endian) and then the triangles (uint32 abc, little

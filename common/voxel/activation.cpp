@@ -29,32 +29,29 @@ core::Status check_size(const VoxelBox& box) {
               " in all. Is the mesh's scale right, or the voxel size too small?"};
 }
 
-VoxelBox bounds_of(const Body& body, const GridSpec& grid) {
-  return body.implicit_W ? voxel_bounds(*body.implicit_W, grid) : voxel_bounds(body.mesh_W, grid);
-}
-
 core::Expected<SolidVoxels> solid_of(const Body& body, const GridSpec& grid, const VoxelBox& clip,
                                      const WorkOptions& options) {
   return body.implicit_W ? voxelise(*body.implicit_W, grid, clip, options)
                          : voxelise(body.mesh_W, grid, clip, options);
 }
 
-/// Voxel addresses are 32 bit integers.
-core::Status check_place(const Body& body, double voxel_size_m) {
-  if (!body.mesh_W.all_finite())
-    return {core::ErrorCode::kInvalidArgument, "has a coordinate that is not a finite number"};
+/// The voxels that the body takes without its layers. Voxel addresses are 32 bit integers.
+core::Expected<VoxelBox> place_of(const Body& body, const GridSpec& grid) {
   geometry::BoundingBox bounds = body.mesh_W.bounding_box();
+  if (!bounds.finite)
+    return core::Status(core::ErrorCode::kInvalidArgument, "has a coordinate that is not a finite number");
   if (body.implicit_W) {
     const geometry::Box exact = body.implicit_W->bounding_box();
     bounds = {exact.min_m.cast<float>(), exact.max_m.cast<float>()};
   }
   const double farthest_m =
       bounds.empty() ? 0.0 : std::max(-bounds.min_m.minCoeff(), bounds.max_m.maxCoeff());
-  if (farthest_m < std::min(1e6, 1e9 * voxel_size_m)) return core::Status::ok();
+  if (farthest_m < std::min(1e6, 1e9 * grid.voxel_size_m))
+    return body.implicit_W ? voxel_bounds(*body.implicit_W, grid) : voxel_bounds(bounds, grid);
   char farthest[32];
   std::snprintf(farthest, sizeof farthest, "%.3g", farthest_m);
-  return {core::ErrorCode::kResourceExhausted,
-          std::string("reaches ") + farthest + " m from the origin; is its scale right?"};
+  return core::Status(core::ErrorCode::kResourceExhausted,
+                      std::string("reaches ") + farthest + " m from the origin; is its scale right?");
 }
 
 /// Smallest box (in the solid's own voxels' addresses) that holds all its boundary and interior voxels.
@@ -63,7 +60,7 @@ VoxelBox tight_box(const SolidVoxels& solid) {
   for (std::int32_t z = 0; z < solid.box.size[2]; ++z) {
     for (std::int32_t y = 0; y < solid.box.size[1]; ++y) {
       for (std::size_t i = 0; i < solid.boundary.words_per_row(); ++i) {
-        const std::uint64_t word = solid.boundary.row(y, z)[i] | solid.interior.row(y, z)[i];
+        const std::uint64_t word = solid.boundary.row(y, z)[i] | solid.inside.row(y, z)[i];
         if (word == 0) continue;
         const auto x = static_cast<std::int32_t>(i * 64);
         const std::int32_t first[3] = {x + std::countr_zero(word), y, z},
@@ -104,31 +101,40 @@ const core::Status kStopped{core::ErrorCode::kUnavailable, "activation was stopp
 
 constexpr double kVoxelised = 0.3;  // share of the work, about
 
-/// Voxels of the volume, which covers `box`, that lie in `part`.
-std::size_t count_in(const BitVolume& bits, const VoxelBox& box, const VoxelBox& part, int threads) {
+struct SolidCount {
+  std::atomic<std::size_t> boundary = 0, interior = 0;
+};
+
+/// Counts the voxels of the solid that lie in `part`.
+void count_in(const SolidVoxels& solid, const VoxelBox& part, int threads, SolidCount& count) {
+  const VoxelBox& box = solid.box;
   const VoxelBox here = box.intersection(part);
-  if (here.empty()) return 0;
-  const std::int32_t low = here.min.x - box.min.x, high = low + here.size[0] - 1;
-  const std::uint64_t before = ~(~std::uint64_t{0} << (low & 63)),
-                      behind = ~(~std::uint64_t{0} >> (63 - (high & 63)));
+  if (here.empty()) return;
+  const std::int32_t low = here.min.x - box.min.x, high = low + here.size[0] - 1, y = here.min.y - box.min.y;
+  const std::uint64_t from = ~std::uint64_t{0} << (low & 63), to = ~std::uint64_t{0} >> (63 - (high & 63));
   const auto first = static_cast<std::size_t>(low >> 6), last = static_cast<std::size_t>(high >> 6);
-  std::atomic<std::size_t> all = 0;
+  const bool whole_rows = here.size[0] == box.size[0];
+  const auto add = [&](const BitCounts& more) {
+    count.boundary += more.a;
+    count.interior += more.only_b;
+  };
   core::parallel_for(threads, static_cast<std::size_t>(here.size[2]), [&](std::size_t layer, std::size_t) {
     const std::int32_t z = here.min.z - box.min.z + static_cast<std::int32_t>(layer);
-    const std::int32_t y = here.min.y - box.min.y;
-    if (here.size[0] == box.size[0]) {
-      all += count_bits(bits.row(y, z), bits.words_per_row() * static_cast<std::size_t>(here.size[1]));
-      return;
+    if (whole_rows) {
+      const std::size_t words = solid.inside.words_per_row() * static_cast<std::size_t>(here.size[1]);
+      return add(count_bits(solid.boundary.row(y, z), solid.inside.row(y, z), words));
     }
-    std::size_t count = 0;
-    for (std::int32_t i = y; i < y + here.size[1]; ++i) {
-      const std::uint64_t* row = bits.row(i, z);
-      const std::uint64_t beyond[2] = {row[first] & before, row[last] & behind};
-      count += count_bits(row + first, last - first + 1) - count_bits(beyond, 2);
+    std::vector<std::uint64_t> words[2];
+    for (std::int32_t row = y; row < y + here.size[1]; ++row) {
+      const std::uint64_t* const rows[2] = {solid.boundary.row(row, z), solid.inside.row(row, z)};
+      for (std::size_t i = 0; i < 2; ++i) {
+        words[i].assign(rows[i] + first, rows[i] + last + 1);
+        words[i].front() &= from;
+        words[i].back() &= to;
+      }
+      add(count_bits(words[0].data(), words[1].data(), words[0].size()));
     }
-    all += count;
   });
-  return all;
 }
 
 /// Cuts what an object reaches of a grid into parts of whole bricks.
@@ -202,8 +208,10 @@ class Maker {
     if (stopped) return false;
     for (ObjectBricks::Part& brick : bricks.take_parts()) bricks_.push_back(std::move(brick));
     BodyReport& report = object_.report;
-    report.boundary_voxels += count_in(solid.boundary, solid.box, part, options_.threads);
-    report.interior_voxels += count_in(solid.interior, solid.box, part, options_.threads);
+    SolidCount count;
+    count_in(solid, part, options_.threads, count);
+    report.boundary_voxels += count.boundary;
+    report.interior_voxels += count.interior;
     const std::size_t disputed = report.mesh.disputed_voxels;
     if (!known_ || !solid.box.empty()) report.mesh = solid.report;  // of a part without the mesh it says less
     report.mesh.disputed_voxels = disputed + solid.report.disputed_voxels;
@@ -229,10 +237,12 @@ class Maker {
   ActivatedObject object_;
 };
 
-core::Status check_all(const Body& body, double voxel_size_m) {
+/// Checks profile and place; the voxels that the body takes without its layers.
+core::Expected<VoxelBox> checked_place(const Body& body, const GridSpec& grid) {
   if (core::Status checked = check_profile(body.profile); !checked) return about(body, checked);
-  if (core::Status checked = check_place(body, voxel_size_m); !checked) return about(body, checked);
-  return core::Status::ok();
+  auto place = place_of(body, grid);
+  if (!place) return about(body, place.status());
+  return place;
 }
 
 /// The workspace of one object.
@@ -258,8 +268,9 @@ GridSpec grid_over(const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m, d
 
 core::Expected<ActivatedObject> activate_object(const Body& body, const GridSpec& grid,
                                                 const ActivationOptions& options) {
-  if (core::Status checked = check_all(body, grid.voxel_size_m); !checked) return checked;
-  const VoxelBox reached = bounds_of(body, grid).grown(body.profile.reach_vox());
+  const auto place = checked_place(body, grid);
+  if (!place) return place.status();
+  const VoxelBox reached = place->grown(body.profile.reach_vox());
   if (core::Status checked = check_size(reached.intersection(voxelise_clip(grid, body.profile))); !checked)
     return about(body, checked);
   const Steps steps(options);
@@ -272,10 +283,10 @@ core::Expected<ActivatedObject> activate_object(const Body& body, const GridSpec
 
 core::Expected<std::pair<Workspace, BodyReport>> activate_alone(const Body& body, double voxel_size_m,
                                                                 const ActivationOptions& options) {
-  if (core::Status checked = check_all(body, voxel_size_m); !checked) return checked;
   const GridSpec lattice{Eigen::Vector3d::Zero(), voxel_size_m, {0, 0, 0}};
-  const VoxelBox around = bounds_of(body, lattice);
-  const VoxelBox reached = around.grown(body.profile.reach_vox());
+  const auto around = checked_place(body, lattice);
+  if (!around) return around.status();
+  const VoxelBox reached = around->grown(body.profile.reach_vox());
   if (core::Status checked = check_size(reached); !checked) return about(body, checked);
   const auto grid_of = [&](const VoxelBox& box) {
     return GridSpec{voxel_size_m * Eigen::Vector3d(box.min.x, box.min.y, box.min.z), voxel_size_m, box.size};
@@ -286,7 +297,7 @@ core::Expected<std::pair<Workspace, BodyReport>> activate_alone(const Body& body
     if (!object) return object.status();
     return std::pair{workspace_of(body, grid_of(reached), *object, options.threads), object->report};
   }
-  auto solid = solid_of(body, lattice, around,
+  auto solid = solid_of(body, lattice, *around,
                         {options.threads, [&](double share) { return steps.go_on(kVoxelised * share); }});
   if (!solid) return about(body, solid.status());
   const double voxelise_s = steps.now_s() - steps.start_s();

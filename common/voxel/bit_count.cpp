@@ -11,14 +11,21 @@ namespace phantom::voxel::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-std::size_t CountBits(const std::uint64_t* words, std::size_t count) {
+BitCounts CountBits(const std::uint64_t* a, const std::uint64_t* b, std::size_t count) {
   const hn::ScalableTag<std::uint64_t> d;
-  auto sums = hn::Zero(d);
+  auto of_a = hn::Zero(d), only_b = hn::Zero(d);
   std::size_t i = 0;
-  for (; i + hn::Lanes(d) <= count; i += hn::Lanes(d))
-    sums = hn::Add(sums, hn::PopulationCount(hn::LoadU(d, words + i)));
-  auto all = static_cast<std::size_t>(hn::GetLane(hn::SumOfLanes(d, sums)));
-  for (; i < count; ++i) all += static_cast<std::size_t>(std::popcount(words[i]));
+  for (; i + hn::Lanes(d) <= count; i += hn::Lanes(d)) {
+    const auto here = hn::LoadU(d, a + i);
+    of_a = hn::Add(of_a, hn::PopulationCount(here));
+    only_b = hn::Add(only_b, hn::PopulationCount(hn::AndNot(here, hn::LoadU(d, b + i))));
+  }
+  BitCounts all{static_cast<std::size_t>(hn::GetLane(hn::SumOfLanes(d, of_a))),
+                static_cast<std::size_t>(hn::GetLane(hn::SumOfLanes(d, only_b)))};
+  for (; i < count; ++i) {
+    all.a += static_cast<std::size_t>(std::popcount(a[i]));
+    all.only_b += static_cast<std::size_t>(std::popcount(b[i] & ~a[i]));
+  }
   return all;
 }
 
@@ -30,8 +37,8 @@ namespace phantom::voxel {
 
 HWY_EXPORT(CountBits);
 
-std::size_t count_bits(const std::uint64_t* words, std::size_t count) {
-  return HWY_DYNAMIC_DISPATCH(CountBits)(words, count);
+BitCounts count_bits(const std::uint64_t* a, const std::uint64_t* b, std::size_t count) {
+  return HWY_DYNAMIC_DISPATCH(CountBits)(a, b, count);
 }
 
 }  // namespace phantom::voxel

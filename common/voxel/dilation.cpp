@@ -71,7 +71,7 @@ class Growth {
     }
     BitVolume boundary(box.size);
     take(solid.boundary, solid.box, boundary);
-    take(solid.interior, solid.box, filled_);
+    take(solid.inside, solid.box, filled_);
     paint_solid(boundary);
     front_ = detail::MarkedBits(std::move(boundary));
   }
@@ -94,6 +94,7 @@ class Growth {
     core::parallel_for(threads_, slabs_.size(), [&](std::size_t i, std::size_t) { work(slabs_[i]); });
   }
   void take(const BitVolume& bits, const VoxelBox& from, BitVolume& to) const;
+  void leave_interior(const BitVolume& boundary, std::int32_t from_y, std::int32_t to_y, std::int32_t z);
   void paint_solid(const BitVolume& boundary);
   void paint_solid(const BitVolume& boundary, const Slab& slab, std::int32_t from_y, std::int32_t to_y);
   void paint_solid_tiles(const BitVolume& boundary, std::size_t word, std::int32_t from_y, std::int32_t to_y,
@@ -138,12 +139,22 @@ void Growth::take(const BitVolume& bits, const VoxelBox& from, BitVolume& to) co
   }
 }
 
-/// Boundary and interior (in filled_) into the bricks; then filled_ is both.
+/// Of the rows [from_y, to_y) of filled_ leaves what is no boundary.
+void Growth::leave_interior(const BitVolume& boundary, std::int32_t from_y, std::int32_t to_y,
+                            std::int32_t z) {
+  const std::uint64_t* surface = boundary.row(from_y, z);
+  std::uint64_t* filled = filled_.row(from_y, z);
+  const std::size_t words = filled_.words_per_row() * static_cast<std::size_t>(to_y - from_y);
+  for (std::size_t i = 0; i < words; ++i) filled[i] &= ~surface[i];
+}
+
+/// Boundary and interior (what else is in filled_) into the bricks; then filled_ is both.
 void Growth::paint_solid(const BitVolume& boundary) {
   for_slabs([&](const Slab& slab) {
     for (std::int32_t y = 0; y < box_.size[1];) {
       const std::int32_t to_y =
           std::min(box_.size[1], brick_of(y + box_.min.y) * kBrickEdge + kBrickEdge - box_.min.y);
+      for (std::int32_t z = slab.from_z; z < slab.to_z; ++z) leave_interior(boundary, y, to_y, z);
       paint_solid(boundary, slab, y, to_y);
       y = to_y;
     }

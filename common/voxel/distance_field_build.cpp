@@ -56,8 +56,9 @@ class DistanceFieldBuilder {
     }
     const auto halo = static_cast<std::int32_t>(std::ceil(reach_vox_)) + 1;
     // Triangles outside of the grid count as far as they reach in.
-    prepared->region =
-        voxel_bounds(body.mesh_W, grid).grown(halo).intersection(VoxelBox::of(grid).grown(halo));
+    prepared->region = voxel_bounds(body.mesh_W.bounding_box(), grid)
+                           .grown(halo)
+                           .intersection(VoxelBox::of(grid).grown(halo));
     if (!prepared->region.empty()) {
       prepared->nearest = std::make_unique<detail::NearestTriangles>(
           prepared->vertices_vox, body.mesh_W.triangles, prepared->region, static_cast<float>(reach_vox_));

@@ -8,16 +8,15 @@ SolidVoxels hollow(const SolidVoxels& solid) {
   SolidVoxels rest;
   rest.box = solid.box;
   rest.boundary = BitVolume(solid.box.size);
-  rest.interior = BitVolume(solid.box.size);
+  rest.inside = solid.interior();
   const int tail = solid.box.size[0] & 63;
   const std::uint64_t last = tail == 0 ? ~std::uint64_t{0} : (std::uint64_t{1} << tail) - 1;
   for (std::int32_t z = 0; z < solid.box.size[2]; ++z) {
     for (std::int32_t y = 0; y < solid.box.size[1]; ++y) {
-      const std::uint64_t* from = solid.interior.row(y, z);
-      std::uint64_t* to = rest.interior.row(y, z);
-      const std::size_t words = rest.interior.words_per_row();
-      for (std::size_t i = 0; i < words; ++i) to[i] = ~from[i];
-      to[words - 1] &= last;
+      std::uint64_t* row = rest.inside.row(y, z);
+      const std::size_t words = rest.inside.words_per_row();
+      for (std::size_t i = 0; i < words; ++i) row[i] = ~row[i];
+      row[words - 1] &= last;
     }
   }
   return rest;

@@ -78,7 +78,7 @@ void TakeTile(const SolidRows::TileSource& from, SolidRows::Tile& tile, std::siz
   constexpr std::size_t kTile = SolidRows::kTile;
   for (std::size_t k = 0; k < deep; ++k) {
     hwy::Prefetch(from.boundary->data() + from.ahead + k * from.layer);
-    hwy::Prefetch(from.interior->data() + from.ahead + k * from.layer);
+    hwy::Prefetch(from.inside->data() + from.ahead + k * from.layer);
   }
   for (std::size_t part = 0; part < kTileWords; part += hn::Lanes(kWords)) {
     const auto load = [part](const std::uint32_t* words) HWY_ATTR { return load_pairs(words + 2 * part); };
@@ -87,9 +87,10 @@ void TakeTile(const SolidRows::TileSource& from, SolidRows::Tile& tile, std::siz
     auto inner = load(tile.inner), any = load(tile.any);
     std::size_t at = from.at;
     for (std::size_t k = 0; k < deep; ++k, at += from.layer) {
-      const auto inside = words_at(from, *from.interior, at, part);
-      const auto solid = hn::Or(inside, words_at(from, *from.boundary, at, part));
-      inner = hn::And(inner, inside);
+      const auto inside = words_at(from, *from.inside, at, part);
+      const auto boundary = words_at(from, *from.boundary, at, part);
+      const auto solid = hn::Or(inside, boundary);
+      inner = hn::And(inner, hn::AndNot(boundary, inside));
       any = hn::Or(any, solid);
       store(solid, tile.solid[k]);
       store(hn::Or(load(in_slice + k * kTile), solid), in_slice + k * kTile);
@@ -179,7 +180,7 @@ SolidRows::TileSource SolidRows::tile_source(std::size_t y, std::size_t z, std::
       6;  // rows; the next slice is too far away for the processor to see what comes
   const std::size_t at = (z * rows + y) * row + first;
   return {&solid_.boundary.words(),
-          &solid_.interior.words(),
+          &solid_.inside.words(),
           at,
           at + std::min(kAhead, rows - 1 - y) * row,
           rows * row,

@@ -54,7 +54,7 @@ class SolidRows {
 
   /// Where a tile's words come from: rows of bits, 64 a word.
   struct TileSource {
-    const LargeVector<std::uint64_t>*boundary, *interior;
+    const LargeVector<std::uint64_t>*boundary, *inside;
     std::size_t at;     ///< word of the tile's first slice in both volumes
     std::size_t ahead;  ///< the same of a tile to come
     std::size_t layer;  ///< words from a slice to the next

@@ -95,7 +95,7 @@ class BrickOfSurface {
     for (std::int32_t z = low.z; z < low.z + cube.edge; ++z) {
       for (std::int32_t y = low.y; y < low.y + cube.edge; ++y) {
         for (std::int32_t x = low.x; x < low.x + cube.edge; ++x) {
-          if (!solid_.boundary.get(x, y, z) && !solid_.interior.get(x, y, z)) return false;
+          if (!solid_.boundary.get(x, y, z) && !solid_.inside.get(x, y, z)) return false;
         }
       }
     }
@@ -139,12 +139,12 @@ void settle(const SolidVoxels& solid, const VoxelBox& part, BrickKey key,
                            in_z = v.z - solid.box.min.z;
         const bool in_box = contains(solid.box, v);
         const bool boundary = in_box && solid.boundary.get(in_x, in_y, in_z);
-        const bool interior = in_box && solid.interior.get(in_x, in_y, in_z);
+        const bool inside = in_box && solid.inside.get(in_x, in_y, in_z);
         const bool wanted = contains(part, v);
-        if (!orders && !(wanted && (boundary || interior))) continue;
+        if (!orders && !(wanted && (boundary || inside))) continue;
         if (!orders) orders = std::make_unique<std::int8_t[]>(kBrickVoxels);
         std::int8_t& order = orders[brick_offset(x, y, z)];
-        if (boundary || interior) order = boundary ? kOrderBoundary : kOrderInterior;
+        if (boundary || inside) order = boundary ? kOrderBoundary : kOrderInterior;
         if (!wanted) order = kOrderFree;
         any = any || order != kOrderFree;
       }

@@ -56,8 +56,11 @@ struct VoxelBox {
   static VoxelBox of(const GridSpec& grid) { return {{0, 0, 0}, grid.size_vox}; }
 };
 
-/// Bits set in `count` words.
-std::size_t count_bits(const std::uint64_t* words, std::size_t count);
+/// Bits set in the words `a`, and those set in `b` alone; `count` words each.
+struct BitCounts {
+  std::size_t a = 0, only_b = 0;
+};
+BitCounts count_bits(const std::uint64_t* a, const std::uint64_t* b, std::size_t count);
 
 /// One bit per voxel of a box: rows along x of 64 voxels a word, then y, then z. Bits past the row's end are
 /// 0.
@@ -96,7 +99,7 @@ class BitVolume {
     row(y, z)[x >> 6] ^= std::uint64_t{1} << (x & 63);
   }
   /// Bits set.
-  std::size_t count() const { return count_bits(words_.data(), words_.size()); }
+  std::size_t count() const { return count_bits(words_.data(), words_.data(), words_.size()).a; }
 
  private:
   std::size_t row_index(std::int32_t y, std::int32_t z) const {

@@ -185,15 +185,6 @@ std::size_t settle(const Votes& votes, Slab slab, const Judge& judge, SolidVoxel
   return disputed_voxels;
 }
 
-VoxelBox voxels_of(const geometry::BoundingBox& box, const GridSpec& grid) {
-  if (box.empty()) return {};
-  const Index3 first = grid.index_of(box.min_m.cast<double>());
-  const Index3 last = grid.index_of(box.max_m.cast<double>());
-  // One voxel more on each side: snapping may carry a vertex across a border.
-  return {{first.x - 1, first.y - 1, first.z - 1},
-          {last.x - first.x + 3, last.y - first.y + 3, last.z - first.z + 3}};
-}
-
 /// Settles all rows, which may take long; false if that is to end here.
 bool settle_all(const Votes& votes, const Judge& judge, const WorkOptions& options, SolidVoxels& solid) {
   std::atomic<std::size_t> disputed = 0;
@@ -235,8 +226,19 @@ bool fill_mended(const geometry::TriangleMesh& mesh_W, const SnappedMesh& snappe
 
 }  // namespace
 
-VoxelBox voxel_bounds(const geometry::TriangleMesh& mesh_W, const GridSpec& grid) {
-  return voxels_of(mesh_W.bounding_box(), grid);
+BitVolume SolidVoxels::interior() const {
+  BitVolume interior = inside;
+  for (std::size_t i = 0; i < interior.words().size(); ++i) interior.words()[i] &= ~boundary.words()[i];
+  return interior;
+}
+
+VoxelBox voxel_bounds(const geometry::BoundingBox& bounds_W, const GridSpec& grid) {
+  if (bounds_W.empty()) return {};
+  const Index3 first = grid.index_of(bounds_W.min_m.cast<double>());
+  const Index3 last = grid.index_of(bounds_W.max_m.cast<double>());
+  // One voxel more on each side: snapping may carry a vertex across a border.
+  return {{first.x - 1, first.y - 1, first.z - 1},
+          {last.x - first.x + 3, last.y - first.y + 3, last.z - first.z + 3}};
 }
 
 core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const GridSpec& grid,
@@ -246,15 +248,15 @@ core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const
   const core::Status too_far(core::ErrorCode::kResourceExhausted,
                              "mesh reaches farther than " + std::to_string(kReach / kSub) +
                                  " voxels from the workspace; is its scale right?");
-  if (!mesh_W.all_finite())
+  const geometry::BoundingBox bounds = mesh_W.bounding_box();
+  if (!bounds.finite)
     return core::Status(core::ErrorCode::kInvalidArgument,
                         "mesh has a coordinate that is not a finite number");
-  const geometry::BoundingBox bounds = mesh_W.bounding_box();
   if (bounds.empty()) return solid;
   const double farthest_m = std::max(-bounds.min_m.minCoeff(), bounds.max_m.maxCoeff());
   if (!(farthest_m < std::min(1e6, 1e9 * grid.voxel_size_m)))
     return too_far;  // voxel addresses are 32 bit integers
-  solid.box = voxels_of(bounds, grid).intersection(clip);
+  solid.box = voxel_bounds(bounds, grid).intersection(clip);
   if (solid.box.empty()) return solid;
   SnappedMesh mesh{{}, mesh_W.triangles};
   if (!detail::snap(mesh_W.vertices_m, lattice_of(grid, solid.box), options.threads, mesh.points))
@@ -275,13 +277,6 @@ core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const
   }
   if (mended && !fill_mended(mesh_W, mesh, grid, options, solid))
     return core::Status(core::ErrorCode::kUnavailable, "voxelising was stopped");
-  solid.interior = BitVolume::unwritten(solid.box.size);
-  in_slabs(solid.box.size[2], options.threads, [&](Slab z, std::size_t) {
-    const std::size_t layer = solid.inside.words_per_row() * static_cast<std::size_t>(solid.box.size[1]);
-    for (std::size_t i = layer * static_cast<std::size_t>(z.first);
-         i < layer * static_cast<std::size_t>(z.last); ++i)
-      solid.interior.words()[i] = solid.inside.words()[i] & ~solid.boundary.words()[i];
-  });
   return solid;
 }
 

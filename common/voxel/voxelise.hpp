@@ -21,14 +21,18 @@ struct VoxeliseReport {
   std::size_t disputed_voxels = 0;
 };
 
-/// A body as voxels: `boundary` where its surface passes, `interior` where the voxel's centre is inside and
-/// no surface passes. All cover `box`.
+/// A body as voxels: `boundary` where its surface passes, `inside` where the voxel's centre is inside,
+/// surface or not. Interior are those inside through which no surface passes. Both cover `box`.
 struct SolidVoxels {
   VoxelBox box;
   BitVolume boundary;
-  BitVolume interior;
-  BitVolume inside;  ///< every voxel whose centre is inside, surface or not
+  BitVolume inside;
   VoxeliseReport report;
+
+  bool is_interior(std::int32_t x, std::int32_t y, std::int32_t z) const {
+    return inside.get(x, y, z) && !boundary.get(x, y, z);
+  }
+  BitVolume interior() const;  ///< all of them, as a volume of its own
 };
 
 /// Voxels of a mesh that stands in W (transform the mesh first: turned voxels would have holes), within
@@ -56,7 +60,7 @@ struct SolidVoxels {
 core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const GridSpec& grid,
                                      const VoxelBox& clip, const WorkOptions& options = {});
 
-/// Smallest box of voxels that holds the mesh. Its vertices must be finite and within ±1e6 m.
-VoxelBox voxel_bounds(const geometry::TriangleMesh& mesh_W, const GridSpec& grid);
+/// Smallest box of voxels that holds a mesh with these bounds, which must be finite and within ±1e6 m.
+VoxelBox voxel_bounds(const geometry::BoundingBox& bounds_W, const GridSpec& grid);
 
 }  // namespace phantom::voxel

@@ -178,9 +178,6 @@ core::Expected<SolidVoxels> voxelise(const ImplicitSolid& solid_W, const GridSpe
   solid.inside = BitVolume(solid.box.size);
   if (!Voxeliser(solid_W, grid, solid).run(options))
     return core::Status(core::ErrorCode::kUnavailable, "voxelising was stopped");
-  solid.interior = solid.inside;
-  for (std::size_t i = 0; i < solid.interior.words().size(); ++i)
-    solid.interior.words()[i] &= ~solid.boundary.words()[i];
   return solid;
 }
 

@@ -53,7 +53,7 @@ double kind_of(const voxel::SolidVoxels& solid, std::array<std::int32_t, 3> v) {
     if (at[i] < 0 || at[i] >= solid.box.size[i]) return 0.0;
   }
   if (solid.boundary.get(at[0], at[1], at[2])) return 2.0;
-  return solid.interior.get(at[0], at[1], at[2]) ? 1.0 : 0.0;
+  return solid.is_interior(at[0], at[1], at[2]) ? 1.0 : 0.0;
 }
 
 void draw_section(Report& report, Plot& plot, const std::string& title, const std::string& name,
@@ -130,7 +130,7 @@ void run(Report& report, const Settings& settings) {
     for (const double size_mm : sizes_mm) {
       const Voxels voxels = voxels_of(solid.mesh, 1e-3 * size_mm);
       const double cell_m3 = std::pow(1e-3 * size_mm, 3);
-      const double interior = cell_m3 * static_cast<double>(voxels.solid.interior.count());
+      const double interior = cell_m3 * static_cast<double>(voxels.solid.interior().count());
       const double boundary = cell_m3 * static_cast<double>(voxels.solid.boundary.count());
       const double centres = cell_m3 * static_cast<double>(voxels.solid.inside.count());
       const double place = (solid.volume_m3 - interior) / boundary;

@@ -99,6 +99,15 @@ TEST(TriangleMesh, BoundingBoxHoldsEveryVertexHoweverMany) {
     }
     EXPECT_EQ(mesh.bounding_box().min_m, low) << count;
     EXPECT_EQ(mesh.bounding_box().max_m, high) << count;
+    EXPECT_TRUE(mesh.all_finite());
+    for (std::size_t i = 0; i < count; ++i) {
+      for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+                              -std::numeric_limits<float>::infinity()}) {
+        TriangleMesh worse = mesh;
+        worse.vertices_m[i][static_cast<Eigen::Index>(random() % 3)] = bad;
+        EXPECT_FALSE(worse.all_finite()) << count << ' ' << i << ' ' << bad;
+      }
+    }
   }
   EXPECT_EQ(TriangleMesh{}.bounding_box().min_m, BoundingBox{}.min_m);
 }

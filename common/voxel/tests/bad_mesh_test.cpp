@@ -266,7 +266,7 @@ TEST(BadMesh, ArbitraryTrianglesNeverReachOutsideTheirBox) {
     EXPECT_EQ(one.inside.words(), two.inside.words());
     EXPECT_EQ(one.boundary.words(), two.boundary.words());
     EXPECT_EQ(one.report.disputed_voxels, two.report.disputed_voxels);
-    const auto bounds = voxel_bounds(soup, kGrid);
+    const auto bounds = voxel_bounds(soup.bounding_box(), kGrid);
     twin::for_each(kAll, [&](Index3 v) {
       if (bounds.intersection({v, {1, 1, 1}}).empty()) {
         EXPECT_FALSE(twin::is_inside(one, v));
@@ -283,7 +283,6 @@ TEST(BadMesh, ThreadsDoNotMatter) {
     const auto many = solid_of(mesh, threads);
     EXPECT_EQ(one.inside.words(), many.inside.words());
     EXPECT_EQ(one.boundary.words(), many.boundary.words());
-    EXPECT_EQ(one.interior.words(), many.interior.words());
   }
 }
 

@@ -70,7 +70,7 @@ TEST(Dilation, EqualsTheLiteralTwinAcrossGroupsOfWords) {
     // Alone beside where a group ends: 512 voxels from 64 before the solid's box on.
     for (const std::int32_t x : {444, 447, 448, 451}) {
       SolidVoxels dot = scattered_solid(1, {600, 1, 1}, 1, {0, 9, 8});
-      dot.boundary = dot.interior = BitVolume(dot.box.size);
+      dot.boundary = dot.inside = BitVolume(dot.box.size);
       dot.boundary.set(x, 0, 0);
       expect_like_the_twin(dot, layers(element, {4, 1, 3}), wide);
     }
@@ -82,7 +82,7 @@ TEST(Dilation, ReachesTheNextGroupFromAnyWordOfOne) {
   const VoxelBox wide{{0, 0, 0}, {700, 3, 3}};
   for (const std::int32_t x : {300, 350, 400, 440, 460, 510}) {
     SolidVoxels dot = scattered_solid(1, {600, 1, 1}, 1, {0, 1, 1});
-    dot.boundary = dot.interior = BitVolume(dot.box.size);
+    dot.boundary = dot.inside = BitVolume(dot.box.size);
     dot.boundary.set(x, 0, 0);
     expect_like_the_twin(dot, layers(ShapingElement::kCube, {90}), wide);
   }
@@ -103,12 +103,21 @@ TEST(Dilation, WidensByMoreThanAWord) {
   const SolidVoxels dot = scattered_solid(3, {1, 1, 1}, 1, {75, 50, 50});
   SolidVoxels boundary = dot;
   boundary.boundary.set(0, 0, 0);
-  boundary.interior = BitVolume(boundary.box.size);
+  boundary.inside = BitVolume(boundary.box.size);
   const LayerProfile profile = layers(ShapingElement::kSphere, {70});
   const ObjectBricks bricks = dilation_bricks(boundary, profile, kGrid);
   twin::for_each(kGrid, [&](Index3 v) {
     const int square = (v.x - 75) * (v.x - 75) + (v.y - 50) * (v.y - 50) + (v.z - 50) * (v.z - 50);
     ASSERT_EQ(bricks.at(v), square == 0 ? kOrderBoundary : square <= 70 * 70 ? 1 : 0);
+  });
+}
+
+TEST(Dilation, KeepsAWallWithinABodyAsBoundary) {
+  const SolidVoxels block = walled_block();
+  const ObjectBricks bricks = dilation_bricks(block, layers(ShapingElement::kSphere, {2}), kGrid);
+  twin::for_each(block.box, [&](Index3 v) {
+    ASSERT_EQ(bricks.at(v), twin::is_boundary(block, v) ? kOrderBoundary : kOrderInterior)
+        << v.x << ' ' << v.y << ' ' << v.z;
   });
 }
 

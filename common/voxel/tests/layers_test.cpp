@@ -119,14 +119,23 @@ TEST(DistanceBricks, OfASolidBeyondTheGridReachIn) {
   }
 }
 
+TEST(DistanceBricks, KeepAWallWithinABodyAsBoundary) {
+  const SolidVoxels block = walled_block();
+  const ObjectBricks bricks = distance_bricks(block, {{2}, {9.0F}, 100.0F, 0}, kGrid, {2, {}});
+  twin::for_each(block.box, [&](Index3 v) {
+    ASSERT_EQ(bricks.at(v), twin::is_boundary(block, v) ? kOrderBoundary : kOrderInterior)
+        << v.x << ' ' << v.y << ' ' << v.z;
+  });
+}
+
 TEST(DistanceBricks, OfABallAreShellsAroundIt) {
   // An independent oracle: a solid thick enough to have bricks of interior alone.
   SolidVoxels ball;
   ball.box = {{3, 2, 1}, {90, 90, 90}};
-  ball.boundary = ball.interior = BitVolume(ball.box.size);
+  ball.boundary = ball.inside = BitVolume(ball.box.size);
   twin::for_each({{0, 0, 0}, ball.box.size}, [&](Index3 v) {
     const double r = std::hypot(v.x - 44.5, v.y - 44.5, v.z - 44.5);
-    if (r < 44.0) (r > 42.0 ? ball.boundary : ball.interior).set(v.x, v.y, v.z);
+    if (r < 44.0) (r > 42.0 ? ball.boundary : ball.inside).set(v.x, v.y, v.z);
   });
   const LayerProfile profile{{2, 3}, {9.0F, 8.0F}, 100.0F, 0};
   const ObjectBricks bricks = distance_bricks(ball, profile, kGrid, {2, {}});

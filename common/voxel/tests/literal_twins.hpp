@@ -20,7 +20,7 @@ inline bool get(const SolidVoxels& solid, const BitVolume& bits, Index3 v) {
 inline bool is_boundary(const SolidVoxels& solid, Index3 v) { return get(solid, solid.boundary, v); }
 inline bool is_inside(const SolidVoxels& solid, Index3 v) { return get(solid, solid.inside, v); }
 inline bool is_solid(const SolidVoxels& solid, Index3 v) {
-  return is_boundary(solid, v) || get(solid, solid.interior, v);
+  return is_boundary(solid, v) || get(solid, solid.inside, v);
 }
 
 template <class Do>

@@ -46,7 +46,7 @@ TEST(Voxelise, VolumesAreRightWithinOneShell) {
     const double inside_m3 = static_cast<double>(solid.inside.count()) * voxel_m3;
     EXPECT_NEAR(inside_m3 / body.volume_m3, 1.0, 0.01);
     const double shell_m3 = body.area_m2 * kGrid.voxel_size_m;
-    const double interior_m3 = static_cast<double>(solid.interior.count()) * voxel_m3;
+    const double interior_m3 = static_cast<double>(solid.interior().count()) * voxel_m3;
     const double all_m3 = interior_m3 + static_cast<double>(solid.boundary.count()) * voxel_m3;
     EXPECT_LT(body.volume_m3, all_m3);
     EXPECT_GT(body.volume_m3 + shell_m3, all_m3);
