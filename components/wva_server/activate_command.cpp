@@ -180,7 +180,7 @@ Outcome activate_cell(const ActivateRequest& request, const WvaServerConfig& con
   options.on_progress = [&](double share) {
     bar.show((static_cast<double>(done) + share) / static_cast<double>(profiles.size()));
   };
-  LiveCell live(cell, config.mesh_import);
+  LiveCell live(cell, {});
   const auto change =
       live.activate(std::move(bodies), 1, options, [&](const auto&, std::size_t now) { done = now; });
   if (!change) refuse({change.status().code(), "object " + change.status().message()});

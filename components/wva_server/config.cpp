@@ -1,11 +1,21 @@
 #include "components/wva_server/config.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <thread>
 
 #include "common/runtime/config_reader.hpp"
 
 namespace phantom::wva_server {
+namespace {
+
+std::uint64_t memory_of_the_machine() {
+  return static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) *
+         static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+}
+
+}  // namespace
 
 WvaServerConfig load_config(const std::filesystem::path& path) {
   const auto file = runtime::ConfigReader::from_file(path);
@@ -23,6 +33,10 @@ WvaServerConfig load_config(const std::filesystem::path& path) {
   config.threads = file.integer("threads", 0, {0, 256, ""});
   if (config.threads == 0)
     config.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  config.max_voxel_bytes = static_cast<std::uint64_t>(
+                               file.integer("max_voxels_mib", 0, {0, 1 << 24, "MiB; 0: half the machine's"}))
+                           << 20;
+  if (config.max_voxel_bytes == 0) config.max_voxel_bytes = memory_of_the_machine() / 2;
   file.finish();
   return config;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 
 #include "common/geometry/mesh_io.hpp"
@@ -13,7 +14,8 @@ struct WvaServerConfig {
   std::size_t mesh_chunk_bytes = 256 * 1024;
   double status_rate_hz = 2.0;
   bool accept_commands = true;
-  int threads = 1;  ///< of an activation
+  int threads = 1;                             ///< of an activation
+  std::uint64_t max_voxel_bytes = UINT64_MAX;  ///< above it commands add no more objects
 };
 
 /// Reads and checks a configuration. Throws runtime::ConfigError (file, line, key, value, what is allowed).

@@ -30,7 +30,7 @@ class Service {
  public:
   Service(const WvaServerConfig& config, const core::NetworkOptions& network, const ServedCell& served)
       : config_(config),
-        cell_(served.cell, config.mesh_import, served.changes),
+        cell_(served.cell, {config.mesh_import, config.max_voxel_bytes}, served.changes),
         adapter_(network, config.accept_commands),
         changes_file_(served.changes_file),
         report_dir_(served.report_dir) {}

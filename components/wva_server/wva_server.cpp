@@ -60,8 +60,7 @@ const char* name_of(Operation operation) {
   return "?";
 }
 
-LiveCell::LiveCell(const runtime::CellConfig& cell, const geometry::MeshImportOptions& limits,
-                   CellChanges changes)
+LiveCell::LiveCell(const runtime::CellConfig& cell, const AddLimits& limits, CellChanges changes)
     : cell_(cell), limits_(limits), live_(runtime::grid_of(cell), cell.merge), changes_(std::move(changes)) {}
 
 core::Expected<voxel::WorkspaceChange> LiveCell::activate(std::vector<runtime::CellBody> bodies,
@@ -121,8 +120,20 @@ core::Expected<std::uint16_t> LiveCell::find(const CellCommand& command) const {
       fmt::format("no object '{}' in cell {}; there are: {}", command.object, cell_.name, known));
 }
 
+/// What one more object may take is bounded by the grid: a limit for what is there already bounds it all.
+void LiveCell::check_memory() const {
+  const std::uint64_t bytes = live_.object_bytes() + live_.workspace().bytes();
+  if (bytes <= limits_.voxel_bytes) return;
+  const auto mib = [](std::uint64_t amount) { return static_cast<double>(amount) / (1 << 20); };
+  throw ConfigError(
+      fmt::format("the voxels of the {} objects take {:.0f} MiB; allowed: none is added above {:.0f} MiB "
+                  "(max_voxels_mib); remove some first",
+                  objects_.size(), mib(bytes), mib(limits_.voxel_bytes)));
+}
+
 CellChange LiveCell::add(const CellCommand& command, std::uint64_t version,
                          const voxel::ActivationOptions& options) {
+  check_memory();
   runtime::ObjectConfig config = runtime::read_object_text(command.description, cell_);
   for (const auto& [id, object] : objects_) {
     if (object.config.name == config.name)
@@ -133,7 +144,7 @@ CellChange LiveCell::add(const CellCommand& command, std::uint64_t version,
   if (changes_.next_id > kGreatestId)
     throw ConfigError("all 65534 object ids were given away; start wva_server anew");
   const auto id = config.id = static_cast<std::uint16_t>(changes_.next_id);
-  runtime::CellBody body = runtime::load_body(config, cell_, limits_);
+  runtime::CellBody body = runtime::load_body(config, cell_, limits_.mesh);
   const voxel::LiveBody added[] = {{&body.body, config.priority}};
   voxel::WorkspaceChange change = value_or_throw(live_.add(added, version, options));
   ServedObject object = served(config, std::move(body));

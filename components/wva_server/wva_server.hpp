@@ -44,15 +44,21 @@ struct CellChange {
   voxel::WorkspaceChange workspace;
 };
 
+/// Limits for objects that commands add.
+struct AddLimits {
+  geometry::MeshImportOptions mesh;
+  std::uint64_t voxel_bytes = UINT64_MAX;  ///< none is added once the voxels in memory take more than this
+};
+
 /// The cell as it is served: the objects of the cell file, then as commands add, move and remove them. An id
 /// that was given away is not given to another object. Touches files and child processes only to read the
 /// mesh of an object that is added. One thread; not real-time safe.
 class LiveCell {
  public:
-  /// `limits`: for the meshes of objects that will be added. `changes`: those that `cell` has already.
-  LiveCell(const runtime::CellConfig& cell, const geometry::MeshImportOptions& limits, CellChanges changes);
+  /// `changes`: those that `cell` has already.
+  LiveCell(const runtime::CellConfig& cell, const AddLimits& limits, CellChanges changes);
   /// A cell as its file has it.
-  LiveCell(const runtime::CellConfig& cell, const geometry::MeshImportOptions& limits)
+  LiveCell(const runtime::CellConfig& cell, const AddLimits& limits)
       : LiveCell(cell, limits, no_changes(cell)) {}
 
   /// Called after each object with how many are done.
@@ -78,13 +84,14 @@ class LiveCell {
 
  private:
   core::Expected<std::uint16_t> find(const CellCommand& command) const;
+  void check_memory() const;
   CellChange add(const CellCommand& command, std::uint64_t version, const voxel::ActivationOptions& options);
   CellChange move(const CellCommand& command, std::uint64_t version, const voxel::ActivationOptions& options);
   CellChange remove(const CellCommand& command, std::uint64_t version,
                     const voxel::ActivationOptions& options);
 
   runtime::CellConfig cell_;
-  geometry::MeshImportOptions limits_;
+  AddLimits limits_;
   voxel::LiveWorkspace live_;
   std::map<std::uint16_t, ServedObject> objects_;
   CellChanges changes_;

@@ -34,6 +34,9 @@ TEST_F(Config, TheShippedFileIsValidAndSaysTheDefaults) {
   EXPECT_EQ(shipped.status_rate_hz, defaults.status_rate_hz);
   EXPECT_TRUE(shipped.accept_commands && defaults.accept_commands);
   EXPECT_GE(shipped.threads, 1);
+  EXPECT_EQ(shipped.max_voxel_bytes, defaults.max_voxel_bytes);
+  EXPECT_GT(shipped.max_voxel_bytes, 64U << 20);
+  EXPECT_EQ(load_config(write("small.yaml", "max_voxels_mib: 3")).max_voxel_bytes, 3U << 20);
 }
 
 TEST_F(Config, AnUnknownKey) { expect_refused("mesh_chunk_kb: 3", {"mesh_chunk_kb", "mesh_chunk_kib"}); }

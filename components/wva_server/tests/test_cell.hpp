@@ -39,9 +39,10 @@ class TestCell : public ::testing::Test {
   std::filesystem::path cell() const { return folder_ / "cell.yaml"; }
 
   /// A cell file's cell, activated.
-  static LiveCell activated(const std::filesystem::path& file, std::uint64_t version = 7) {
+  static LiveCell activated(const std::filesystem::path& file, std::uint64_t version = 7,
+                            const AddLimits& limits = {}) {
     const auto loaded = runtime::load_cell(file);
-    LiveCell live(loaded, {});
+    LiveCell live(loaded, limits);
     double time_s = 0.0;  // a clock that ticks with every look
     const auto change =
         live.activate(runtime::load_bodies(loaded, {}), version,

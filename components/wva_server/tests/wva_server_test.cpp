@@ -192,6 +192,18 @@ TEST_F(Commands, AddTakesASolidByFormula) {
   EXPECT_EQ(order_at(live_->workspace(), 0.201, -0.201, 0.201), voxel::kOrderFree);
 }
 
+TEST_F(Commands, AddIsRefusedOnceTheVoxelsTakeTooMuchMemory) {
+  const CellCommand dome =
+      add("{name: dome, primitive: {sphere: {radius_m: 0.06}}, pose: {xyz_m: [0.2, -0.2, 0.2]}}");
+  live_.emplace(activated(cell(), 7, {{}, 1 << 20}));  // each brick of an object takes 32 KiB
+  EXPECT_THAT(refused(dome),
+              AllOf(HasSubstr("of the 3 objects take"), HasSubstr("above 1 MiB (max_voxels_mib)")));
+  ASSERT_TRUE(live_->apply(move("ball", {0.1, -0.1, 0.2}), 8, {}));
+  ASSERT_TRUE(live_->apply(remove("left post"), 9, {}));
+  live_.emplace(activated(cell(), 7, {{}, 1 << 30}));
+  EXPECT_TRUE(live_->apply(dome, 8, {}));
+}
+
 TEST_F(Commands, AreRefusedWithOneClearSentence) {
   EXPECT_THAT(refused(move("bell", {0, 0, 0.2})),
               AllOf(HasSubstr("no object 'bell' in cell desk"), HasSubstr("ball, left post, right post")));
