@@ -245,12 +245,16 @@ core::Expected<LoadedMesh> load_mesh(const std::filesystem::path& path, const Me
   if (!importer) return importer.status();
   std::vector<std::uint8_t> bytes;
   // A child that waits for something uses no processor time: a generous clock time ends it as well.
-  const core::Nanoseconds deadline_ns = core::monotonic_ns() + 4 * core::from_seconds(options.max_cpu_s);
-  if (!read_until_closed(importer->from_child, deadline_ns, bytes)) kill(importer->child, SIGKILL);
+  const int most_s = 4 * options.max_cpu_s;
+  const bool in_time =
+      read_until_closed(importer->from_child, core::monotonic_ns() + core::from_seconds(most_s), bytes);
+  if (!in_time) kill(importer->child, SIGKILL);
   close(importer->from_child);
   int wait_status = 0;
   while (waitpid(importer->child, &wait_status, 0) < 0 && errno == EINTR) {
   }
+  if (!in_time)
+    return about(path, ErrorCode::kResourceExhausted, "was not read within " + std::to_string(most_s) + " s");
   return outcome(path, options, bytes, wait_status);
 }
 

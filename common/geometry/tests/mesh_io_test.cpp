@@ -2,13 +2,17 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <Eigen/Geometry>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <random>
 #include <string>
+#include <thread>
 
 #include "common/geometry/primitives.hpp"
 #include "common/geometry/stl.hpp"
@@ -226,6 +230,30 @@ TEST_F(MeshFiles, RefusesAHeaderThatClaimsMoreThanThereIs) {
                        "vertex_indices\nend_header\n0 0 0\n"),
                  "needs more memory than the 256 MiB allowed",
                  {.max_cpu_s = 2, .max_memory_bytes = 256 << 20});
+}
+
+/// The first child process of this one that can be found; 0 if there is none.
+pid_t some_child() {
+  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+    std::ifstream file(entry.path() / "stat");
+    std::string id, name, state;
+    pid_t parent = 0;
+    if (file >> id >> name >> state >> parent && parent == getpid()) return std::stoi(id);
+  }
+  return 0;
+}
+
+TEST_F(MeshFiles, EndsAnImporterThatWaitsForEver) {
+  const auto file = write("sphere.stl", ascii_stl(make_sphere(0.1, 6)));  // long enough to be caught at it
+  std::jthread stopper([](const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      if (const pid_t child = some_child(); child != 0 && kill(child, SIGSTOP) == 0) return;
+    }
+  });
+  const auto mesh = load_mesh(file, {.max_cpu_s = 1});
+  ASSERT_FALSE(mesh);
+  EXPECT_THAT(mesh.status().message(), HasSubstr("was not read within 4 s"));
+  EXPECT_EQ(some_child(), 0);
 }
 
 TEST_F(MeshFiles, WarnsOfATextStlThatWasCutShort) {
