@@ -20,7 +20,7 @@ struct MeshImportOptions {
   /// turned. None: what the file declares, else a guess.
   std::optional<bool> y_up;
   std::uint32_t max_triangles = 20'000'000;
-  int max_cpu_s = 60;                           ///< of the importing process
+  int max_cpu_s = 60;                           ///< of the importing process; by the clock four times that
   std::uint64_t max_memory_bytes = 4ULL << 30;  ///< that the import may take besides what the caller holds
   std::uint64_t max_file_bytes = 2ULL << 30;
 };

@@ -9,10 +9,7 @@ double greatest_neighbour_mu(const voxel::Workspace& workspace) {
   for (const voxel::BrickKey key : workspace.bricks()) {
     const auto brick = workspace.brick(key);
     for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i) {
-      // Everything between free space and the surface is a layer or the guard.
-      const std::int8_t order = brick.order_of(i);
-      const bool fluid = voxel::is_fluid(order);
-      greatest = std::max(greatest, fluid ? brick.mu_code[i] : std::uint8_t{0});
+      if (voxel::is_fluid(brick.order_of(i))) greatest = std::max(greatest, brick.mu_code[i]);
     }
   }
   return static_cast<double>(workspace.palette()[greatest]);

@@ -55,7 +55,7 @@ class SmallTriangles {
     const std::size_t reached = put_those_over_centres(number, valid, over);
     const Ints spanned = spanned_voxels();
     ask_for_rows();
-    if (!hn::AllFalse(kInts, hn::Ne(spanned, hn::Zero(kInts)))) {
+    if (lanes_of_[kSmall] != 0) {
       hn::Store(hn::And(spanned, met_by_shadows()), kInts, met_);
       keep_what_planes_pass();
     }
@@ -225,8 +225,8 @@ class SmallTriangles {
               numbers, word_);
   }
 
-  /// Asks the memory for where the triangles' first voxels are, in both layers. (Never a function of its own:
-  /// one that does nothing else has no effect in GCC's eyes, and is left out.)
+  /// Asks the memory for the rows of medium triangles; for those of small ones the processor need not wait.
+  /// (Never a function of its own: one that does nothing else has no effect in GCC's eyes, and is left out.)
   HWY_INLINE void ask_for_rows() const {
     for (std::uint64_t lanes = lanes_of_[kMedium]; lanes != 0; lanes &= lanes - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(lanes));

@@ -42,7 +42,7 @@ struct SolidVoxels {
 /// that the boundary of a closed mesh has no gap. A face that lies on the border between two voxels belongs
 /// to the upper one, as in floor().
 ///
-/// Interior: where the winding number along x at a voxel's centre is not 0, each line through an edge or a
+/// Inside: where the winding number along x at a voxel's centre is not 0, each line through an edge or a
 /// vertex counted once; so shells that overlap are filled, shells that face inwards within others are
 /// cavities, and a mesh that faces inwards as a whole is the same solid. A mesh that is not a closed surface
 /// facing one way is mended first: corners in one place are joined, repeated triangles dropped, triangles

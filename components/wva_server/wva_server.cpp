@@ -127,7 +127,7 @@ void LiveCell::check_memory() const {
   const auto mib = [](std::uint64_t amount) { return static_cast<double>(amount) / (1 << 20); };
   throw ConfigError(
       fmt::format("the voxels of the {} objects take {:.0f} MiB; allowed: none is added above {:.0f} MiB "
-                  "(max_voxels_mib); remove some first",
+                  "(max_voxels_mib in wva_server's configuration); remove some first",
                   objects_.size(), mib(bytes), mib(limits_.voxel_bytes)));
 }
 

@@ -370,7 +370,7 @@ TEST_F(ReplayedProcess, AReaderThatIsFrozenDoesNotHoldItUp) {
 
 class Frozen : public Recorded {};
 
-// What a writer keeps is freed while heartbeats, every 50 ms as the profile says, tell of it to a reader that
+// What a writer keeps is freed while heartbeats, as often as the profile says, tell of it to a reader that
 // acknowledges nothing.
 TEST_F(Frozen, AWriterOfThousandsOfSamplesEndsThoughItsReaderHasNone) {
   Process reader(command("record", {"--folder", (folder / "out").string(), "--topics", "workspace_brick"}),

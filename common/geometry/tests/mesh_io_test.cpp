@@ -8,7 +8,6 @@
 
 #include <Eigen/Geometry>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <random>
 #include <string>
@@ -232,28 +231,24 @@ TEST_F(MeshFiles, RefusesAHeaderThatClaimsMoreThanThereIs) {
                  {.max_cpu_s = 2, .max_memory_bytes = 256 << 20});
 }
 
-/// The first child process of this one that can be found; 0 if there is none.
-pid_t some_child() {
-  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
-    std::ifstream file(entry.path() / "stat");
-    std::string id, name, state;
-    pid_t parent = 0;
-    if (file >> id >> name >> state >> parent && parent == getpid()) return std::stoi(id);
-  }
-  return 0;
+/// The first child process of the main thread; 0 if there is none.
+pid_t first_child() {
+  std::ifstream children("/proc/self/task/" + std::to_string(getpid()) + "/children");
+  pid_t child = 0;
+  return children >> child ? child : 0;
 }
 
 TEST_F(MeshFiles, EndsAnImporterThatWaitsForEver) {
   const auto file = write("sphere.stl", ascii_stl(make_sphere(0.1, 6)));  // long enough to be caught at it
   std::jthread stopper([](const std::stop_token& stop) {
     while (!stop.stop_requested()) {
-      if (const pid_t child = some_child(); child != 0 && kill(child, SIGSTOP) == 0) return;
+      if (const pid_t child = first_child(); child != 0 && kill(child, SIGSTOP) == 0) return;
     }
   });
   const auto mesh = load_mesh(file, {.max_cpu_s = 1});
   ASSERT_FALSE(mesh);
   EXPECT_THAT(mesh.status().message(), HasSubstr("was not read within 4 s"));
-  EXPECT_EQ(some_child(), 0);
+  EXPECT_EQ(first_child(), 0);
 }
 
 TEST_F(MeshFiles, WarnsOfATextStlThatWasCutShort) {

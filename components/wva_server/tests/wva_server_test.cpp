@@ -197,7 +197,7 @@ TEST_F(Commands, AddIsRefusedOnceTheVoxelsTakeTooMuchMemory) {
       add("{name: dome, primitive: {sphere: {radius_m: 0.06}}, pose: {xyz_m: [0.2, -0.2, 0.2]}}");
   live_.emplace(activated(cell(), 7, {{}, 1 << 20}));  // each brick of an object takes 32 KiB
   EXPECT_THAT(refused(dome),
-              AllOf(HasSubstr("of the 3 objects take"), HasSubstr("above 1 MiB (max_voxels_mib)")));
+              AllOf(HasSubstr("of the 3 objects take"), HasSubstr("above 1 MiB (max_voxels_mib in")));
   ASSERT_TRUE(live_->apply(move("ball", {0.1, -0.1, 0.2}), 8, {}));
   ASSERT_TRUE(live_->apply(remove("left post"), 9, {}));
   live_.emplace(activated(cell(), 7, {{}, 1 << 30}));
