@@ -25,8 +25,9 @@ namespace {
 namespace edds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastdds::rtps;
 
-constexpr std::uint32_t kSocketBufferBytes = 4 << 20;  // a late joiner's workspace comes as one burst
-constexpr std::uint32_t kSharedSegmentBytes = 16 << 20;
+// A late joiner's workspace comes as one burst. Fast DDS writes to all of a segment when it makes it: each
+// MiB costs a process a millisecond at its start.
+constexpr std::uint32_t kSocketBufferBytes = 4 << 20, kSharedSegmentBytes = 4 << 20;
 
 // The factory keeps profiles for the process's life and refuses a second file with the same names, so each
 // file that it has taken is loaded once.
