@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <future>
 #include <iostream>
 
 #include "common/dds/participant.hpp"
@@ -50,8 +51,10 @@ int main(int argc, char** argv) {
     if (activate->parsed()) return wva_server::run_activate(request, config, std::cout);
     const auto deployment = runtime::load_deployment(options);
     if (command->parsed()) return wva_server::run_change(change, deployment.network, std::cout);
-    dds::check_qos_profiles(deployment.network.qos_profiles);
+    // Fast DDS needs as long for the profiles as the cell for its meshes: both at once.
+    auto profiles = std::async(std::launch::async, dds::check_qos_profiles, deployment.network.qos_profiles);
     auto served = wva_server::load_served_cell(deployment.cell, changes_file, config.mesh_import);
+    profiles.get();
     if (options.check) {
       std::cout << "configuration is valid: " << served.bodies.size() << " objects in cell "
                 << served.cell.name << '\n';
