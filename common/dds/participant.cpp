@@ -28,6 +28,11 @@ namespace rtps = eprosima::fastdds::rtps;
 // A late joiner's workspace comes as one burst. Fast DDS writes to all of a segment when it makes it: each
 // MiB costs a process a millisecond at its start.
 constexpr std::uint32_t kSocketBufferBytes = 4 << 20, kSharedSegmentBytes = 4 << 20;
+// A message of many Ethernet frames is lost with any one of them, and what came of it holds memory for 30 s
+// (Linux: ipfrag_time, 4 MiB): on a bad link that is soon full, and then nothing of several frames arrives.
+// Not smaller: what a participant says of all its endpoints must fit into one message, or those that met it
+// before it stood still may never hear of some (Fast DDS 2.9 ignores who asks again from the beginning).
+constexpr std::uint32_t kMessageBytes = 16000;
 
 // The factory keeps profiles for the process's life and refuses a second file with the same names, so each
 // file that it has taken is loaded once.
@@ -89,6 +94,7 @@ edds::DomainParticipantQos participant_qos(const std::string& component, const c
   udp->interfaceWhiteList = network.interfaces;
   udp->sendBufferSize = kSocketBufferBytes;
   udp->receiveBufferSize = kSocketBufferBytes;
+  udp->maxMessageSize = kMessageBytes;
   udp->maxInitialPeersRange = static_cast<std::uint32_t>(network.participants_per_host);
   qos.transport().user_transports.push_back(udp);
   if (network.shared_memory) {

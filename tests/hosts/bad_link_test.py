@@ -1,0 +1,92 @@
+#!/usr/bin/env python3
+"""A late joiner behind a cable that delays all frames and loses two of a hundred gets the whole cell, without a flood.
+
+A message that is cut into many frames is lost with any of them, and what came of it fills the receiver's memory for 30 s:
+then nothing more arrives, and the sender sends all the time (before messages were small: 120,000 frames and more).
+
+bad_link_test.py --bin DIR --cable FILE
+"""
+import argparse
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+from hosts import Site, eventually, need_rights
+
+SOURCE = Path(__file__).resolve().parents[2]
+ADDRESSES = {"cell": "10.70.1.2", "desk": "10.70.2.2"}
+LIMIT_S = 200  # only bounds a failing test
+CLEAN, BAD = {}, {"loss": 0.02, "delay_ms": 25}
+MOST_FRAMES = 90_000  # seen: 6,000 to 37,000 over the bad cable, 2,000 over a good one
+
+
+def topology(folder):
+    file = folder / "topology.yaml"
+    hosts = "".join(f"  - {{name: {name}, interfaces: [{address}]}}\n" for name, address in ADDRESSES.items())
+    file.write_text(f"name: bad_link\ndomain: 42\nqos_profiles: {SOURCE}/deploy/qos/phantom.xml\n"
+                    f"cell: {SOURCE}/deploy/cells/hot_cell/cell.yaml\nnetwork:\n  participants_per_host: 8\n"
+                    f"  initial_peers: [{', '.join(ADDRESSES.values())}]\nhosts:\n{hosts}")
+    return file
+
+
+class Desk:
+    """The consumers of a cell: sensing takes its bricks, the viewer its meshes."""
+
+    def __init__(self, site, words, folder):
+        self.host, self.words, self.folder = site["desk"], words, folder
+        self.spy = self.host.watch(words("dds_spy", "echo", "component_status", "--json", "--seconds", "0"), folder / "spy.log",
+                                   lambda line: line.get("sample", {}).get("component_name"))
+
+    def figure(self, component, name):
+        status = self.spy.get(component) or {"figures": []}
+        return next((f["value"] for f in status["figures"] if f["name"] == name), 0)
+
+    def join(self, quality):
+        """Sensing and viewer start, and end once they have all."""
+        joiners = [self.host.start(self.words(name), self.folder / f"{name}_{quality}.log") for name in ("phantom_sensing", "synthetic_viewer")]
+        eventually(lambda: 0 < self.figure("wva_server", "version") == self.figure("phantom_sensing", "workspace_version"), LIMIT_S,
+                   f"the bricks over a {quality} cable")
+        eventually(lambda: 0 < self.figure("wva_server", "objects") <= self.figure("synthetic_viewer", "meshes"), LIMIT_S,
+                   f"the meshes over a {quality} cable")
+        for joiner in joiners:
+            joiner.terminate()
+            joiner.wait(30)
+
+
+def main():
+    arguments = argparse.ArgumentParser()
+    arguments.add_argument("--bin", required=True)
+    arguments.add_argument("--cable", required=True)
+    given = arguments.parse_args()
+    need_rights()
+    folder = Path(tempfile.mkdtemp(prefix="phantom_bad_link_"))
+    file = topology(folder)
+    site = Site(ADDRESSES, given.cable, ["desk"])
+    cable = site.cables["desk"]
+
+    def words_on(host):
+        return lambda name, *more: [Path(given.bin).resolve() / name, *more, "--deployment", file, "--host", host]
+    try:
+        site["cell"].start(words_on("cell")("wva_server"), folder / "wva_server.log")
+        desk = Desk(site, words_on("desk"), folder)
+        eventually(lambda: desk.figure("wva_server", "version"), LIMIT_S, "the cell is published")
+        for quality, link in (("good", CLEAN), ("bad", BAD)):
+            before, _ = cable.set(**link)
+            desk.join(quality)
+            frames = cable.set(**link)[0] - before
+            print(f"{quality} cable: {frames} frames", flush=True)
+            assert frames < MOST_FRAMES, f"{frames} frames over the {quality} cable; allowed: {MOST_FRAMES}"
+            desk.spy.newest.clear()  # of the joiners that ended
+            eventually(lambda: desk.figure("wva_server", "version"), LIMIT_S, "news of wva_server")
+    except BaseException:
+        for log in sorted(folder.glob("*.log")):
+            print(f"--- {log.name}", *log.read_text(errors="replace").splitlines()[-12:], sep="\n", file=sys.stderr)
+        raise
+    finally:
+        site.close()
+    shutil.rmtree(folder)
+
+
+if __name__ == "__main__":
+    main()
