@@ -3,7 +3,7 @@
 
 It prints how many frames that took. A message that is cut into many frames is lost with any of them, and what came of it fills
 the receiver's memory for 30 s: then nothing more arrives, and the sender sends all the time (messages of 64 kB: 120,000 to
-380,000 frames; of 24 kB: 13,000 to 110,000).
+380,000 frames; of 24 kB: 13,000 to 150,000).
 
 bad_link_test.py --bin DIR --cable FILE
 """
