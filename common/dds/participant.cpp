@@ -17,6 +17,7 @@
 #include "common/dds/qos.hpp"
 #include "common/dds/readmission.hpp"
 #include "common/dds/security.hpp"
+#include "common/dds/serial_discovery.hpp"
 #include "common/dds/topic_list.hpp"
 
 namespace phantom::dds {
@@ -30,10 +31,15 @@ namespace rtps = eprosima::fastdds::rtps;
 constexpr std::uint32_t kSocketBufferBytes = 4 << 20, kSharedSegmentBytes = 4 << 20;
 // A message of many Ethernet frames is lost with any one of them, and what came of it holds memory for 30 s
 // (Linux: ipfrag_time, 4 MiB): on a bad link that is soon full, and then nothing of several frames arrives.
-// Not smaller: the largest best-effort sample, a skin_percept with all its members full, must fit into one
-// (with 16000 bytes Cyclone DDS's did not arrive here), and what a participant says of all its endpoints
-// (with 8000, some stayed unknown to others after it had stood still).
-constexpr std::uint32_t kMessageBytes = 24000;
+// Not smaller: what a participant says of all its endpoints must fit into one (with 8000 bytes, some stayed
+// unknown to others after it had stood still).
+constexpr std::uint32_t kMessageBytes = 16000;
+
+// Sends messages of kMessageBytes at most, and takes whole ones from those who send larger: Fast DDS asks the
+// descriptor for the one, and the transport's copy of its members for the other.
+struct UdpDescriptor : rtps::UDPv4TransportDescriptor {
+  [[nodiscard]] std::uint32_t max_message_size() const override { return kMessageBytes; }
+};
 
 // The factory keeps profiles for the process's life and refuses a second file with the same names, so each
 // file that it has taken is loaded once.
@@ -73,10 +79,8 @@ void use_discovery_servers(eprosima::fastrtps::rtps::DiscoverySettings& discover
   }
 }
 
-// Two threads that hear of two participants at once, one by shared memory, one by UDP (or one by multicast),
-// overwrite each other's notes in Fast DDS 2.9.1's SecurityManager (match_builtin_endpoints), and one of the
-// two participants is never admitted. So a secured participant hears announcements and handshakes by one
-// socket; samples take shared memory as before.
+// So that a secured participant hears of others by SerialDiscovery's sockets alone, not by shared memory too;
+// samples take shared memory as before.
 void discover_by_udp_alone(eprosima::fastrtps::rtps::BuiltinAttributes& builtin, bool multicast) {
   eprosima::fastrtps::rtps::Locator_t locator;  // any interface that may be used, the participant's own port
   locator.kind = LOCATOR_KIND_UDPv4;
@@ -91,13 +95,16 @@ edds::DomainParticipantQos participant_qos(const std::string& component, const c
   edds::DomainParticipantQos qos = edds::PARTICIPANT_QOS_DEFAULT;
   qos.name(component);
   qos.transport().use_builtin_transports = false;
-  auto udp = std::make_shared<rtps::UDPv4TransportDescriptor>();
+  auto udp = std::make_shared<UdpDescriptor>();
   udp->interfaceWhiteList = network.interfaces;
   udp->sendBufferSize = kSocketBufferBytes;
   udp->receiveBufferSize = kSocketBufferBytes;
-  udp->maxMessageSize = kMessageBytes;
   udp->maxInitialPeersRange = static_cast<std::uint32_t>(network.participants_per_host);
-  qos.transport().user_transports.push_back(udp);
+  const bool secured = !network.security.empty();
+  if (secured)
+    qos.transport().user_transports.push_back(std::make_shared<SerialDiscoveryDescriptor>(udp));
+  else
+    qos.transport().user_transports.push_back(udp);
   if (network.shared_memory) {
     auto shared = std::make_shared<rtps::SharedMemTransportDescriptor>();
     shared->segment_size(kSharedSegmentBytes);
@@ -116,7 +123,7 @@ edds::DomainParticipantQos participant_qos(const std::string& component, const c
   }
   if (!network.discovery_servers.empty())
     use_discovery_servers(discovery, network.discovery_servers, observes);
-  if (!network.security.empty()) {
+  if (secured) {
     add_security(qos.properties(), network.security, component);
     discover_by_udp_alone(qos.wire_protocol().builtin, network.initial_peers.empty());
   }
