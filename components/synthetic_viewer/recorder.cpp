@@ -12,13 +12,12 @@
 #include <opencv2/videoio.hpp>
 
 #include "common/core/clock.hpp"
+#include "components/synthetic_viewer/frame_pace.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
 
 constexpr int kNiceness = 15;
-constexpr double kMostBehind_s =
-    2.0;  // what is owed beyond this is given up: the file then plays faster there
 
 std::string stamp_now() {
   const std::time_t now = std::time(nullptr);
@@ -101,32 +100,32 @@ void Recorder::work(View view, Broadcast<Image>& source) {
     return fail("cannot make the folder " + config_.folder.string() + ": " + folder_problem.message());
   cv::VideoWriter writer;
   Broadcast<Image>::Content picture;
-  std::uint64_t seen = 0, written = 0;
-  core::Nanoseconds start_ns = 0;
+  cv::Mat frame;  // of `picture`
+  std::uint64_t seen = 0;
+  FramePace pace(config_.rate_hz);
+  const auto write_due = [&] {
+    for (int left = pace.due(core::monotonic_ns()); left > 0; --left) writer.write(frame);
+  };
   const std::chrono::milliseconds patience(std::lround(std::min(200.0, 1e3 / config_.rate_hz)));
   while (!stop_) {
-    if (auto next = source.next(seen, patience)) picture = std::move(next);
+    if (auto next = source.next(seen, patience)) {
+      picture = std::move(next);
+      frame = cv::Mat(picture->height_px, picture->width_px, CV_8UC3,
+                      const_cast<std::uint8_t*>(picture->bgr.data()));
+    }
     if (!picture) continue;
-    const cv::Mat frame(picture->height_px, picture->width_px, CV_8UC3,
-                        const_cast<std::uint8_t*>(picture->bgr.data()));
     if (!writer.isOpened()) {
       const std::filesystem::path path =
           open(writer, config_, std::string(name_of(view)) + "_" + stamp_now(), frame.size());
       if (path.empty())
         return fail("no video file can be written in " + std::filesystem::absolute(config_.folder).string());
       spdlog::info("recording the {} view to {}", name_of(view), path.string());
-      start_ns = core::monotonic_ns();
       const std::lock_guard lock(mutex_);
       state_.file = path.string();
     }
-    const double owed =
-        core::seconds(core::monotonic_ns() - start_ns) * config_.rate_hz + 1 - static_cast<double>(written);
-    if (owed > kMostBehind_s * config_.rate_hz + 2) {
-      start_ns += core::from_seconds(std::floor(owed - 1) / config_.rate_hz);
-      continue;
-    }
-    for (double left = owed; left >= 1; --left, ++written) writer.write(frame);
+    write_due();
   }
+  if (writer.isOpened()) write_due();  // the last picture stood until now
   writer.release();
   const std::string file = state().file;
   std::error_code unreadable;
