@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <numeric>
 
 #include "common/core/parallel.hpp"
 #include "common/voxel/brick_painter.hpp"
@@ -29,14 +28,13 @@ constexpr std::int32_t end_of_tile(std::int32_t at, std::int32_t min, std::int32
   return std::min(end, ((at + min) | (kTile - 1)) + 1 - min);
 }
 
-/// Where there is anything that the layers within `part` come from: the solid, the layers that others follow,
-/// and those layers themselves. Steps: the guard skin's reach and each layer's.
-VoxelBox needed_box(const VoxelBox& solid, const VoxelBox& part, const std::vector<int>& steps) {
-  const int reach = std::accumulate(steps.begin(), steps.end(), 0);
+/// Where there is anything that the layers within `part` come from, the layers themselves reaching up to
+/// `reach`: within reach, the solid; and between that and them, the layers that others follow. Not those that
+/// are beyond both along an axis: whatever follows them follows its neighbour towards the solid as well, for
+/// an element holds with a cell all those nearer to its middle along an axis.
+VoxelBox needed_box(const VoxelBox& solid, const VoxelBox& part, int reach) {
   const VoxelBox laid = solid.grown(reach).intersection(part);
-  if (laid.empty()) return {};
-  const VoxelBox followed = solid.grown(reach - steps.back()).intersection(part.grown(reach - steps.front()));
-  return laid.hull(solid.intersection(part.grown(reach))).hull(followed);
+  return laid.empty() ? VoxelBox{} : laid.hull(solid.intersection(part.grown(reach)));
 }
 
 /// The box in which layers are laid: whole words along x, whole layers of bricks along z for the threads to
@@ -289,9 +287,7 @@ bool in_element(ShapingElement element, int m, int i, int j, int k) {
 ObjectBricks dilation_bricks(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& part,
                              const WorkOptions& options) {
   if (solid.box.empty()) return {};
-  std::vector<int> steps = profile.thickness_vox;
-  if (profile.guard_vox > 0) steps.insert(steps.begin(), profile.guard_vox);
-  const VoxelBox reached = needed_box(solid.box, part, steps);
+  const VoxelBox reached = needed_box(solid.box, part, profile.reach_vox());
   if (reached.empty()) return {};
   Growth growth(solid, work_box(reached), whole_bricks(reached.intersection(part), part), options.threads);
   if (profile.guard_vox > 0) {
