@@ -96,7 +96,7 @@ TEST_F(Loop, AnAlertDoesNotQueueBehindMeshes) {
   ASSERT_TRUE(eventually([&] { return figure("meshes") == 0; }));
   std::vector<MeshChunkSample> chunks;
   for (int k = 0; k < kMeshes; ++k) {
-    for (MeshChunkSample& chunk : test::chunks_of(geometry::make_sphere(0.1 + 0.01 * k, 6), 1 << 17))
+    for (MeshChunkSample& chunk : test::chunks_of(geometry::make_sphere(0.1 + 0.01 * k, 5), 1 << 17))
       chunks.push_back(std::move(chunk));
   }
   for (MeshChunkSample& chunk : chunks) inbox_.put(std::move(chunk));
