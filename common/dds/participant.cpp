@@ -1,6 +1,4 @@
 #include <fastdds/rtps/attributes/ServerAttributes.h>
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 #include <spdlog/spdlog.h>
 
@@ -17,29 +15,14 @@
 #include "common/dds/qos.hpp"
 #include "common/dds/readmission.hpp"
 #include "common/dds/security.hpp"
-#include "common/dds/serial_discovery.hpp"
 #include "common/dds/topic_list.hpp"
+#include "common/dds/transports.hpp"
 
 namespace phantom::dds {
 namespace {
 
 namespace edds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastdds::rtps;
-
-// A late joiner's workspace comes as one burst. Fast DDS writes to all of a segment when it makes it: each
-// MiB costs a process a millisecond at its start.
-constexpr std::uint32_t kSocketBufferBytes = 4 << 20, kSharedSegmentBytes = 4 << 20;
-// A message of many Ethernet frames is lost with any one of them, and what came of it holds memory for 30 s
-// (Linux: ipfrag_time, 4 MiB): on a bad link that is soon full, and then nothing of several frames arrives.
-// Not smaller: what a participant says of all its endpoints must fit into one (with 8000 bytes, some stayed
-// unknown to others after it had stood still).
-constexpr std::uint32_t kMessageBytes = 16000;
-
-// Sends messages of kMessageBytes at most, and takes whole ones from those who send larger: Fast DDS asks the
-// descriptor for the one, and the transport's copy of its members for the other.
-struct UdpDescriptor : rtps::UDPv4TransportDescriptor {
-  [[nodiscard]] std::uint32_t max_message_size() const override { return kMessageBytes; }
-};
 
 // The factory keeps profiles for the process's life and refuses a second file with the same names, so each
 // file that it has taken is loaded once.
@@ -95,21 +78,7 @@ edds::DomainParticipantQos participant_qos(const std::string& component, const c
   edds::DomainParticipantQos qos = edds::PARTICIPANT_QOS_DEFAULT;
   qos.name(component);
   qos.transport().use_builtin_transports = false;
-  auto udp = std::make_shared<UdpDescriptor>();
-  udp->interfaceWhiteList = network.interfaces;
-  udp->sendBufferSize = kSocketBufferBytes;
-  udp->receiveBufferSize = kSocketBufferBytes;
-  udp->maxInitialPeersRange = static_cast<std::uint32_t>(network.participants_per_host);
-  const bool secured = !network.security.empty();
-  if (secured)
-    qos.transport().user_transports.push_back(std::make_shared<SerialDiscoveryDescriptor>(udp));
-  else
-    qos.transport().user_transports.push_back(udp);
-  if (network.shared_memory) {
-    auto shared = std::make_shared<rtps::SharedMemTransportDescriptor>();
-    shared->segment_size(kSharedSegmentBytes);
-    qos.transport().user_transports.push_back(shared);
-  }
+  for (auto& transport : transports_of(network)) qos.transport().user_transports.push_back(transport);
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
   discovery.leaseDuration = {5, 0};
   discovery.leaseDuration_announcementperiod = {1, 0};
@@ -123,7 +92,7 @@ edds::DomainParticipantQos participant_qos(const std::string& component, const c
   }
   if (!network.discovery_servers.empty())
     use_discovery_servers(discovery, network.discovery_servers, observes);
-  if (secured) {
+  if (!network.security.empty()) {
     add_security(qos.properties(), network.security, component);
     discover_by_udp_alone(qos.wire_protocol().builtin, network.initial_peers.empty());
   }

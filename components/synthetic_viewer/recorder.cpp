@@ -120,12 +120,12 @@ void Recorder::work(View view, Broadcast<Image>& source) {
       if (path.empty())
         return fail("no video file can be written in " + std::filesystem::absolute(config_.folder).string());
       spdlog::info("recording the {} view to {}", name_of(view), path.string());
+      write_due();  // the film has begun when its file is told
       const std::lock_guard lock(mutex_);
       state_.file = path.string();
     }
     write_due();
   }
-  if (writer.isOpened()) write_due();  // the last picture stood until now
   writer.release();
   const std::string file = state().file;
   std::error_code unreadable;

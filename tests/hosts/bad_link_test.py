@@ -2,7 +2,7 @@
 """A late joiner behind a cable that delays all frames and loses two of a hundred gets the whole cell.
 
 A message that is cut into many frames is lost with any of them, and what came of it fills the receiver's memory for 30 s: then
-nothing more arrives, and the sender sends all the time (messages of 64 kB: 120,000 to 380,000 frames; of 16 kB: 2,000 to 37,000).
+nothing more arrives, and the sender sends all the time (messages of 64 kB: 120,000 to 380,000 frames; as shipped about 10,000).
 
 bad_link_test.py --bin DIR --cable FILE
 """

@@ -8,6 +8,7 @@
 #include <functional>
 #include <opencv2/core.hpp>
 #include <opencv2/videoio.hpp>
+#include <thread>
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -69,6 +70,21 @@ TEST_P(Recording, HoldsThePicturesInRealTimeAndCanBePlayed) {
   EXPECT_LE(static_cast<double>(grey.size()) / 20.0, seconds + 0.2);
   EXPECT_NEAR(grey.front(), 30, 10);
   EXPECT_NEAR(grey.back(), 220, 10);
+}
+
+// The encoder's thread looks every 200 ms: it has not looked since the last frame was due.
+TEST_P(Recording, HoldsTheLastPictureUntilItsEnd) {
+  Recorder recorder({folder_, GetParam(), 3.0, std::nullopt});
+  recorder.begin(View::kHit, source_);
+  publish(30);
+  ASSERT_TRUE(eventually([&] { return !recorder.state().file.empty(); }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(350));
+  recorder.end();
+  cv::VideoCapture film(recorder.state().file);
+  cv::Mat frame;
+  int frames = 0;
+  while (film.read(frame)) ++frames;
+  EXPECT_GE(frames, 2);
 }
 
 TEST_P(Recording, AFolderThatCannotBeIsSaidAndNothingElseStops) {
