@@ -126,6 +126,7 @@ void Recorder::work(View view, Broadcast<Image>& source) {
     }
     write_due();
   }
+  if (writer.isOpened()) write_due();  // it may have been told to end while a frame was encoded
   writer.release();
   const std::string file = state().file;
   std::error_code unreadable;
