@@ -9,11 +9,11 @@ namespace phantom::core {
 /// Life of a component as the operator is told it (topic component_status).
 enum class ComponentState { kStarting, kReady, kRunning, kDegraded, kStopped, kFault };
 
-/// What a periodic loop did since it started.
+/// What a loop or serving thread did since it started.
 struct LoopStatistics {
   std::string name;
   double period_s = 0.0;       ///< nominal
-  double rate_hz = 0.0;        ///< ticks done ÷ time since the start
+  double rate_hz = 0.0;        ///< of the last second
   double wakeup_p50_us = 0.0;  ///< lateness of the wake-up against its due time
   double wakeup_p99_us = 0.0;
   double wakeup_max_us = 0.0;
@@ -21,6 +21,8 @@ struct LoopStatistics {
   double work_max_us = 0.0;
   std::uint64_t ticks = 0;
   std::uint64_t slips = 0;  ///< periods that passed without a tick
+  double idle_s = 0.0;      ///< since its last tick
+  double limit_s = 0.0;     ///< it hangs if it is idle for longer; 0: it may be idle for any time
 };
 
 /// A figure worth showing beside the state, e.g. {"sensors", 8123, ""} or {"model_age_ms", 12, "ms"}.
@@ -44,5 +46,12 @@ struct Health {
   std::vector<LoopStatistics> loops;
   std::vector<HealthFigure> figures;
 };
+
+/// Whether a loop has been idle for longer than it may.
+bool hangs(const LoopStatistics& loop) noexcept;
+bool any_hangs(const Health& health) noexcept;
+/// `health`, or, where any of its loops hangs, a fault whose message says which and for how long, before what
+/// it said already. Whoever publishes health does this.
+Health with_hung_loops(Health health);
 
 }  // namespace phantom::core

@@ -18,7 +18,15 @@ struct NetworkOptions {
   std::vector<std::string>
       discovery_servers;           ///< "address:port" of Fast DDS discovery servers 0, 1 …; empty: none
   std::filesystem::path security;  ///< folder that deploy/security/make made; empty: without DDS Security
-  bool shared_memory = false;      ///< shared-memory transport between processes of one host, besides UDP
+  /// SCHED_FIFO priority 1…99 of the servo in whose haptic path the process is, for the places of the threads
+  /// of DDS (thread_place.hpp); 0: it is in none.
+  int servo_priority = 0;
 };
+
+/// `network` for a process in the haptic path of a servo of that priority.
+inline NetworkOptions in_haptic_path(NetworkOptions network, int servo_priority) {
+  network.servo_priority = servo_priority;
+  return network;
+}
 
 }  // namespace phantom::core

@@ -1,10 +1,10 @@
 #include "common/core/parallel.hpp"
 
-#include <pthread.h>
-
 #include <condition_variable>
 #include <deque>
 #include <thread>
+
+#include "common/core/thread_place.hpp"
 
 namespace phantom::core::detail {
 namespace {
@@ -36,7 +36,7 @@ class Helpers {
 
  private:
   void serve() {
-    pthread_setname_np(pthread_self(), "helper");
+    take_place(ThreadRole::kHelper);
     std::unique_lock lock(mutex_);
     for (;;) {
       posted_.wait(lock, [this] { return !jobs_.empty(); });

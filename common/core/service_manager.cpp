@@ -11,7 +11,7 @@
 
 namespace phantom::core {
 
-void tell_service_manager(const std::string& status) {
+void tell_service_manager(const std::string& status, bool alive) {
   const char* path = std::getenv("NOTIFY_SOCKET");
   if (path == nullptr) return;
   sockaddr_un address{};
@@ -22,7 +22,8 @@ void tell_service_manager(const std::string& status) {
   if (path[0] == '@') address.sun_path[0] = '\0';  // the abstract namespace
   std::string line = status;
   std::replace(line.begin(), line.end(), '\n', ' ');
-  const std::string message = "READY=1\nWATCHDOG=1\nSTATUS=" + line + '\n';
+  const std::string message =
+      std::string("READY=1\n") + (alive ? "WATCHDOG=1\n" : "") + "STATUS=" + line + '\n';
   const int socket = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (socket < 0) return;
   sendto(socket, message.data(), message.size(), MSG_NOSIGNAL | MSG_DONTWAIT,

@@ -58,8 +58,6 @@ robot::SerialArm load_arm(const ArmConfig& config) {
                                  : robot::SerialArm::from_urdf(config.urdf, config.tip_link, config.X_WB);
   if (!arm) fail(config, arm.status());
   check_per_joint(config, "home", config.home.size(), arm->joint_count());
-  if (!config.torque_constant_Nm_A.empty())
-    check_per_joint(config, "torque_constants_Nm_A", config.torque_constant_Nm_A.size(), arm->joint_count());
   for (std::size_t j = 0; j < arm->joint_count(); ++j) {
     const robot::Joint& joint = arm->joints()[j];
     if (config.home[j] >= joint.lower && config.home[j] <= joint.upper) continue;

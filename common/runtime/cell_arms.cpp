@@ -80,8 +80,6 @@ void read_interest_points(const ConfigReader& reader, ArmConfig& arm) {
 void read_body(const ConfigReader& reader, ArmConfig& arm) {
   arm.file = reader.file();
   read_kinematics(reader, arm);
-  if (reader.has("torque_constants_Nm_A"))
-    arm.torque_constant_Nm_A = reader.numbers("torque_constants_Nm_A", {0, 1000, "N·m/A"});
   for (const auto& link : reader.sections("skin")) arm.skin.push_back(read_link_skin(link));
   read_interest_points(reader, arm);
 }

@@ -65,8 +65,6 @@ struct ArmConfig {
   robot::DhConvention dh_convention = robot::DhConvention::kClassic;
   geometry::Pose X_WB;       ///< base link in the workspace frame
   std::vector<double> home;  ///< joint positions in rad or m, one per moving joint
-  /// Torque of a joint's motor by its current, one per moving joint; 0: not known. Empty: none is known.
-  std::vector<double> torque_constant_Nm_A;
   std::vector<LinkSkinConfig> skin;
   std::vector<InterestPointConfig> interest_points;
   std::vector<AllowedContactConfig> allowed_contact;

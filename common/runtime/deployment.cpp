@@ -1,6 +1,7 @@
 #include "common/runtime/deployment.hpp"
 
 #include <arpa/inet.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cctype>
@@ -58,7 +59,12 @@ void read_network(const ConfigReader& section, core::NetworkOptions& net) {
       section.integer("participants_per_host", net.participants_per_host, {1, 115, ""});
   if (section.has("discovery_servers")) net.discovery_servers = section.texts("discovery_servers");
   for (const std::string& server : net.discovery_servers) check_server(section, server);
-  net.shared_memory = section.flag("shared_memory", false);
+  // Topologies of earlier versions have it.
+  if (section.flag("shared_memory", false))
+    spdlog::warn(
+        "{}.shared_memory has no effect any more: with it, who was killed and started again was not heard by "
+        "all",
+        section.place());
   if (section.has("security")) net.security = section.path("security");
   if (net.discovery_servers.empty()) return;
   if (!net.security.empty())

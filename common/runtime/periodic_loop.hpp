@@ -7,24 +7,29 @@
 #include "common/core/clock.hpp"
 #include "common/core/health.hpp"
 #include "common/core/histogram.hpp"
+#include "common/core/progress.hpp"
 #include "common/core/snapshot.hpp"
+#include "common/core/thread_place.hpp"
 
 namespace phantom::runtime {
 
 /// How a loop's thread asks to be scheduled.
 struct LoopScheduling {
-  int fifo_priority = 0;     ///< SCHED_FIFO priority 1…99; 0: leave the scheduler alone
+  int servo_priority = 0;    ///< SCHED_FIFO priority of a servo, to which the loop's role is relative
+                             ///< (core/thread_place.hpp); 0: ordinary scheduling
   bool lock_memory = false;  ///< mlockall(MCL_CURRENT | MCL_FUTURE)
 };
 
 /// Calls a body at a fixed rate on absolute CLOCK_MONOTONIC times, without drift, and keeps count.
 ///
 /// A body that overruns, or a host that wakes late, makes the loop *slip*: due times that have passed are
-/// skipped, not caught up, so that a servo never runs two steps back to back. Statistics are published
-/// lock-free once a second.
+/// skipped, not caught up, so that a servo never runs two steps back to back. Ticks and their rate are read
+/// as they are now; what is taken over many ticks is published lock-free once a second.
 class PeriodicLoop {
  public:
-  PeriodicLoop(std::string name, double period_s, LoopScheduling scheduling = {});
+  /// The thread's name is that of `role`, the statistics' is `name`. It hangs if it does not tick for a
+  /// second or, where that is longer, twenty periods; a bare loop, which does nothing, never does.
+  PeriodicLoop(std::string name, double period_s, core::ThreadRole role, LoopScheduling scheduling = {});
 
   /// Runs `body(dt_s)` every period until it returns false or a stop is requested (runtime::stop_requested or
   /// stop()). dt_s is the time since the previous call's due time: a whole multiple of the period. The thread
@@ -42,20 +47,21 @@ class PeriodicLoop {
 
  private:
   struct Figures {
-    double elapsed_s, p50_us, p99_us, max_us, work_p50_us, work_max_us;
-    std::uint64_t ticks, slips;
+    double p50_us, p99_us, max_us, work_p50_us, work_max_us;
+    std::uint64_t slips;
   };
   void set_up_thread();
-  void publish(core::Nanoseconds start_ns) noexcept;
+  void publish() noexcept;
 
-  std::string name_;
   double period_s_;
+  core::ThreadRole role_;
   LoopScheduling scheduling_;
   std::string notice_;  // once set_up_ is true it stays as it is
   std::atomic<bool> set_up_{false};
   std::atomic<bool> stop_{false};
   core::DurationHistogram lateness_, work_;
-  std::uint64_t ticks_ = 0, slips_ = 0;
+  core::Progress progress_;
+  std::uint64_t slips_ = 0;
   core::Snapshot<Figures> published_;
   Figures latest_{};
 };

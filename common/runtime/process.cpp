@@ -1,8 +1,6 @@
 #include "common/runtime/process.hpp"
 
 #include <poll.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
@@ -10,10 +8,10 @@
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
-#include <iostream>
 
 #include "common/core/clock.hpp"
 #include "common/runtime/config_reader.hpp"
+#include "common/runtime/log.hpp"
 
 namespace phantom::runtime {
 namespace {
@@ -23,7 +21,14 @@ int g_stop_event = -1;  // readable once a stop is requested; made before the ha
 
 std::atomic<std::uint32_t> g_emergency_stops{0};
 
-void on_signal(int) { request_stop(); }
+std::atomic<int> g_end_at_once{0};  // EndsAtOnce objects that live
+std::atomic<int> g_code_at_once{kExitDone};
+
+void on_signal(int) {
+  if (g_end_at_once.load(std::memory_order_relaxed) > 0)
+    _exit(g_code_at_once.load(std::memory_order_relaxed));
+  request_stop();
+}
 void on_emergency(int) { g_emergency_stops.fetch_add(1, std::memory_order_relaxed); }
 
 void install_signal_handlers() {
@@ -37,15 +42,8 @@ void install_signal_handlers() {
   std::signal(SIGPIPE, SIG_IGN);
 }
 
-void set_up_logging(const ProcessOptions& options) {
-  auto logger = spdlog::stderr_color_mt(options.component);
-  logger->set_pattern("%H:%M:%S.%e %^%-8l%$ %n: %v");
-  spdlog::set_default_logger(logger);
-  spdlog::set_level(spdlog::level::from_str(options.log_level));
-}
-
 void add_common_options(CLI::App& app, ProcessOptions& options) {
-  app.set_version_flag("--version", std::string("phantom 0.1.0"));
+  app.set_version_flag("--version", "phantom " PHANTOM_VERSION);
   app.add_option("--config", options.config,
                  "parameters of this component (YAML); default: the shipped ones");
   app.add_option("--deployment", options.deployment, "topology: domain, hosts, transports, cell (YAML)");
@@ -57,17 +55,28 @@ void add_common_options(CLI::App& app, ProcessOptions& options) {
   app.add_option("--log-level", options.log_level, "trace, debug, info, warning, error or off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "off"}));
   app.add_flag("--check", options.check, "validate configuration, files and devices, then exit");
+  app.add_option(
+      "--state-dir", options.state_dir,
+      "folder for what outlives the process (the stop in force, slave_io's contact field); default: "
+      "$STATE_DIRECTORY, or ~/.local/state/phantom");
   app.add_option("--report-dir", options.report_dir, "folder for the files that this session leaves behind");
 }
 
 int fail(const ProcessOptions& options, int code, const std::string& what) {
-  std::cerr << options.component << ": " << what << '\n';
+  say(options.component + ": " + what);
   return code;
 }
 
 }  // namespace
 
 bool stop_requested() noexcept { return g_stop.load(std::memory_order_relaxed); }
+
+EndsAtOnce::EndsAtOnce(ExitCode exit_code) noexcept {
+  g_code_at_once.store(exit_code);
+  g_end_at_once.fetch_add(1);
+  if (stop_requested()) _exit(exit_code);  // it came just before
+}
+EndsAtOnce::~EndsAtOnce() { g_end_at_once.fetch_sub(1); }
 
 std::uint32_t emergency_stop_signals() noexcept { return g_emergency_stops.load(std::memory_order_relaxed); }
 
@@ -96,6 +105,35 @@ std::filesystem::path share_path(const std::filesystem::path& relative) {
   return self.parent_path().parent_path() / "share" / "phantom" / relative;
 }
 
+std::filesystem::path state_path(const ProcessOptions& options) {
+  if (!options.state_dir.empty()) return options.state_dir;
+  const auto variable = [](const char* name) -> std::filesystem::path {
+    const char* value = std::getenv(name);
+    return value != nullptr ? value : "";
+  };
+  if (const auto given = variable("STATE_DIRECTORY"); !given.empty()) return given;
+  if (const auto given = variable("XDG_STATE_HOME"); !given.empty()) return given / "phantom";
+  if (const auto home = variable("HOME"); !home.empty()) return home / ".local" / "state" / "phantom";
+  throw MissingError(
+      "no folder for what must outlive the process: $HOME is not set; give one with --state-dir");
+}
+
+namespace {
+
+int run(const ProcessDescription& description, const ProcessOptions& options) {
+  try {
+    return description.run(options);
+  } catch (const ConfigError& problem) {
+    return fail(options, kExitUsage, problem.what());
+  } catch (const MissingError& problem) {
+    return fail(options, kExitMissing, problem.what());
+  } catch (const std::exception& problem) {
+    return fail(options, kExitFailed, problem.what());
+  }
+}
+
+}  // namespace
+
 int process_main(int argc, char** argv, const ProcessDescription& description) {
   ProcessOptions options;
   options.component = description.name;
@@ -115,17 +153,11 @@ int process_main(int argc, char** argv, const ProcessDescription& description) {
   }
   if (options.config.empty()) options.config = share_path("config/" + description.name + ".yaml");
   if (options.deployment.empty()) options.deployment = share_path("deploy/topologies/single_host.yaml");
-  set_up_logging(options);
+  begin_log(options.component, options.log_level);
   install_signal_handlers();
-  try {
-    return description.run(options);
-  } catch (const ConfigError& problem) {
-    return fail(options, kExitUsage, problem.what());
-  } catch (const MissingError& problem) {
-    return fail(options, kExitMissing, problem.what());
-  } catch (const std::exception& problem) {
-    return fail(options, kExitFailed, problem.what());
-  }
+  const int code = run(description, options);
+  finish_log();
+  return code;
 }
 
 }  // namespace phantom::runtime

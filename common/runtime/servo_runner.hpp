@@ -16,8 +16,8 @@ class ServoRunner {
   /// Starts at once. `tick` must outlive the runner and be real-time safe.
   ServoRunner(double period_s, LoopScheduling scheduling, bool with_bare_loop,
               std::function<void(double dt_s)> tick)
-      : servo_("servo", period_s, scheduling),
-        bare_("bare_loop", period_s, scheduling),
+      : servo_("servo", period_s, core::ThreadRole::kServo, scheduling),
+        bare_("bare_loop", period_s, core::ThreadRole::kBareLoop, scheduling),
         tick_(std::move(tick)) {
     servo_thread_ = std::jthread([this] {
       servo_.run([this](double dt_s) {
@@ -39,10 +39,14 @@ class ServoRunner {
     if (servo_thread_.joinable()) servo_thread_.join();
     if (bare_thread_.joinable()) bare_thread_.join();
   }
-  /// Newest statistics of the servo and, if it runs, of the bare loop. One reader thread.
+  /// Shows this thread beside the loops; it must outlive the runner.
+  void watch(const core::Progress& thread) { watched_.push_back(&thread); }
+  /// Newest statistics of the servo, of the bare loop if it runs, and of the threads that are watched. One
+  /// reader thread.
   std::vector<core::LoopStatistics> statistics() {
     std::vector<core::LoopStatistics> all{servo_.statistics()};
     if (with_bare_loop_) all.push_back(bare_.statistics());
+    for (const core::Progress* thread : watched_) all.push_back(thread->statistics());
     return all;
   }
   /// What the servo's thread was refused, once: empty if nothing (yet), or if it was asked for before.
@@ -56,6 +60,7 @@ class ServoRunner {
   PeriodicLoop servo_, bare_;
   std::function<void(double)> tick_;
   bool with_bare_loop_ = false, notice_taken_ = false;
+  std::vector<const core::Progress*> watched_;
   std::jthread servo_thread_, bare_thread_;
 };
 

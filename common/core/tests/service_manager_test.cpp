@@ -50,6 +50,12 @@ TEST(ServiceManager, HearsThatTheProcessIsUpAliveAndWhatItDoes) {
   }
 }
 
+TEST(ServiceManager, IsNotToldThatAProcessLivesOfWhichALoopHangs) {
+  Manager manager("@phantom_notify_hung_" + std::to_string(getpid()));
+  tell_service_manager("fault: the servo loop has not run for 3.2 s", false);
+  EXPECT_EQ(manager.heard(), "READY=1\nSTATUS=fault: the servo loop has not run for 3.2 s\n");
+}
+
 TEST(ServiceManager, NeedsNone) {
   unsetenv("NOTIFY_SOCKET");
   tell_service_manager("ready");

@@ -51,12 +51,11 @@ TEST(ShippedArms, HaveTheThesissRangesAndSpeeds) {
   expect_axes("active_joystick", {{-150, 150, 18000}, {-180, 90, 18000}});
 }
 
-TEST(ShippedArms, HaveTheThesissLengthsAndConstants) {
+TEST(ShippedArms, HaveTheThesissLengthsAndTorques) {
   const robot::SerialArm test_arm = load_arm(bench().arm("test_arm"));
   const auto [from, to] = test_arm.link_axis_m(2);
   EXPECT_NEAR((to - from).norm(), 0.57, 1e-12);
   const ArmConfig& ajs = bench().arm("active_joystick");
-  EXPECT_EQ(ajs.torque_constant_Nm_A, (std::vector<double>{0.36, 0.49}));
   const robot::SerialArm joystick = load_arm(ajs);
   EXPECT_EQ(joystick.joints()[0].max_effort, 0.32);
   EXPECT_EQ(joystick.joints()[1].max_effort, 1.27);
@@ -119,7 +118,6 @@ class ArmFile : public testing::Test {
     - {link: base_turn, d_m: 0.3, alpha_deg: 90, range_deg: [-90, 90], max_speed_deg_s: 30, max_torque_Nm: 50}
     - {link: slide, type: prismatic, range_m: [0, 0.4], max_speed_m_s: 0.1, max_force_N: 200}
 home: [0, 0.1]
-torque_constants_Nm_A: [0.3, 0]
 skin:
   - link: base_turn
     segments: [{offset_m: 0.05, length_m: 0.2, from_polygon: {r_m: [0.05, 0.05, 0.05], psi_deg: [0, 120, 240]}}]
@@ -158,8 +156,7 @@ TEST_F(ArmFile, EachFaultIsNamed) {
   expect_refused("type: prismatic", "type: screw", "allowed: revolute, prismatic");
   expect_refused("home: [0, 0.1]", "home: [0]", "home: has 1 values; allowed: 2");
   expect_refused("home: [0, 0.1]", "home: [0, 0.5]", "is outside of its limits; allowed: 0.0");
-  expect_refused("torque_constants_Nm_A: [0.3, 0]", "torque_constants_Nm_A: [0.3]",
-                 "has 1 values; allowed: 2");
+  expect_refused("skin:", "torque_constants_Nm_A: [0.3, 0]\nskin:", "torque_constants_Nm_A");
   expect_refused("psi_deg: [0, 120, 240]", "psi_deg: [0, 120]", "has 2 values for 3 of r_m");
   expect_refused("offset_m: 0.05", "from_m: [0, 0, 0]", "one way to place a segment");
   expect_refused("length_m: 0.2,", "length_m: 0.2, from_radius_m: 0.1,", "stands beside a radius");

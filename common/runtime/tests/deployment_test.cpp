@@ -135,6 +135,12 @@ TEST_F(NetworkText, APartitionIsANameAndNoPattern) {
             "is no name of a partition; allowed: 1 to 64 of");
 }
 
+TEST_F(NetworkText, TopologiesOfEarlierVersionsThatNameSharedMemoryAreRead) {
+  for (const char* wanted : {"true", "false"})
+    EXPECT_EQ(load("network: {shared_memory: " + std::string(wanted) + ", partition: p}\n").network.partition,
+              "p");
+}
+
 TEST_F(NetworkText, WhatCannotWorkIsRefusedInWords) {
   refuses("network: {interfaces: [eth0]}\n", ":5: network.interfaces: 'eth0' is no address");
   refuses("network: {initial_peers: [cell.example]}\n",

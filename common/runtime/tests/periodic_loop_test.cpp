@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <pthread.h>
 
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -15,7 +17,7 @@ namespace phantom::runtime {
 namespace {
 
 TEST(PeriodicLoop, TicksOnAbsoluteTimesAndNeverEarly) {
-  PeriodicLoop loop("test", 0.002);
+  PeriodicLoop loop("test", 0.002, core::ThreadRole::kServo);
   const auto start = core::monotonic_ns();
   int ticks = 0;
   double elapsed_s = 0.0;
@@ -33,7 +35,7 @@ TEST(PeriodicLoop, TicksOnAbsoluteTimesAndNeverEarly) {
 }
 
 TEST(PeriodicLoop, AnOverrunSkipsDueTimesInsteadOfCatchingUp) {
-  PeriodicLoop loop("test", 0.001);
+  PeriodicLoop loop("test", 0.001, core::ThreadRole::kServo);
   int ticks = 0;
   loop.run([&](double dt_s) {
     if (ticks == 1) {
@@ -51,7 +53,7 @@ TEST(PeriodicLoop, AnOverrunSkipsDueTimesInsteadOfCatchingUp) {
 }
 
 TEST(PeriodicLoop, AllocatesNothingOnceItRuns) {
-  PeriodicLoop loop("test", 0.0005);
+  PeriodicLoop loop("test", 0.0005, core::ThreadRole::kServo);
   int ticks = 0;
   std::optional<test::HeapGuard> guard;
   loop.run([&](double) {
@@ -73,7 +75,7 @@ TEST(PeriodicLoop, SaysAtItsStartThatRealTimePriorityWasRefused) {
     }).join();
     return yes;
   }();
-  PeriodicLoop loop("test", 0.001, {.fifo_priority = 1});
+  PeriodicLoop loop("test", 0.001, core::ThreadRole::kServo, {.servo_priority = 1});
   std::string notice;
   std::thread([&] {
     loop.run([&](double) {
@@ -87,8 +89,33 @@ TEST(PeriodicLoop, SaysAtItsStartThatRealTimePriorityWasRefused) {
   }
 }
 
+TEST(PeriodicLoop, ABodyThatHangsIsSeenFromOutsideWithoutItsHelp) {
+  PeriodicLoop loop("servo", 0.001, core::ThreadRole::kServo);
+  std::atomic<bool> hang{false}, go_on{true};
+  std::thread thread([&] {
+    loop.run([&](double) {
+      while (hang && go_on) std::this_thread::yield();
+      return go_on.load();
+    });
+  });
+  while (loop.statistics().ticks < 100) std::this_thread::yield();
+  hang = true;
+  core::LoopStatistics seen = loop.statistics();
+  while (!core::hangs(seen)) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    seen = loop.statistics();
+    ASSERT_LT(seen.idle_s, 10.0);
+  }
+  EXPECT_GT(seen.idle_s, core::Progress::kHangsAfter_s);
+  while (loop.statistics().idle_s < 1.2) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_EQ(loop.statistics().rate_hz, 0.0) << "none of its ticks is of the last second";
+  go_on = false;
+  thread.join();
+  EXPECT_FALSE(core::hangs(loop.statistics())) << "it has ended in order";
+}
+
 TEST(PeriodicLoop, StopEndsIt) {
-  PeriodicLoop loop("test", 0.001);
+  PeriodicLoop loop("test", 0.001, core::ThreadRole::kServo);
   int ticks = 0;
   loop.run([&](double) {
     if (++ticks == 5) loop.stop();

@@ -1,0 +1,145 @@
+#include "common/runtime/stop_file.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+
+#include "common/core/errors.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/heap_guard.hpp"
+
+namespace phantom::runtime {
+namespace {
+
+using teleop::StopCause;
+using teleop::StopRecord;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class StopFileTest : public testing::Test {
+ protected:
+  StopFileTest() { network_.domain = 7; }
+  ~StopFileTest() override { std::filesystem::remove_all(folder_); }
+  StopFile open(const std::string& component = "slave_io") const { return {folder_, component, network_}; }
+
+  const std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() / ("stop_file_" + std::to_string(getpid())) / "made" / "here";
+  core::NetworkOptions network_;
+};
+
+TEST_F(StopFileTest, WithoutAStopThereIsNone) {
+  const StopFile file = open();
+  EXPECT_EQ(file.read(), StopRecord{});
+  EXPECT_THAT(file.notice(), IsEmpty());
+  EXPECT_EQ(file.file(), folder_ / "slave_io.domain-7.stop");
+  network_.partition = "cell/3";
+  EXPECT_EQ(open().file(), folder_ / "slave_io.domain-7.cell_3.stop");
+}
+
+TEST_F(StopFileTest, WhatWasWrittenIsReadByTheNext) {
+  const StopRecord stop{0x0123456789abcdef, StopCause::kDriveFault};
+  open().write(stop);
+  {
+    StopFile next = open();
+    EXPECT_EQ(next.read(), stop);
+    EXPECT_THAT(next.notice(), HasSubstr("stopped since before this start (drives in fault)"));
+    EXPECT_EQ(open("master_io").read(), StopRecord{}) << "another side, another stop";
+    next.write({});
+    next.flush();
+  }
+  EXPECT_EQ(open().read(), StopRecord{});
+}
+
+// As kill -9 does it: no destructor, no flush.
+TEST_F(StopFileTest, OutlivesAKilledProcess) {
+  const StopRecord stop{42, StopCause::kEmergency};
+  const pid_t child = fork();
+  if (child == 0) {
+    StopFile file = open();
+    file.write(stop);
+    raise(SIGKILL);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  EXPECT_EQ(open().read(), stop);
+}
+
+TEST_F(StopFileTest, WritingIsRealTimeSafe) {
+  StopFile file = open();
+  const test::HeapGuard guard;
+  file.write({1, StopCause::kPartner});
+  file.write({});
+}
+
+TEST_F(StopFileTest, WhatIsDamagedCountsAsAStop) {
+  std::filesystem::create_directories(folder_);
+  const std::string unknown_cause("PHSTOP1\0\1\0\0\0\0\0\0\0\377\0\0\0", 20);
+  for (const std::string& content :
+       {std::string("something else that is long enough"), std::string("PHST"), unknown_cause}) {
+    std::ofstream(folder_ / "slave_io.domain-7.stop") << content;
+    const StopFile file = open();
+    EXPECT_NE(file.read().id, 0U) << content;
+    EXPECT_THAT(file.notice(), HasSubstr("damaged"));
+  }
+}
+
+TEST_F(StopFileTest, ASecondProcessHasAFileOfItsOwn) {
+  StopFile first = open(), second = open();
+  first.write({1, StopCause::kEmergency});
+  EXPECT_EQ(second.read().id, 0U);
+  EXPECT_THAT(second.notice(), HasSubstr("another slave_io"));
+}
+
+// The process before this one may have had another file: the first was held, by one that stood still say.
+TEST_F(StopFileTest, AStopOfAnyOfTheFilesOutlivesAllProcesses) {
+  {
+    StopFile first = open(), second = open();
+    second.write({9, StopCause::kDriveFault});
+  }
+  {
+    StopFile next = open();
+    EXPECT_EQ(next.file(), folder_ / "slave_io.domain-7.stop");
+    EXPECT_EQ(next.read(), (StopRecord{9, StopCause::kDriveFault}));
+    EXPECT_THAT(next.notice(), HasSubstr("stopped since before this start (drives in fault)"));
+    next.write({});
+  }
+  EXPECT_EQ(open().read(), StopRecord{}) << "once it is reset it does not come back";
+}
+
+TEST_F(StopFileTest, WhoStartsBesideAStoppedProcessIsStoppedToo) {
+  StopFile first = open();
+  first.write({5, StopCause::kEmergency});
+  StopFile second = open();
+  EXPECT_EQ(second.read(), (StopRecord{5, StopCause::kEmergency}));
+  second.write({});
+  EXPECT_EQ(first.read(), (StopRecord{5, StopCause::kEmergency})) << "its own reset ends its own stop";
+}
+
+TEST_F(StopFileTest, ADamagedFileOfAnotherProcessCountsAsAStop) {
+  for (const char* content : {"something else that stands in the file", "short"}) {
+    { const StopFile first = open(); }
+    std::ofstream(folder_ / "slave_io.domain-7.2.stop") << content;
+    StopFile next = open();
+    EXPECT_EQ(next.read().cause, StopCause::kEmergency) << content;
+    next.write({});
+  }
+  EXPECT_EQ(open().read(), StopRecord{});
+}
+
+TEST_F(StopFileTest, AFolderThatCannotBeWrittenIsToldBeforeAnythingStarts) {
+  try {
+    const StopFile file("/proc/nothing", "slave_io", network_);
+    FAIL() << "opened";
+  } catch (const core::MissingError& problem) {
+    EXPECT_THAT(problem.what(), HasSubstr("/proc/nothing/slave_io.domain-7.stop"));
+    EXPECT_THAT(problem.what(), HasSubstr("--state-dir"));
+  }
+}
+
+}  // namespace
+}  // namespace phantom::runtime
