@@ -6,14 +6,19 @@
 #include <string>
 
 #include "common/core/clock.hpp"
+#include "common/dds/guid_prefix.hpp"
 #include "common/dds/participant.hpp"
 #include "common/dds/topics.hpp"
 
 namespace phantom::dds {
 
+/// Names `participant` as SampleInfo does.
+GuidPrefix prefix_of(const Participant& participant);
+
 /// What came with a sample.
 struct SampleInfo {
   core::Nanoseconds received_ns = 0;  ///< CLOCK_MONOTONIC of this host when it was taken
+  GuidPrefix writer{};                ///< participant that wrote it
 };
 
 /// Untyped ends; use Writer<T> and Reader<T>.
@@ -35,7 +40,9 @@ class RawWriter {
 class RawReader {
  public:
   using OnSample = std::function<void(const void*, const SampleInfo&)>;
-  RawReader(Participant& participant, const TopicDescription& topic, OnSample on_sample);
+  using OnWriterGone = std::function<void(const GuidPrefix&)>;
+  RawReader(Participant& participant, const TopicDescription& topic, OnSample on_sample,
+            OnWriterGone on_writer_gone = {});
   ~RawReader();
   RawReader(RawReader&&) noexcept;
   /// Counts a sample that the component's validation refused (shown as `refused`). Thread-safe.
@@ -64,16 +71,21 @@ class Writer {
 };
 
 /// Receives T. `on_sample` runs on a middleware thread, one sample at a time: copy what you need
-/// (core::Snapshot, a queue) and return; do not block, do not throw.
+/// (core::Snapshot, a queue) and return; do not block, do not throw. `on_writer_gone` is told, likewise, of a
+/// participant whose writer of this topic has ended, or has not been heard of for the time of its lease.
 template <class T>
 class Reader {
  public:
   using OnSample = std::function<void(const T&, const SampleInfo&)>;
-  Reader(Participant& participant, const TopicSpec<T>& topic, OnSample on_sample)
-      : raw_(participant, topic,
-             [callback = std::move(on_sample)](const void* sample, const SampleInfo& info) {
-               callback(*static_cast<const T*>(sample), info);
-             }) {}
+  using OnWriterGone = RawReader::OnWriterGone;
+  Reader(Participant& participant, const TopicSpec<T>& topic, OnSample on_sample,
+         OnWriterGone on_writer_gone = {})
+      : raw_(
+            participant, topic,
+            [callback = std::move(on_sample)](const void* sample, const SampleInfo& info) {
+              callback(*static_cast<const T*>(sample), info);
+            },
+            std::move(on_writer_gone)) {}
   void count_refused() { raw_.count_refused(); }
   std::uint32_t matched() const { return raw_.matched(); }
 

@@ -6,11 +6,9 @@
 #include <vector>
 
 #include "common/core/clock.hpp"
+#include "common/dds/guid_prefix.hpp"
 
 namespace phantom::dds {
-
-/// What all GUIDs of one participant begin with.
-using GuidPrefix = std::array<std::uint8_t, 12>;
 
 /// Remembers which other participants announce themselves on a secured site without having shown who they
 /// are, and says when to begin their handshake anew. Knows no DDS. Not thread-safe. Real-time safe: no.

@@ -4,19 +4,22 @@
 
 #include <cstdio>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/log/Log.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
-#include <random>
 #include <set>
 
 #include "common/core/host_interfaces.hpp"
+#include "common/core/random.hpp"
+#include "common/dds/dds_threads.hpp"
+#include "common/dds/fast_dds_log.hpp"
 #include "common/dds/participant_impl.hpp"
 #include "common/dds/qos.hpp"
 #include "common/dds/readmission.hpp"
 #include "common/dds/security.hpp"
 #include "common/dds/topic_list.hpp"
-#include "common/dds/transports.hpp"
+#include "common/dds/transport.hpp"
 
 namespace phantom::dds {
 namespace {
@@ -27,6 +30,7 @@ namespace rtps = eprosima::fastdds::rtps;
 // The factory keeps profiles for the process's life and refuses a second file with the same names, so each
 // file that it has taken is loaded once.
 void load_profiles(const std::filesystem::path& file) {
+  take_over_fast_dds_log();
   static std::mutex mutex;
   static std::set<std::filesystem::path> loaded;
   const std::lock_guard lock(mutex);
@@ -35,6 +39,7 @@ void load_profiles(const std::filesystem::path& file) {
   if (loaded.contains(known_as)) return;
   auto* factory = edds::DomainParticipantFactory::get_instance();
   if (factory->load_XML_profiles_file(file.string()) != ReturnCode_t::RETCODE_OK) {
+    eprosima::fastdds::dds::Log::Flush();
     throw DdsError(file.string() +
                    ": QoS profiles: the file is refused by Fast DDS (one bad element rejects the whole "
                    "file; the lines above name it)");
@@ -62,23 +67,12 @@ void use_discovery_servers(eprosima::fastrtps::rtps::DiscoverySettings& discover
   }
 }
 
-// So that a secured participant hears of others by SerialDiscovery's sockets alone, not by shared memory too;
-// samples take shared memory as before.
-void discover_by_udp_alone(eprosima::fastrtps::rtps::BuiltinAttributes& builtin, bool multicast) {
-  eprosima::fastrtps::rtps::Locator_t locator;  // any interface that may be used, the participant's own port
-  locator.kind = LOCATOR_KIND_UDPv4;
-  builtin.metatrafficUnicastLocatorList.push_back(locator);
-  if (!multicast) return;
-  eprosima::fastrtps::rtps::IPLocator::setIPv4(locator, "239.255.0.1");
-  builtin.metatrafficMulticastLocatorList.push_back(locator);
-}
-
 edds::DomainParticipantQos participant_qos(const std::string& component, const core::NetworkOptions& network,
                                            bool observes) {
   edds::DomainParticipantQos qos = edds::PARTICIPANT_QOS_DEFAULT;
   qos.name(component);
   qos.transport().use_builtin_transports = false;
-  for (auto& transport : transports_of(network)) qos.transport().user_transports.push_back(transport);
+  qos.transport().user_transports.push_back(transport_of(network));
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
   discovery.leaseDuration = {5, 0};
   discovery.leaseDuration_announcementperiod = {1, 0};
@@ -92,10 +86,7 @@ edds::DomainParticipantQos participant_qos(const std::string& component, const c
   }
   if (!network.discovery_servers.empty())
     use_discovery_servers(discovery, network.discovery_servers, observes);
-  if (!network.security.empty()) {
-    add_security(qos.properties(), network.security, component);
-    discover_by_udp_alone(qos.wire_protocol().builtin, network.initial_peers.empty());
-  }
+  if (!network.security.empty()) add_security(qos.properties(), network.security, component);
   return qos;
 }
 
@@ -117,12 +108,6 @@ edds::DomainParticipant* make_participant(int domain, const edds::DomainParticip
                                            edds::StatusMask::none());
   factory->set_qos(before);
   return made;
-}
-
-std::uint64_t random_session() {
-  std::random_device device;
-  const std::uint64_t high = device();
-  return (high << 32 | device()) | 1U;
 }
 
 }  // namespace
@@ -194,13 +179,18 @@ Participant::Participant(const std::string& component, const core::NetworkOption
   check_qos_profiles(network.qos_profiles);
   core::require_interfaces(network, core::host_interfaces());
   impl_->component = component;
-  impl_->session = random_session();
+  impl_->servo_priority = network.servo_priority;
+  impl_->session = core::random_number();
   const bool observes = discovery != nullptr;
   impl_->discovery = std::move(discovery);
-  if (!network.security.empty())
-    impl_->discovery = impl_->readmission = std::make_shared<Readmission>(component, impl_->discovery);
-  impl_->participant = make_participant(network.domain, participant_qos(component, network, observes),
-                                        impl_->discovery.get(), Joins::kNow);
+  if (network.discovery_servers.empty()) {  // through these, others tell of a peer's end
+    impl_->discovery = impl_->readmission =
+        std::make_shared<Readmission>(component, !network.security.empty(), impl_->discovery);
+  }
+  with_dds_threads(network.servo_priority > 0, [&] {
+    impl_->participant = make_participant(network.domain, participant_qos(component, network, observes),
+                                          impl_->discovery.get(), Joins::kNow);
+  });
   if (impl_->participant == nullptr) {
     throw DdsError("domain " + std::to_string(network.domain) + ": Fast DDS could not join" +
                    (network.security.empty() ? ""
@@ -230,13 +220,17 @@ void delete_writer(edds::Publisher& publisher, edds::DataWriter* writer) {
 
 const std::string& Participant::component() const { return impl_->component; }
 std::uint64_t Participant::session() const { return impl_->session; }
+int Participant::servo_priority() const { return impl_->servo_priority; }
 
 std::vector<EndpointStatistics> Participant::endpoints() const {
   const std::lock_guard lock(impl_->mutex);
   std::vector<EndpointStatistics> statistics;
+  const core::Nanoseconds now_ns = core::monotonic_ns();
   for (const auto& c : impl_->counters) {
+    const core::Nanoseconds busy_since_ns = c->busy_since_ns.load(std::memory_order_relaxed);
     statistics.push_back({c->topic->name, c->writer, c->matched, c->samples, c->refused, c->deadline_missed,
-                          c->liveliness_lost, c->incompatible_qos});
+                          c->liveliness_lost, c->incompatible_qos,
+                          busy_since_ns != 0 ? core::seconds(now_ns - busy_since_ns) : 0.0});
   }
   return statistics;
 }

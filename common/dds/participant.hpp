@@ -32,6 +32,7 @@ struct EndpointStatistics {
   std::uint64_t deadline_missed = 0;
   std::uint64_t liveliness_lost = 0;
   std::uint64_t incompatible_qos = 0;
+  double busy_s = 0.0;  ///< for so long the component has been at the sample that it was given last
 };
 
 /// Loads the profiles and compares every topic's with its contract (common/dds/topics.hpp). Throws DdsError
@@ -44,7 +45,9 @@ class Participant {
  public:
   /// Joins `network.domain` as `component` (the executable's name). `discovery` is told of every other
   /// participant and its endpoints, from the first on (for common/observation; null: nobody). Throws
-  /// DdsError, and MissingError if an interface that it is to use is not there or does not run. Thread-safe.
+  /// DdsError, and MissingError if an interface that it is to use is not there or does not run. In the
+  /// haptic path of a servo (`network.servo_priority`) the thread that receives samples and calls readers'
+  /// `on_sample` has SCHED_FIFO, where that is permitted (core/thread_place.hpp). Thread-safe.
   Participant(const std::string& component, const core::NetworkOptions& network,
               std::shared_ptr<eprosima::fastdds::dds::DomainParticipantListener> discovery = nullptr);
   ~Participant();
@@ -53,6 +56,8 @@ class Participant {
   const std::string& component() const;
   /// Random number of this process start; goes into every Stamp.
   std::uint64_t session() const;
+  /// `network.servo_priority`, by which threads beside those of DDS take their places.
+  int servo_priority() const;
   /// Statistics of every endpoint made from this participant. Thread-safe.
   std::vector<EndpointStatistics> endpoints() const;
 

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <vector>
 
+#include "common/core/clock.hpp"
 #include "common/dds/participant.hpp"
 #include "common/dds/topics.hpp"
 
@@ -21,6 +22,7 @@ struct EndpointCounters {
   std::atomic<std::uint32_t> matched{0};
   std::atomic<std::uint64_t> samples{0}, refused{0}, deadline_missed{0}, liveliness_lost{0},
       incompatible_qos{0};
+  std::atomic<core::Nanoseconds> busy_since_ns{0};  // 0: not in the component's callback
 };
 
 class Readmission;
@@ -29,8 +31,9 @@ class Readmission;
 struct Participant::Impl {
   std::string component;
   std::uint64_t session = 0;
+  int servo_priority = 0;
   std::shared_ptr<eprosima::fastdds::dds::DomainParticipantListener> discovery;  // outlives the participant
-  std::shared_ptr<Readmission> readmission;  // the same one, on a secured site
+  std::shared_ptr<Readmission> readmission;  // the same one, unless there are discovery servers
   eprosima::fastdds::dds::DomainParticipant* participant = nullptr;
   eprosima::fastdds::dds::Publisher* publisher = nullptr;
   eprosima::fastdds::dds::Subscriber* subscriber = nullptr;

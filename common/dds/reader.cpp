@@ -1,9 +1,12 @@
+#include <algorithm>
+#include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/subscriber/DataReader.hpp>
 #include <fastdds/dds/subscriber/DataReaderListener.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
+#include "common/dds/dds_threads.hpp"
 #include "common/dds/endpoint.hpp"
 #include "common/dds/participant_impl.hpp"
 #include "common/dds/qos.hpp"
@@ -11,6 +14,23 @@
 namespace phantom::dds {
 
 namespace edds = eprosima::fastdds::dds;
+namespace {
+
+GuidPrefix prefix_of(const eprosima::fastrtps::rtps::GUID_t& guid) {
+  GuidPrefix prefix;
+  std::copy_n(guid.guidPrefix.value, prefix.size(), prefix.begin());
+  return prefix;
+}
+/// An endpoint's handle holds its GUID.
+GuidPrefix prefix_of(const eprosima::fastrtps::rtps::InstanceHandle_t& handle) {
+  return prefix_of(eprosima::fastrtps::rtps::iHandle2GUID(handle));
+}
+
+}  // namespace
+
+GuidPrefix prefix_of(const Participant& participant) {
+  return prefix_of(participant.impl()->participant->guid());
+}
 
 struct RawReader::Impl : edds::DataReaderListener {
   std::shared_ptr<Participant::Impl> participant;
@@ -18,6 +38,7 @@ struct RawReader::Impl : edds::DataReaderListener {
   edds::TypeSupport type;
   void* sample = nullptr;  // reused for every take: DDS calls a reader's listener from one thread at a time
   OnSample on_sample;
+  OnWriterGone on_writer_gone;
   edds::DataReader* reader = nullptr;
 
   ~Impl() override {
@@ -25,18 +46,24 @@ struct RawReader::Impl : edds::DataReaderListener {
   }
 
   void on_data_available(edds::DataReader* from) override {
+    take_receivers_place(participant->servo_priority);
     edds::SampleInfo info;
     while (from->take_next_sample(sample, &info) == ReturnCode_t::RETCODE_OK) {
       if (!info.valid_data)
         continue;  // what is gone says so by a sample (idl/workspace.idl), never by a disposal
       SampleInfo given;
       given.received_ns = core::monotonic_ns();
+      given.writer = prefix_of(info.publication_handle);
       counters->samples.fetch_add(1, std::memory_order_relaxed);
+      counters->busy_since_ns.store(given.received_ns, std::memory_order_relaxed);
       on_sample(sample, given);
+      counters->busy_since_ns.store(0, std::memory_order_relaxed);
     }
   }
   void on_subscription_matched(edds::DataReader*, const edds::SubscriptionMatchedStatus& status) override {
     counters->matched = static_cast<std::uint32_t>(status.current_count);
+    if (status.current_count_change < 0 && on_writer_gone)
+      on_writer_gone(prefix_of(status.last_publication_handle));
   }
   void on_requested_deadline_missed(edds::DataReader*,
                                     const edds::RequestedDeadlineMissedStatus& status) override {
@@ -55,13 +82,15 @@ struct RawReader::Impl : edds::DataReaderListener {
   }
 };
 
-RawReader::RawReader(Participant& participant, const TopicDescription& topic, OnSample on_sample)
+RawReader::RawReader(Participant& participant, const TopicDescription& topic, OnSample on_sample,
+                     OnWriterGone on_writer_gone)
     : impl_(std::make_unique<Impl>()) {
   impl_->participant = participant.impl();
   impl_->counters = participant.impl()->add_counters(topic, false);
   impl_->type = topic.make_type();
   impl_->sample = impl_->type.create_data();
   impl_->on_sample = std::move(on_sample);
+  impl_->on_writer_gone = std::move(on_writer_gone);
   auto* subscriber = participant.impl()->subscriber;
   impl_->reader = subscriber->create_datareader(participant.impl()->topic(topic),
                                                 reader_qos(*subscriber, topic), impl_.get());

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/dds/endpoint.hpp"
 #include "common/dds/stamp.hpp"
@@ -24,7 +25,9 @@ inline std::string requester_name(const std::string& name) {
 }
 
 /// The asking end of a pair of topics in which every Command is answered by Replies that echo its stamp
-/// (workspace_command, sensing_command). One thread.
+/// (workspace_command, sensing_command, operator_command); CommandService is the answering end. One thread,
+/// and one Requester per topic and participant: commands are known by the participant's session and their
+/// number.
 template <class Command, class Reply>
 class Requester {
  public:
@@ -41,24 +44,31 @@ class Requester {
         }) {}
 
   /// Stamps and sends the command, again and again until it is answered (who carries it out does so once),
-  /// and hands each reply to `is_last`, which says whether it is the last word. False if no word came for
-  /// `timeout_s`.
+  /// and at once when another process that may answer joins. Hands each new word to `is_last`, once, which
+  /// says whether all that was waited for is said: where several components answer, it keeps account of who
+  /// has. False if no new word came for `timeout_s`.
   bool ask(Command command, double timeout_s, const std::function<bool(const Reply&)>& is_last) {
     command.stamp(stamper_.next());
     const auto timeout =
         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s));
     auto give_up = Clock::now() + timeout, say_again = Clock::now();
+    std::uint32_t heard_by = 0;
+    std::vector<Reply> said;
     while (Clock::now() < give_up) {
-      if (Clock::now() >= say_again) {
-        const bool heard = writer_.matched() > 0 && reader_.matched() > 0;
-        if (heard) writer_.write(command);
-        say_again = Clock::now() + (heard ? kAgain : kNotMatched);
+      const std::uint32_t ends = std::min(writer_.matched(), reader_.matched());
+      if (ends > heard_by || (ends > 0 && Clock::now() >= say_again)) {
+        writer_.write(command);
+        say_again = Clock::now() + kAgain;
       }
-      for (const Reply& reply : wait_until(std::min(give_up, say_again))) {
+      heard_by = ends;
+      for (Reply& reply : wait_until(std::min(give_up, Clock::now() + kLook))) {
         const auto& echo = reply.command();
         if (echo.session() != command.stamp().session() ||
             echo.sequence_number() != command.stamp().sequence_number())
           continue;  // somebody else's
+        reply.stamp({});
+        if (std::find(said.begin(), said.end(), reply) != said.end()) continue;  // repeated
+        said.push_back(reply);
         if (is_last(reply)) return true;
         give_up = Clock::now() + timeout;
       }
@@ -69,8 +79,8 @@ class Requester {
  private:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds kAgain{
-      500};  // a reply may have been sent before we could hear it
-  static constexpr std::chrono::milliseconds kNotMatched{20};
+      100};  // a reply may have been sent before we could hear it
+  static constexpr std::chrono::milliseconds kLook{20};
 
   std::deque<Reply> wait_until(Clock::time_point until) {
     std::unique_lock lock(mutex_);

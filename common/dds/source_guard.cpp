@@ -1,23 +1,40 @@
 #include "common/dds/source_guard.hpp"
 
+#include <algorithm>
+
 namespace phantom::dds {
 
 SourceGuard::Verdict SourceGuard::judge(const msg::Stamp& stamp, core::Nanoseconds received_ns) noexcept {
-  const bool bound = accepted_ns_ != 0 && received_ns - accepted_ns_ < hold_ns_;
-  if (bound && stamp.session() != session_) {
+  const core::Nanoseconds heard_ns = heard_ns_.load(std::memory_order_relaxed);
+  const bool bound = heard_ns != 0 && received_ns - heard_ns < hold_ns_;
+  if (bound && stamp.session() != session()) {
+    rival_session_.store(stamp.session(), std::memory_order_relaxed);
     rival_ns_.store(received_ns, std::memory_order_relaxed);
+    rival_samples_.fetch_add(1, std::memory_order_relaxed);
     return Verdict::kRival;
   }
+  if (received_ns - accepted_ns_ >= hold_ns_) order_ = SequenceGuard();
   if (!order_.accept(stamp)) return Verdict::kOutOfOrder;
-  session_ = stamp.session();
   accepted_ns_ = received_ns;
+  session_.store(stamp.session(), std::memory_order_relaxed);
+  heard_ns_.store(received_ns, std::memory_order_relaxed);
   return Verdict::kAccepted;
+}
+
+void SourceGuard::heard(std::uint64_t session, core::Nanoseconds now_ns) noexcept {
+  const bool bound = heard_ns_.load(std::memory_order_relaxed) != 0;
+  if (bound && session == this->session()) heard_ns_.store(now_ns, std::memory_order_relaxed);
+}
+
+bool SourceGuard::has_rival(core::Nanoseconds now_ns) const noexcept {
+  const core::Nanoseconds rival_ns = rival_ns_.load(std::memory_order_relaxed);
+  return rival_ns != 0 && now_ns - rival_ns < std::max(kRivalMemory_ns, hold_ns_);
 }
 
 const char* reason(SourceGuard::Verdict verdict) noexcept {
   switch (verdict) {
     case SourceGuard::Verdict::kOutOfOrder:
-      return "it is older than one that came before";
+      return "its number does not follow that of the one before: it is older, or numbered wrongly";
     case SourceGuard::Verdict::kRival:
       return "another process writes this topic too, and was here first";
     case SourceGuard::Verdict::kAccepted:

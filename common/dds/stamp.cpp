@@ -34,16 +34,22 @@ core::Nanoseconds answered_ns(const msg::Echo& echo, std::uint64_t own_session,
 }
 
 bool SequenceGuard::accept(const msg::Stamp& stamp) noexcept {
+  const auto follows = [](std::uint64_t number, std::uint64_t one) {
+    return number > one && number - one <= kGreatestStep;
+  };
   const std::uint64_t number = stamp.sequence_number();
   if (number == 0) return false;
-  if (stamp.session() != session_) {
-    session_ = stamp.session();
-    last_ = number;
-    return true;
+  const bool known = stamp.session() == session_ && last_ != 0;
+  if (known && follows(number, last_)) {
+    lost_ += number - last_ - 1;
+  } else if (known) {
+    run_ = follows(number, refused_) ? run_ + 1 : 1;
+    refused_ = number;
+    if (run_ < kRun) return false;
   }
-  if (number <= last_) return false;
-  lost_ += number - last_ - 1;
+  session_ = stamp.session();
   last_ = number;
+  run_ = 0;
   return true;
 }
 

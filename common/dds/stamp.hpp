@@ -30,15 +30,24 @@ msg::Echo echo_of(const core::SampleId& id) noexcept;
 core::Nanoseconds answered_ns(const msg::Echo& echo, std::uint64_t own_session,
                               core::Nanoseconds received_ns) noexcept;
 
-/// Order check of one periodic topic: accepts a sample if it is newer than the last accepted, or from a new
-/// session of the writer. `accept` is real-time safe.
+/// Order check of one writer's samples, by their numbers: accepts a sample if it is newer than the last
+/// accepted, or from a new session of the writer. No number locks it: a leap that no writer makes is refused,
+/// and who goes on counting from elsewhere is believed after kRun samples. Where another process might write
+/// the topic too, use SourceGuard. `accept` is real-time safe.
 class SequenceGuard {
  public:
+  /// Greatest step from one sample to the next: at 1 kHz, an outage of a quarter of an hour.
+  static constexpr std::uint64_t kGreatestStep = 1'000'000;
+  /// Refused samples in a row, each newer than the one before, after which their numbers are believed.
+  static constexpr int kRun = 8;
+
   bool accept(const msg::Stamp& stamp) noexcept;
   std::uint64_t lost() const noexcept { return lost_; }  ///< numbers that never came
 
  private:
   std::uint64_t session_ = 0, last_ = 0, lost_ = 0;
+  std::uint64_t refused_ = 0;  // the newest number that was refused since one was accepted
+  int run_ = 0;
 };
 
 }  // namespace phantom::dds

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "common/core/progress.hpp"
 #include "common/core/service_manager.hpp"
 
 namespace phantom::dds {
@@ -34,6 +35,7 @@ msg::LoopStatistics to_msg(const core::LoopStatistics& loop) {
   out.name(loop.name.substr(0, 32));
   out.period_s(loop.period_s);
   out.rate_hz(loop.rate_hz);
+  out.idle_s(loop.idle_s);
   out.wakeup_p50_us(loop.wakeup_p50_us);
   out.wakeup_p99_us(loop.wakeup_p99_us);
   out.wakeup_max_us(loop.wakeup_max_us);
@@ -77,6 +79,18 @@ std::string state_name(core::ComponentState state) {
   return kNames[static_cast<std::size_t>(state)];
 }
 
+/// A reader whose callback does not return receives nothing more, and shows among the loops.
+core::Health with_hung_readers(core::Health health, const std::vector<EndpointStatistics>& endpoints) {
+  for (const EndpointStatistics& endpoint : endpoints) {
+    core::LoopStatistics reader{.name = endpoint.topic + " reader",
+                                .ticks = endpoint.samples,
+                                .idle_s = endpoint.busy_s,
+                                .limit_s = core::Progress::kHangsAfter_s};
+    if (core::hangs(reader)) health.loops.push_back(std::move(reader));
+  }
+  return health;
+}
+
 std::string host_name() {
   char name[65] = {};
   gethostname(name, sizeof name - 1);
@@ -91,7 +105,9 @@ StatusReporter::StatusReporter(Participant& participant)
       writer_(participant, kComponentStatus),
       host_(host_name()) {}
 
-void StatusReporter::publish(const core::Health& health) {
+void StatusReporter::publish(const core::Health& told) {
+  const std::vector<EndpointStatistics> endpoints = participant_.endpoints();
+  const core::Health health = core::with_hung_loops(with_hung_readers(told, endpoints));
   msg::ComponentStatus status;
   status.component_name(participant_.component());
   status.host(host_);
@@ -100,11 +116,11 @@ void StatusReporter::publish(const core::Health& health) {
   status.state(to_msg(health.state));
   status.message(health.message.substr(0, kMaxMessage));
   status.loops(converted(health.loops, kMaxLoops));
-  status.topics(converted(participant_.endpoints(), kMaxTopics));
+  status.topics(converted(endpoints, kMaxTopics));
   status.figures(converted(health.figures, kMaxFigures));
   writer_.write(status);
-  core::tell_service_manager(state_name(health.state) +
-                             (health.message.empty() ? "" : ": " + health.message));
+  core::tell_service_manager(state_name(health.state) + (health.message.empty() ? "" : ": " + health.message),
+                             !core::any_hangs(health));
 }
 
 }  // namespace phantom::dds

@@ -10,8 +10,11 @@ namespace phantom::dds {
 class StatusReporter {
  public:
   explicit StatusReporter(Participant& participant);
-  /// Sends one sample, and tells the service manager, whose watchdog thus watches the caller's loop; call it
-  /// about twice a second (and at every change of state). Not thread-safe.
+  /// Sends one sample, and tells the service manager that this process is alive; call it about twice a second
+  /// (and at every change of state). Where one of `health.loops` hangs, or a reader's callback has not
+  /// returned for a second, the component is in fault whatever `health.state` says, the message says so, and
+  /// the service manager is not told that the process is alive: its watchdog thus watches the caller's loop
+  /// and all of those. Not thread-safe.
   void publish(const core::Health& health);
 
  private:

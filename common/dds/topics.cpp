@@ -62,6 +62,8 @@ const TopicSpec<msg::SensingReply> kSensingReply{
     {"sensing_reply", "phantom::msg::SensingReply", kEvent, &make_type<msg::SensingReplyPubSubType>}};
 const TopicSpec<msg::OperatorCommand> kOperatorCommand{{"operator_command", "phantom::msg::OperatorCommand",
                                                         kEvent, &make_type<msg::OperatorCommandPubSubType>}};
+const TopicSpec<msg::OperatorReply> kOperatorReply{
+    {"operator_reply", "phantom::msg::OperatorReply", kEvent, &make_type<msg::OperatorReplyPubSubType>}};
 const TopicSpec<msg::ViewPose> kViewPose{
     {"view_pose", "phantom::msg::ViewPose", periodic(500, 2000), &make_type<msg::ViewPosePubSubType>}};
 const TopicSpec<msg::WorkspaceBrick> kWorkspaceBrick{
@@ -85,10 +87,10 @@ const TopicSpec<msg::ComponentStatus> kComponentStatus{{"component_status", "pha
 
 std::span<const TopicDescription* const> all_topics() {
   static const TopicDescription* const topics[] = {
-      &kMasterState,      &kSlaveState,     &kDragField,        &kPercept,         &kInterestPoints,
-      &kSkinPercept,      &kHitAlert,       &kSensingCommand,   &kSensingReply,    &kOperatorCommand,
-      &kViewPose,         &kWorkspaceBrick, &kWorkspaceVersion, &kWorkspaceObject, &kMeshChunk,
-      &kWorkspaceCommand, &kWorkspaceReply, &kComponentStatus};
+      &kMasterState,   &kSlaveState,       &kDragField,      &kPercept,          &kInterestPoints,
+      &kSkinPercept,   &kHitAlert,         &kSensingCommand, &kSensingReply,     &kOperatorCommand,
+      &kOperatorReply, &kViewPose,         &kWorkspaceBrick, &kWorkspaceVersion, &kWorkspaceObject,
+      &kMeshChunk,     &kWorkspaceCommand, &kWorkspaceReply, &kComponentStatus};
   return topics;
 }
 

@@ -51,6 +51,7 @@ extern const TopicSpec<msg::HitAlert> kHitAlert;                  ///< on events
 extern const TopicSpec<msg::SensingCommand> kSensingCommand;      ///< on events
 extern const TopicSpec<msg::SensingReply> kSensingReply;          ///< on events
 extern const TopicSpec<msg::OperatorCommand> kOperatorCommand;    ///< on events
+extern const TopicSpec<msg::OperatorReply> kOperatorReply;        ///< on events
 extern const TopicSpec<msg::ViewPose> kViewPose;                  ///< 10 Hz
 extern const TopicSpec<msg::WorkspaceBrick> kWorkspaceBrick;      ///< durable
 extern const TopicSpec<msg::WorkspaceVersion> kWorkspaceVersion;  ///< durable

@@ -79,6 +79,39 @@ TEST(Endpoint, ALateJoinerGetsTheNewestOfEveryKey) {
   });
 }
 
+TEST(Endpoint, ASampleNamesItsWriterAndTheReaderIsToldWhenThatHasEnded) {
+  Participant here("here", test_network());
+  auto first = std::make_unique<Participant>("first", test_network());
+  auto second = std::make_unique<Participant>("second", test_network());
+  const std::uint64_t sessions[] = {first->session(), second->session()};
+  Waiter waiter;
+  std::map<std::uint64_t, GuidPrefix> writers;  // by the session that the sample tells
+  std::vector<GuidPrefix> gone;
+  Reader<msg::WorkspaceVersion> reader(
+      here, kWorkspaceVersion,
+      [&](const msg::WorkspaceVersion& sample, const SampleInfo& info) {
+        waiter.change([&] { writers[sample.version()] = info.writer; });
+      },
+      [&](const GuidPrefix& writer) { waiter.change([&] { gone.push_back(writer); }); });
+  msg::WorkspaceVersion version;
+  version.cell("bench");
+  auto write = [&](Participant& participant) {
+    auto writer = std::make_unique<Writer<msg::WorkspaceVersion>>(participant, kWorkspaceVersion);
+    version.version(participant.session());
+    writer->write(version);
+    return writer;
+  };
+  auto first_writer = write(*first), second_writer = write(*second);
+  ASSERT_TRUE(waiter.wait([&] { return writers.size() == 2; }));
+  EXPECT_NE(writers[sessions[0]], writers[sessions[1]]);
+  EXPECT_TRUE(gone.empty());
+  first_writer.reset();
+  first.reset();
+  EXPECT_TRUE(waiter.wait([&] { return gone.size() == 1 && gone[0] == writers[sessions[0]]; }));
+  second_writer.reset();
+  EXPECT_TRUE(waiter.wait([&] { return gone.size() == 2 && gone[1] == writers[sessions[1]]; }));
+}
+
 TEST(Endpoint, AMismatchingQosIsCountedAtBothEndsAndNothingFlows) {
   Participant there("there", test_network()), here("here", test_network());
   Reader<msg::Percept> reader(here, kPercept,

@@ -60,7 +60,7 @@ void expect_refused(const std::string& profiles, const testing::Matcher<const st
 
 TEST(Qos, ShippedProfilesKeepEveryTopicsContract) {
   EXPECT_NO_THROW(check_qos_profiles(PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml"));
-  EXPECT_EQ(all_topics().size(), 18u);
+  EXPECT_EQ(all_topics().size(), 19u);
 }
 
 // Fast DDS's own times would let who joins late wait for up to 0.1 s.
@@ -85,7 +85,7 @@ TEST(Qos, ShippedReadersAskForWhatTheyMissAtOnce) {
     EXPECT_EQ(qos.reliable_reader_qos().times.heartbeatResponseDelay, eprosima::fastrtps::Duration_t(0, 0))
         << topic->name;
   }
-  EXPECT_EQ(reliable, 11);
+  EXPECT_EQ(reliable, 12);
   participant->delete_contained_entities();
   factory->delete_participant(participant);
 }

@@ -49,6 +49,61 @@ TEST(SourceGuard, AnUnnumberedSampleBindsNobody) {
   EXPECT_EQ(guard.judge(stamp(2, 1), 1001 * kMs), Verdict::kAccepted);
 }
 
+TEST(SourceGuard, AGreatNumberLocksNobodyOut) {
+  for (const std::uint64_t session : {std::uint64_t{7}, UINT64_MAX}) {
+    SourceGuard guard;
+    ASSERT_EQ(guard.judge(stamp(session, 100), 1000 * kMs), Verdict::kAccepted);
+    EXPECT_EQ(guard.judge(stamp(session, UINT64_MAX), 1001 * kMs), Verdict::kOutOfOrder);
+    EXPECT_EQ(guard.judge(stamp(session, 101), 1002 * kMs), Verdict::kAccepted) << "as if it had not come";
+  }
+}
+
+TEST(SourceGuard, WhoeverBeganWithAGreatNumberIsHeardAgainAfterTheHold) {
+  SourceGuard guard(100 * kMs);
+  ASSERT_EQ(guard.judge(stamp(1, UINT64_MAX), 1000 * kMs), Verdict::kAccepted);
+  EXPECT_EQ(guard.judge(stamp(1, 5), 1050 * kMs), Verdict::kOutOfOrder);
+  guard.heard(1, 1050 * kMs);
+  EXPECT_EQ(guard.judge(stamp(1, 3), 1100 * kMs), Verdict::kAccepted) << "whatever its number";
+  EXPECT_EQ(guard.judge(stamp(1, 4), 1101 * kMs), Verdict::kAccepted);
+}
+
+TEST(SourceGuard, SaysWhoTheRivalIs) {
+  SourceGuard guard;
+  EXPECT_EQ(guard.rival_session(), 0u);
+  ASSERT_EQ(guard.judge(stamp(1, 1), 1000 * kMs), Verdict::kAccepted);
+  for (std::uint64_t n = 1; n <= 3; ++n) guard.judge(stamp(2, n), 1001 * kMs);
+  EXPECT_EQ(guard.session(), 1u);
+  EXPECT_EQ(guard.rival_session(), 2u);
+  EXPECT_EQ(guard.rival_samples(), 3u);
+}
+
+TEST(SourceGuard, ATopicWrittenOnceKeepsToItsSourceWhileThatIsHeardElsewhere) {
+  SourceGuard guard(2000 * kMs);
+  ASSERT_EQ(guard.judge(stamp(1, 1), 1000 * kMs), Verdict::kAccepted);
+  for (core::Nanoseconds at = 1500; at <= 60000; at += 500) {
+    guard.heard(1, at * kMs);
+    guard.heard(3, at * kMs);
+  }
+  EXPECT_EQ(guard.judge(stamp(2, 1), 60500 * kMs), Verdict::kRival);
+  EXPECT_EQ(guard.judge(stamp(1, 2), 60600 * kMs), Verdict::kAccepted);
+  guard.heard(2, 61000 * kMs);
+  EXPECT_EQ(guard.judge(stamp(2, 2), 62600 * kMs), Verdict::kAccepted) << "the first has fallen silent";
+}
+
+TEST(SourceGuard, HearingOfSomebodyBindsNobody) {
+  SourceGuard guard;
+  guard.heard(0, 1000 * kMs);
+  EXPECT_EQ(guard.judge(stamp(2, 1), 1001 * kMs), Verdict::kAccepted);
+}
+
+TEST(SourceGuard, ARivalOfASlowTopicIsRememberedAsLongAsItsSource) {
+  SourceGuard guard(10000 * kMs);
+  ASSERT_EQ(guard.judge(stamp(1, 1), 1000 * kMs), Verdict::kAccepted);
+  ASSERT_EQ(guard.judge(stamp(2, 1), 2000 * kMs), Verdict::kRival);
+  EXPECT_TRUE(guard.has_rival(11999 * kMs));
+  EXPECT_FALSE(guard.has_rival(12000 * kMs));
+}
+
 TEST(SourceGuard, ASecondWriterIsToldWithoutHidingAFault) {
   const core::Health running = with_rival({core::ComponentState::kRunning, "", {}, {}}, "slave_state");
   EXPECT_EQ(running.state, core::ComponentState::kDegraded);

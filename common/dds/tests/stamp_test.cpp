@@ -30,6 +30,34 @@ TEST(SequenceGuard, AcceptsARestartedWriterFromItsFirstSample) {
   EXPECT_EQ(guard.lost(), 0u);
 }
 
+TEST(SequenceGuard, NoNumberLocksItForEver) {
+  for (const std::uint64_t wrong : {UINT64_MAX, UINT64_MAX - 1, std::uint64_t{1} << 40}) {
+    for (const std::uint64_t session : {std::uint64_t{1}, UINT64_MAX}) {
+      SequenceGuard guard;
+      ASSERT_TRUE(guard.accept(stamp(session, 5)));
+      EXPECT_FALSE(guard.accept(stamp(session, wrong))) << "no writer leaps so far";
+      EXPECT_TRUE(guard.accept(stamp(session, 6))) << "who was there goes on";
+      EXPECT_EQ(guard.lost(), 0u);
+
+      SequenceGuard begun_wrong;
+      ASSERT_TRUE(begun_wrong.accept(stamp(session, wrong)));
+      for (std::uint64_t n = 1; n < SequenceGuard::kRun; ++n)
+        ASSERT_FALSE(begun_wrong.accept(stamp(session, n)));
+      EXPECT_TRUE(begun_wrong.accept(stamp(session, SequenceGuard::kRun))) << "who counts on is believed";
+      EXPECT_TRUE(begun_wrong.accept(stamp(session, SequenceGuard::kRun + 1)));
+    }
+  }
+}
+
+TEST(SequenceGuard, SamplesThatComeTwiceAreNeverBelieved) {
+  SequenceGuard guard;
+  for (std::uint64_t n = 100; n < 1000; ++n) {
+    ASSERT_TRUE(guard.accept(stamp(1, n)));
+    ASSERT_FALSE(guard.accept(stamp(1, n - 50))) << "by a second way, later";
+  }
+  for (int again = 0; again < 1000; ++again) ASSERT_FALSE(guard.accept(stamp(1, 999)));
+}
+
 TEST(Echo, ReturnsWhatItsWriterStamped) {
   msg::Stamp given = stamp(9, 77);
   given.monotonic_ns(123456789);

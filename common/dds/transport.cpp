@@ -1,7 +1,8 @@
-#include "common/dds/transports.hpp"
+#include "common/dds/transport.hpp"
 
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+
+#include <algorithm>
 
 #include "common/dds/serial_discovery.hpp"
 
@@ -10,14 +11,13 @@ namespace {
 
 namespace rtps = eprosima::fastdds::rtps;
 
-// A late joiner's workspace comes as one burst. Fast DDS writes to all of a segment when it makes it: each
-// MiB costs a process a millisecond at its start.
-constexpr std::uint32_t kSocketBufferBytes = 4 << 20, kSharedSegmentBytes = 4 << 20;
+constexpr std::uint32_t kSocketBufferBytes = 4 << 20;  // a late joiner's workspace comes as one burst
 // A message of many Ethernet frames is lost with any one of them, and what came of it holds memory for 30 s
 // (Linux: ipfrag_time, 4 MiB): on a bad link that is soon full, and then nothing of several frames arrives.
 // Not smaller: what a participant says of all its endpoints must fit into one (with 8000 bytes, some stayed
 // unknown to others after it had stood still).
 constexpr std::uint32_t kMessageBytes = 16000;
+constexpr const char* kLoopback = "127.0.0.1";
 
 // Sends messages of kMessageBytes at most, and takes whole ones from those who send larger: Fast DDS asks the
 // descriptor for the one, and the transport's copy of its members for the other.
@@ -25,23 +25,30 @@ struct UdpDescriptor : rtps::UDPv4TransportDescriptor {
   [[nodiscard]] std::uint32_t max_message_size() const override { return kMessageBytes; }
 };
 
+// A discovery server on this host takes participants of its own host for local and sends to their loopback
+// address, whatever interfaces they name.
+std::vector<std::string> interfaces_of(const core::NetworkOptions& network) {
+  std::vector<std::string> interfaces = network.interfaces;
+  const auto names = [&interfaces](const std::string& address) {
+    return std::find(interfaces.begin(), interfaces.end(), address) != interfaces.end();
+  };
+  const bool serves =
+      std::any_of(network.discovery_servers.begin(), network.discovery_servers.end(),
+                  [&names](const std::string& server) { return names(server.substr(0, server.rfind(':'))); });
+  if (serves && !names(kLoopback)) interfaces.emplace_back(kLoopback);
+  return interfaces;
+}
+
 }  // namespace
 
-std::vector<std::shared_ptr<rtps::TransportDescriptorInterface>> transports_of(
-    const core::NetworkOptions& network) {
+std::shared_ptr<rtps::TransportDescriptorInterface> transport_of(const core::NetworkOptions& network) {
   auto udp = std::make_shared<UdpDescriptor>();
-  udp->interfaceWhiteList = network.interfaces;
+  udp->interfaceWhiteList = interfaces_of(network);
   udp->sendBufferSize = kSocketBufferBytes;
   udp->receiveBufferSize = kSocketBufferBytes;
   udp->maxInitialPeersRange = static_cast<std::uint32_t>(network.participants_per_host);
-  std::vector<std::shared_ptr<rtps::TransportDescriptorInterface>> transports{udp};
-  if (!network.security.empty()) transports = {std::make_shared<SerialDiscoveryDescriptor>(udp)};
-  if (network.shared_memory) {
-    auto shared = std::make_shared<rtps::SharedMemTransportDescriptor>();
-    shared->segment_size(kSharedSegmentBytes);
-    transports.push_back(shared);
-  }
-  return transports;
+  if (network.security.empty()) return udp;
+  return std::make_shared<SerialDiscoveryDescriptor>(udp);
 }
 
 }  // namespace phantom::dds

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <atomic>
+
+#include "common/core/clock.hpp"
+#include "common/dds/stamp.hpp"
+
+namespace phantom::dds {
+
+/// Which process a reader of a periodic topic keeps to, for readers of what the same process sends on events:
+/// between two events nothing tells whether it is still there. One thread writes, others read. Real-time
+/// safe: yes.
+class FollowedSource {
+ public:
+  /// Counts as there for so long after its last periodic sample.
+  static constexpr core::Nanoseconds kThere_ns = core::kNsPerSecond / 2;
+
+  /// A sample of the process that the periodic topic's reader keeps to.
+  void heard(const msg::Stamp& stamp, core::Nanoseconds received_ns) noexcept {
+    session_.store(stamp.session(), std::memory_order_relaxed);
+    heard_ns_.store(received_ns, std::memory_order_release);
+  }
+  /// Whether `stamp` is of another process while that one is there.
+  bool is_rival(const msg::Stamp& stamp, core::Nanoseconds received_ns) const noexcept {
+    const core::Nanoseconds heard_ns = heard_ns_.load(std::memory_order_acquire);
+    return heard_ns != 0 && received_ns - heard_ns < kThere_ns &&
+           session_.load(std::memory_order_relaxed) != stamp.session();
+  }
+
+ private:
+  std::atomic<std::uint64_t> session_{0};
+  std::atomic<core::Nanoseconds> heard_ns_{0};
+};
+
+}  // namespace phantom::dds

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <array>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "common/core/command_answers.hpp"
+#include "common/dds/endpoint.hpp"
+#include "common/dds/stamp.hpp"
+
+namespace phantom::dds {
+
+/// Whether that side answers commands of this kind: both answer stop and reset, master_io alone gains, law
+/// and percept; nobody answers what is for viewers and recorders.
+bool asks(msg::CommandKind kind, core::Side side) noexcept;
+
+/// The asking end of operator_command and operator_reply: sends commands and keeps who has answered them. A
+/// command is sent again every kAgain_ns with the same stamp (who carries it out does so once) until every
+/// side that must answer it has: a stop for as long as it takes, another command for the time that it is
+/// given. A newer command ends the repeating of older ones, so that none of them takes effect after it; a
+/// stop's is ended by a reset only. Thread-safe; a thread of its own sends again.
+class OperatorClient {
+ public:
+  static constexpr core::Nanoseconds kAgain_ns = 50 * core::kNsPerMillisecond;
+  /// Of a side's state: its process counts as the side's own for so long after its last sample.
+  static constexpr core::Nanoseconds kBound_ns = core::kNsPerSecond;
+
+  /// Told of every change of the stop that was asked for last and is not confirmed by all yet; empty once it
+  /// is, or once a reset was sent. Called with a lock held: copy and return, do not call the client.
+  using OnStop = std::function<void(const std::optional<core::CommandAnswers>&)>;
+
+  /// Throws DdsError.
+  explicit OperatorClient(Participant& participant, OnStop on_stop = nullptr);
+  /// Ends the repeating, also of a stop that nobody has confirmed.
+  ~OperatorClient();
+  OperatorClient(const OperatorClient&) = delete;
+  OperatorClient& operator=(const OperatorClient&) = delete;
+
+  /// Stamps and sends `command`, and again for at most `repeat_s`; a stop until it is confirmed. Returns its
+  /// number, for wait(). May block for some milliseconds, as any write.
+  std::uint64_t send(msg::OperatorCommand command, double repeat_s);
+  /// Waits until every side has answered (a stop: has done it) or the time is up; what they have said by
+  /// then.
+  core::CommandAnswers wait(std::uint64_t number, double timeout_s);
+  /// Both: what the sides have answered within the time.
+  core::CommandAnswers ask(const msg::OperatorCommand& command, double timeout_s) {
+    return wait(send(command, timeout_s), timeout_s);
+  }
+
+  /// From the caller's readers of master_state and slave_state, for each sample of the source that they keep
+  /// to: the side's own word. `stop`: the stop in force, 0 for none. Replies of another process in its place
+  /// do not count from then on. Without such readers replies count whoever sends them under the side's name.
+  void take_state(core::Side side, std::uint64_t session, std::uint64_t stop, core::Nanoseconds received_ns);
+
+  /// The stop that was asked for and is not confirmed by all; none if there is none.
+  std::optional<core::CommandAnswers> unconfirmed_stop() const;
+
+ private:
+  struct Request {
+    std::uint64_t number = 0;
+    msg::OperatorCommand command;
+    core::CommandAnswers answers;
+    core::Nanoseconds sent_ns = 0, repeat_until_ns = 0;
+    bool repeats = false;
+
+    bool is_stop() const { return command.kind() == msg::COMMAND_EMERGENCY_STOP; }
+    bool finished() const { return is_stop() ? answers.done() : answers.answered(); }
+  };
+  struct Source {
+    std::uint64_t session = 0;
+    core::Nanoseconds heard_ns = 0;  // 0: never
+  };
+  void take_reply(const msg::OperatorReply& reply, core::Nanoseconds received_ns);
+  void end_repeats_for(const Request& newer);
+  void finish_if_done(Request& request);
+  void tell_stop();
+  Request* find(std::uint64_t number);
+  const Request* unconfirmed() const;
+  void forget_one();
+  void repeat();
+
+  static constexpr std::size_t kRemembered = 64;
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  Stamper stamper_;
+  OnStop on_stop_;
+  std::deque<Request> requests_;  // newest last
+  std::array<Source, core::kSides.size()> sources_{};
+  std::array<std::uint64_t, core::kSides.size()> released_{};  // the stops that the last reset named
+  bool ending_ = false;
+  Writer<msg::OperatorCommand> writer_;
+  Reader<msg::OperatorReply> replies_;
+  std::thread thread_;
+};
+
+}  // namespace phantom::dds

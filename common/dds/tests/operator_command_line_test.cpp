@@ -1,0 +1,87 @@
+#include "common/dds/operator_command_line.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+#include <thread>
+
+#include "common/core/clock.hpp"
+#include "common/dds/tests/stand_in_side.hpp"
+#include "common/dds/tests/test_network.hpp"
+
+namespace phantom::dds {
+namespace {
+
+using core::OperatorOutcome;
+using core::OperatorRequest;
+using core::Side;
+using testing::HasSubstr;
+using testing::Not;
+
+/// Master and slave, stopped, each of which can be kept from saying so.
+class CommandLineTest : public testing::Test {
+ protected:
+  CommandLineTest() {
+    master_.stop = 11;
+    slave_.stop = 22;
+    speaking_ = std::jthread([this](const std::stop_token& end) {
+      while (!end.stop_requested()) {
+        say(masters_, master_stamper_, master_, master_speaks);
+        say(slaves_, slave_stamper_, slave_, slave_speaks);
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      }
+    });
+  }
+  template <class State>
+  static void say(Writer<State>& writer, Stamper& stamper, const StandInSide& side, bool speaks) {
+    if (!speaks) return;
+    State state;
+    state.stamp(stamper.next());
+    state.state(side.stop != 0 ? msg::LINK_STOPPED : msg::LINK_INIT);
+    state.stop(side.stop);
+    writer.write(state);
+  }
+  OperatorOutcome reset(double timeout_s) {
+    printed_.str("");
+    return run_operator_request(test_network(), "test",
+                                {.what = OperatorRequest::What::kReset, .timeout_s = timeout_s}, printed_);
+  }
+
+  Participant master_host_{"master_io", test_network()}, slave_host_{"slave_io", test_network()};
+  StandInSide master_{master_host_, Side::kMaster}, slave_{slave_host_, Side::kSlave};
+  Stamper master_stamper_{master_host_}, slave_stamper_{slave_host_};
+  Writer<msg::MasterState> masters_{master_host_, kMasterState};
+  Writer<msg::SlaveState> slaves_{slave_host_, kSlaveState};
+  std::atomic<bool> master_speaks{true}, slave_speaks{true};
+  std::ostringstream printed_;
+  std::jthread speaking_;
+};
+
+TEST_F(CommandLineTest, AResetNamesTheStopsThatAreHeard) {
+  EXPECT_EQ(reset(30), OperatorOutcome::kDone) << printed_.str();
+  EXPECT_EQ(master_.stop, 0U);
+  EXPECT_EQ(slave_.stop, 0U);
+}
+
+// On a busy site it takes seconds until a newcomer hears everybody.
+TEST_F(CommandLineTest, AResetWaitsUntilBothSidesAreHeard) {
+  slave_speaks = false;
+  std::jthread later([this] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+    slave_speaks = true;
+  });
+  EXPECT_EQ(reset(30), OperatorOutcome::kDone) << printed_.str();
+  EXPECT_EQ(slave_.stop, 0U);
+}
+
+TEST_F(CommandLineTest, ASideThatIsNotHeardKeepsItsStopAndIsTold) {
+  slave_speaks = false;
+  EXPECT_EQ(reset(0.5), OperatorOutcome::kNotDone);
+  EXPECT_THAT(printed_.str(), HasSubstr("slave_io: not heard; its stop is not named"));
+  EXPECT_THAT(printed_.str(), Not(HasSubstr("master_io: not heard")));
+  EXPECT_EQ(slave_.stop, 22U);
+}
+
+}  // namespace
+}  // namespace phantom::dds
