@@ -77,14 +77,16 @@ void drag_coefficients(const SerialArm& arm, const LinkPoses& X_WL, const LinkSu
                        const DirectionalLaw& law, const core::JointArray& v,
                        DragCoefficients& result) noexcept;
 
-/// Which torque the coefficients are to give.
+/// Which torque the coefficients are to give. A drag_field carries it, so that the phantom's report and what
+/// the master renders are the same law.
 enum class DragMode {
   kSeparable,  ///< τ_l = −B±_l·v_l: each joint by itself (thesis)
   kCoupled  ///< τ = −S·D·S·v with S_l = √(B±_l / D_ll) for the direction of v_l (S = 1 when symmetric)
 };
 
-/// Drag torques at joint velocities `v`: N·m or N. Never does positive work in either mode. Real-time safe:
-/// yes.
+/// The law of drag, the only one: the phantom reports by it and the master renders by it. Torques at joint
+/// velocities `v`: N·m or N. Never does positive work in either mode (coupled: if D is positive
+/// semi-definite). Real-time safe: yes.
 core::JointArray drag_torque(const DragCoefficients& drag, DragMode mode, const core::JointArray& v,
                              std::size_t joint_count) noexcept;
 

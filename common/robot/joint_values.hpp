@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "common/core/joints.hpp"
 #include "common/robot/serial_arm.hpp"
 
@@ -14,6 +16,18 @@ inline core::JointArray by_joint_type(const SerialArm& arm, double revolute, dou
     values[j] = is_prismatic(arm.joints()[j]) ? prismatic : revolute;
   }
   return values;
+}
+
+/// How far a reported position may lie beyond a joint's limits, as a share of its range: an arm that was
+/// pushed onto its stops, never one that is somewhere else. master_io, slave_io and the phantom refuse what
+/// is farther.
+inline constexpr double kLimitMarginShare = 0.05;
+
+/// Whether `q` (rad or m) lies within lower … upper and that margin. A joint without limits (infinite ones)
+/// may be anywhere; a `q` that is no number is nowhere. Real-time safe: yes.
+inline bool near_limits(double q, double lower, double upper) noexcept {
+  const double margin = kLimitMarginShare * (upper - lower);
+  return !std::isfinite(margin) ? std::isfinite(q) : q >= lower - margin && q <= upper + margin;
 }
 
 }  // namespace phantom::robot

@@ -1,8 +1,6 @@
 #include "common/teleop/bilateral.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <utility>
 
 namespace phantom::teleop {
@@ -35,8 +33,8 @@ bool needs_force_sensor(BilateralLaw law) noexcept {
 }
 
 core::JointArray feedback_torque(BilateralLaw law, const JointMotion& master, const JointMotion& slave,
-                                 const SlaveEffort& effort, const ExchangeGains& gains, double inverse_a,
-                                 std::size_t joint_count) noexcept {
+                                 const SlaveEffort& effort, const ExchangeGains& gains,
+                                 const core::JointArray& inverse_a, std::size_t joint_count) noexcept {
   const bool exchange = law == BilateralLaw::kPe || law == BilateralLaw::kPeff;
   core::JointArray torque_Nm{};
   for (std::size_t j = 0; j < joint_count; ++j) {
@@ -48,17 +46,7 @@ core::JointArray feedback_torque(BilateralLaw law, const JointMotion& master, co
       sum_Nm -= gains.k_p[j] * (master.position[j] - slave.position[j]) +
                 gains.k_v[j] * (master.velocity[j] - slave.velocity[j]);
     }
-    torque_Nm[j] = inverse_a * sum_Nm;
-  }
-  return torque_Nm;
-}
-
-core::JointArray master_torque(const core::JointArray& percept_Nm, const core::JointArray& feedback_Nm,
-                               const core::JointArray& limit_Nm, std::size_t joint_count) noexcept {
-  core::JointArray torque_Nm{};
-  for (std::size_t j = 0; j < joint_count; ++j) {
-    const double sum_Nm = percept_Nm[j] + feedback_Nm[j];
-    if (!std::isnan(sum_Nm)) torque_Nm[j] = std::clamp(sum_Nm, -limit_Nm[j], limit_Nm[j]);
+    torque_Nm[j] = inverse_a[j] * sum_Nm;
   }
   return torque_Nm;
 }

@@ -48,16 +48,11 @@ struct ExchangeGains {
 };
 
 /// Torque that the slave's feedback puts on the master's joints, by Table 5.1: −F_am, since F_am is what the
-/// hand has to overcome. `inverse_a` is 1/A ≥ 0 and scales all of it; with 1 (and a force share of 1) the
-/// laws d and e are the table's. The table's velocity term of d and e is taken between the two sides, so that
-/// common motion costs nothing. Real-time safe: yes.
+/// hand has to overcome. `inverse_a` is 1/A ≥ 0 of each joint and scales all of it; with 1 (and a force share
+/// of 1) the laws d and e are the table's. The table's velocity term of d and e is taken between the two
+/// sides, so that common motion costs nothing. Real-time safe: yes.
 core::JointArray feedback_torque(BilateralLaw law, const JointMotion& master, const JointMotion& slave,
-                                 const SlaveEffort& effort, const ExchangeGains& gains, double inverse_a,
-                                 std::size_t joint_count) noexcept;
-
-/// Sum on the master's joint, eq. 5.20: percept torque (already G·τ₁) plus feedback (already τ₂/A), within
-/// the device's torque limit; a sum that is not a number gives no torque. Real-time safe: yes.
-core::JointArray master_torque(const core::JointArray& percept_Nm, const core::JointArray& feedback_Nm,
-                               const core::JointArray& limit_Nm, std::size_t joint_count) noexcept;
+                                 const SlaveEffort& effort, const ExchangeGains& gains,
+                                 const core::JointArray& inverse_a, std::size_t joint_count) noexcept;
 
 }  // namespace phantom::teleop

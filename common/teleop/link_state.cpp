@@ -23,37 +23,26 @@ const char* name_of(LinkState state) noexcept {
   return "unknown";
 }
 
-const char* name_of(StopCause cause) noexcept {
-  switch (cause) {
-    case StopCause::kNone:
-      return "";
-    case StopCause::kEmergency:
-      return "emergency stop";
-    case StopCause::kDriveFault:
-      return "drives in fault";
-  }
-  return "unknown";
-}
-
 LinkState next_link_state(LinkState state, const LinkConditions& c) noexcept {
   if (c.stop) return LinkState::kStopped;
+  const bool fresh = c.partner_fresh && c.partner != LinkState::kStopped;
   const bool partner_aligned = c.partner == LinkState::kAligned || c.partner == LinkState::kCoupled;
   switch (state) {
     case LinkState::kInit:
-      return c.partner_fresh ? LinkState::kReady : LinkState::kInit;
+      return fresh ? LinkState::kReady : LinkState::kInit;
     case LinkState::kReady:
-      if (!c.partner_fresh) return LinkState::kInit;
+      if (!fresh) return LinkState::kInit;
       return c.aligned ? LinkState::kAligned : LinkState::kReady;
     case LinkState::kAligned:
-      if (!c.partner_fresh) return LinkState::kInit;
+      if (!fresh) return LinkState::kInit;
       if (!c.aligned) return LinkState::kReady;
       return partner_aligned ? LinkState::kCoupled : LinkState::kAligned;
     case LinkState::kCoupled:
-      return c.partner_fresh && partner_aligned ? LinkState::kCoupled : LinkState::kDegraded;
+      return fresh && partner_aligned ? LinkState::kCoupled : LinkState::kDegraded;
     case LinkState::kDegraded:
-      return c.recovered ? LinkState::kReady : LinkState::kDegraded;
+      return c.recovered && fresh ? LinkState::kReady : LinkState::kDegraded;
     case LinkState::kStopped:
-      return c.reset ? LinkState::kInit : LinkState::kStopped;
+      return LinkState::kInit;
   }
   return LinkState::kStopped;
 }
@@ -71,27 +60,50 @@ core::ComponentState component_state(LinkState link) noexcept {
   }
 }
 
-LinkState LinkMonitor::step(const LinkObservation& seen, double dt_s) noexcept {
-  const bool fresh = seen.drives_follow && !seen.answers_another &&
-                     seen.partner_age_s <= timing_.staleness_s &&
-                     seen.round_trip_s <= timing_.round_trip_limit_s;  // false for NaN too
-  fresh_s_ = fresh ? fresh_s_ + dt_s : 0.0;
-  agree_s_ = fresh && seen.poses_agree ? agree_s_ + dt_s : 0.0;
+LinkMonitor::LinkMonitor(const LinkTiming& timing, const StopLatch& latch)
+    : timing_(timing),
+      latch_(latch),
+      state_(latch.stopped() ? LinkState::kStopped : LinkState::kInit),
+      watched_stop_(latch.record().id),
+      since_start_(latch.stopped()) {}
+
+// Counts from the newest stop on; what the partner said before that stop confirms nothing.
+bool LinkMonitor::unconfirmed(bool partner_heard, bool partner_stopped, double dt_s) noexcept {
+  if (stop().id != watched_stop_) {
+    watched_stop_ = stop().id;
+    watched_s_ = 0.0;
+    confirmed_ = since_start_ = false;
+  }
+  if (watched_stop_ == 0) return false;
+  confirmed_ = confirmed_ || partner_stopped;
+  if (!since_start_ || partner_heard) watched_s_ += dt_s;
+  return !confirmed_ && watched_s_ > kConfirmWithin_s;
+}
+
+LinkDecision LinkMonitor::step(const LinkObservation& seen, double dt_s) noexcept {
+  const bool heard = std::isfinite(seen.partner_age_s);
+  const bool partner_stopped = heard && seen.partner == LinkState::kStopped;
+  const ResetOutcome outcome = latch_.step({.requests = seen.stop_requests,
+                                            .drive_fault = seen.drive_fault,
+                                            .partner_stopped = partner_stopped,
+                                            .partner_stop = seen.partner_stop,
+                                            .reset = seen.reset});
+  const bool in_time = seen.partner_age_s <= timing_.staleness_s;  // false for NaN too
+  const bool fresh = seen.drives_follow && !seen.answers_another && in_time &&
+                     seen.round_trip_s <= timing_.round_trip_limit_s;
+  const bool usable = fresh && !partner_stopped;
+  fresh_s_ = usable ? fresh_s_ + dt_s : 0.0;
+  agree_s_ = usable && seen.poses_agree ? agree_s_ + dt_s : 0.0;
   const LinkState before = state_;
-  // A stop that was asked for and released between two ticks still stops for one.
-  const bool emergency = seen.requests.pending() || seen.requests.stops != stops_seen_;
-  const bool stop = emergency || seen.drive_fault;
-  stops_seen_ = seen.requests.stops;
   state_ = next_link_state(state_, {.partner_fresh = fresh,
                                     .aligned = agree_s_ > timing_.align_hold_s,
                                     .recovered = fresh_s_ > timing_.recovery_s,
-                                    .stop = stop,
-                                    .reset = !stop,
+                                    .stop = latch_.stopped(),
                                     .partner = seen.partner});
-  stop_cause_ = emergency ? StopCause::kEmergency : stop ? StopCause::kDriveFault : StopCause::kNone;
   // Time that the partner was fresh before the loss says nothing about its recovery.
   if (state_ == LinkState::kDegraded && before != LinkState::kDegraded) fresh_s_ = 0.0;
-  return state_;
+  return {state_, stop(), outcome, heard && !partner_stopped && !latch_.stopped(),
+          unconfirmed(in_time, partner_stopped && in_time, dt_s)};
 }
 
 double pose_difference(const core::JointArray& a, const core::JointArray& b,

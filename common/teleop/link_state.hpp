@@ -6,6 +6,7 @@
 
 #include "common/core/health.hpp"
 #include "common/core/joints.hpp"
+#include "common/teleop/stop_latch.hpp"
 
 namespace phantom::teleop {
 
@@ -16,34 +17,24 @@ enum class LinkState {
   kAligned,   ///< poses agree; waiting for the partner to say the same
   kCoupled,   ///< the slave follows the master
   kDegraded,  ///< the partner went stale or let go: torques fade out, the slave holds
-  kStopped,   ///< emergency stop or drives in fault (StopCause): stays until reset
-};
-
-/// Why a side is stopped. Numbered as in the topics' StopCause.
-enum class StopCause {
-  kNone,        ///< it is not
-  kEmergency,   ///< somebody asked for it
-  kDriveFault,  ///< its own drives are in fault
+  kStopped,   ///< a stop is in force (StopCause): stays until a reset names it
 };
 
 const char* name_of(LinkState state) noexcept;
-/// In words: "", "emergency stop", "drives in fault".
-const char* name_of(StopCause cause) noexcept;
 
 /// Everything a transition depends on.
 struct LinkConditions {
   bool partner_fresh = false;  ///< the partner's newest valid sample is younger than the staleness limit
   bool aligned = false;        ///< the poses have agreed within tolerance for the hold time
   bool recovered = false;      ///< the partner has been fresh for the recovery time
-  bool stop = false;           ///< there is a StopCause
-  bool reset = false;          ///< there is none any more, and a reset was asked for
+  bool stop = false;           ///< a stop is in force
   LinkState partner =
       LinkState::kInit;  ///< what the partner says of itself; means something while it is fresh
 };
 
 /// The transition table, the same for master and slave. Coupling needs both sides aligned, so recovery too
-/// leads through an aligned pose. A stop wins over everything; while its cause is there, a reset does
-/// nothing. Real-time safe: yes.
+/// leads through an aligned pose. A stop wins over everything. A partner that is stopped is as good as none:
+/// nobody aligns or couples with it. Real-time safe: yes.
 LinkState next_link_state(LinkState state, const LinkConditions& conditions) noexcept;
 
 /// How a component whose link is in this state tells its health: coupled is running, waiting and aligning are
@@ -57,21 +48,6 @@ struct LinkTiming {
   double recovery_s = 0.2;           ///< after a loss the partner must be fresh this long
 };
 
-/// Emergency stops and resets as people asked for them, as one value that may be read late: no stop is ever
-/// missed, and a reset releases the stops that came before it, never one that came after.
-struct StopRequests {
-  std::uint32_t stops = 0;     ///< asked for so far
-  std::uint32_t released = 0;  ///< of them, those that a reset has answered
-  std::uint32_t resets = 0;    ///< asked for so far: drives in fault leave it at each
-
-  void stop() noexcept { ++stops; }
-  void reset() noexcept {
-    released = stops;
-    ++resets;
-  }
-  bool pending() const noexcept { return stops != released; }
-};
-
 /// What the loop knows in one tick.
 struct LinkObservation {
   double partner_age_s =
@@ -80,31 +56,52 @@ struct LinkObservation {
       0.0;  ///< since our own newest stamp that it echoes was made; 0: it echoes none of ours yet
   bool answers_another = false;  ///< what it says answers another process in our place: it is not our partner
   LinkState partner = LinkState::kInit;
+  StopId partner_stop = 0;  ///< names the partner's stop, while it is stopped
   bool poses_agree = false;
-  StopRequests requests;
+  std::uint32_t stop_requests = 0;   ///< emergency stops that were asked for so far
+  const StopReset* reset = nullptr;  ///< one that came since the last tick
   bool drives_follow =
       true;  ///< false: this side's drives do not do what they are told, so nothing is coupled
-  bool drive_fault = false;  ///< stops for as long as it is there
+  bool drive_fault = false;
 };
 
-/// The table with its watchdog and timers. Ages come in from a monotonic clock: it never relies on DDS
+/// What one tick decides.
+struct LinkDecision {
+  LinkState state = LinkState::kInit;
+  StopRecord stop;  ///< in force
+  ResetOutcome reset = ResetOutcome::kNone;
+  /// Drives may have power: no stop is in force, and the partner was heard and said that it is not stopped.
+  bool power = false;
+  /// A stop has been in force for kConfirmWithin_s, and the partner has not said since that it is stopped. Of
+  /// a stop that was kept from before the start, the time counts from when the partner is heard.
+  bool partner_unconfirmed = false;
+};
+
+inline constexpr double kConfirmWithin_s = core::seconds(core::kStopConfirmedWithin_ns);
+
+/// The table with its stop, watchdog and timers. Ages come in from a monotonic clock: it never relies on DDS
 /// events. A sample that comes regularly but late is found by the echo of our own stamps: no clock of two
 /// hosts is compared.
 class LinkMonitor {
  public:
-  explicit LinkMonitor(const LinkTiming& timing) : timing_(timing) {}
+  /// `latch`: with the stop that outlived the process before this one, if there is one.
+  LinkMonitor(const LinkTiming& timing, const StopLatch& latch);
 
   /// Real-time safe: yes.
-  LinkState step(const LinkObservation& seen, double dt_s) noexcept;
+  LinkDecision step(const LinkObservation& seen, double dt_s) noexcept;
   LinkState state() const noexcept { return state_; }
-  StopCause stop_cause() const noexcept { return stop_cause_; }
+  const StopRecord& stop() const noexcept { return latch_.record(); }
 
  private:
+  bool unconfirmed(bool partner_heard, bool partner_stopped, double dt_s) noexcept;
+
   LinkTiming timing_;
-  LinkState state_ = LinkState::kInit;
-  StopCause stop_cause_ = StopCause::kNone;
+  StopLatch latch_;
+  LinkState state_;
   double agree_s_ = 0.0, fresh_s_ = 0.0;
-  std::uint32_t stops_seen_ = 0;
+  StopId watched_stop_ = 0;  // whose confirmation by the partner is waited for
+  double watched_s_ = 0.0;
+  bool confirmed_ = false, since_start_ = false;
 };
 
 /// Greatest |a − b| ÷ tolerance over the joints: at most 1 while the poses agree; ∞ if a position is not a

@@ -18,6 +18,12 @@ double PassivityGuard::damping_for(std::size_t joint, double velocity, double dt
   return damping_[joint] += change;
 }
 
+void PassivityGuard::note_rendered(const core::JointArray& torque_Nm) noexcept {
+  for (std::size_t j = 0; j < parameters_.joint_count; ++j) {
+    if (std::isfinite(torque_Nm[j])) last_torque_Nm_[j] = torque_Nm[j];
+  }
+}
+
 core::JointArray PassivityGuard::step(const core::JointArray& torque_Nm, const core::JointArray& position,
                                       const core::JointArray& velocity, double authority,
                                       double dt_s) noexcept {

@@ -39,6 +39,10 @@ class PassivityGuard {
   core::JointArray step(const core::JointArray& torque_Nm, const core::JointArray& position,
                         const core::JointArray& velocity, double authority, double dt_s) noexcept;
 
+  /// What the device got in the end instead of step()'s torque (a cap, a bounded rate): the balance is of
+  /// that. Real-time safe: yes.
+  void note_rendered(const core::JointArray& torque_Nm) noexcept;
+
   /// Whether damping was added in the last step.
   bool active() const noexcept { return active_; }
   /// Energy balance of a joint, J: > 0 taken from the hand, < 0 given to it.

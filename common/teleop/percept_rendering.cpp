@@ -7,15 +7,21 @@ namespace phantom::teleop {
 namespace {
 
 bool is_finite(const DragCoefficients& drag, std::size_t count, DragMode mode) noexcept {
-  if (mode == DragMode::kSeparable)
-    return core::all_finite(drag.plus, count) && core::all_finite(drag.minus, count);
+  if (!core::all_finite(drag.plus, count) || !core::all_finite(drag.minus, count)) return false;
+  if (mode == DragMode::kSeparable) return true;
   const std::size_t entries = count * (count + 1) / 2;
   return std::all_of(drag.coupled.begin(), drag.coupled.begin() + static_cast<std::ptrdiff_t>(entries),
                      [](double entry) { return std::isfinite(entry); });
 }
 
-double entry(const DragCoefficients& drag, std::size_t i, std::size_t j) noexcept {
-  return drag.coupled[i >= j ? triangle_index(i, j) : triangle_index(j, i)];
+bool are_gains(const core::JointArray& gain, std::size_t count) noexcept {
+  return std::all_of(gain.begin(), gain.begin() + static_cast<std::ptrdiff_t>(count),
+                     [](double g) { return std::isfinite(g) && g >= 0.0; });
+}
+
+double least(const core::JointArray& gain, std::size_t count) noexcept {
+  return count == 0 ? 0.0
+                    : *std::min_element(gain.begin(), gain.begin() + static_cast<std::ptrdiff_t>(count));
 }
 
 }  // namespace
@@ -23,19 +29,16 @@ double entry(const DragCoefficients& drag, std::size_t i, std::size_t j) noexcep
 PerceptRenderer::PerceptRenderer(const PerceptParameters& parameters)
     : parameters_(parameters), authority_(parameters.ramp_up_s, parameters.ramp_down_s) {}
 
-RenderedPercept PerceptRenderer::step(const DragCoefficients& drag, bool fresh, bool enabled, double gain,
-                                      const core::JointArray& v, double dt_s) noexcept {
+RenderedPercept PerceptRenderer::step(const DragCoefficients& drag, bool fresh, bool enabled,
+                                      const core::JointArray& gain, const core::JointArray& v,
+                                      double dt_s) noexcept {
   RenderedPercept out;
-  const bool usable = fresh && drag.valid && std::isfinite(gain) && gain >= 0.0 &&
-                      is_finite(drag, parameters_.joint_count, parameters_.mode);
+  const std::size_t count = parameters_.joint_count;
+  const bool separable = parameters_.mode == DragMode::kSeparable;
+  const bool usable =
+      fresh && drag.valid && are_gains(gain, count) && is_finite(drag, count, parameters_.mode);
   out.authority = authority_.step(usable && enabled, dt_s);
-  if (usable) {
-    if (parameters_.mode == DragMode::kSeparable) {
-      aim_separable(drag, gain, out);
-    } else {
-      aim_coupled(drag, gain, out);
-    }
-  }
+  if (usable) separable ? aim_separable(drag, gain) : aim_coupled(drag, gain);
   out.gain = aimed_gain_;
   out.damping_limited = aim_limited_ && out.authority > 0.0;
   if (out.authority == 0.0) {
@@ -44,50 +47,66 @@ RenderedPercept PerceptRenderer::step(const DragCoefficients& drag, bool fresh, 
     return out;
   }
   smooth(dt_s);
-  if (!core::all_finite(v, parameters_.joint_count)) return out;
-  if (parameters_.mode == DragMode::kSeparable) {
-    render_separable(v, out);
-  } else {
-    render_coupled(v, out);
-  }
+  if (!core::all_finite(v, count)) return out;
+  out.torque_Nm = robot::drag_torque(force_, parameters_.mode, v, count);
+  for (std::size_t j = 0; j < count; ++j) out.torque_Nm[j] *= out.authority;
+  separable ? cap_each(out) : cap_as_one(v, out);
   return out;
 }
 
 // Each joint to its own limit: a light wrist does not take the percept from the shoulder.
-void PerceptRenderer::aim_separable(const DragCoefficients& drag, double gain, RenderedPercept&) noexcept {
-  aimed_gain_ = gain;
+void PerceptRenderer::aim_separable(const DragCoefficients& drag, const core::JointArray& gain) noexcept {
+  aimed_gain_ = least(gain, parameters_.joint_count);
   aim_limited_ = false;
   for (std::size_t j = 0; j < parameters_.joint_count; ++j) {
     const double limit = parameters_.damping_limit_Nms_per_rad[j];
-    const double plus = gain * std::max(0.0, drag.plus[j]);
-    const double minus = gain * std::max(0.0, drag.minus[j]);
+    const double plus = gain[j] * std::max(0.0, drag.plus[j]);
+    const double minus = gain[j] * std::max(0.0, drag.minus[j]);
     aim_.plus[j] = std::min(plus, limit);
     aim_.minus[j] = std::min(minus, limit);
     const double greatest = std::max(plus, minus);
     if (greatest > limit) {
       aim_limited_ = true;
-      aimed_gain_ = std::min(aimed_gain_, gain * limit / greatest);
+      aimed_gain_ = std::min(aimed_gain_, gain[j] * limit / greatest);
     }
   }
 }
 
-// The matrix as a whole, or it would not stay positive semi-definite. In coordinates scaled by √limit the
-// greatest eigenvalue must not exceed 1; the greatest row sum of magnitudes bounds it (Gershgorin).
-void PerceptRenderer::aim_coupled(const DragCoefficients& drag, double gain, RenderedPercept&) noexcept {
-  const std::size_t count = parameters_.joint_count;
+// Bounds the greatest eigenvalue of the matrix in coordinates scaled by √limit by its greatest row sum of
+// magnitudes (Gershgorin). B± are at most D's diagonal, so S·D·S has no greater row than D.
+double PerceptRenderer::greatest_row(const DragCoefficients& drag) const noexcept {
+  const auto& limit = parameters_.damping_limit_Nms_per_rad;
   double bound = 0.0;
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < parameters_.joint_count; ++i) {
     double row = 0.0;
-    for (std::size_t j = 0; j < count; ++j) {
-      const auto& limit = parameters_.damping_limit_Nms_per_rad;
-      if (entry(drag, i, j) == 0.0) continue;  // 0 ÷ 0 for a joint that may not be damped at all
-      row += gain * std::abs(entry(drag, i, j)) / std::sqrt(limit[i] * limit[j]);
+    for (std::size_t j = 0; j < parameters_.joint_count; ++j) {
+      if (drag.matrix(i, j) == 0.0) continue;  // 0 ÷ 0 for a joint that may not be damped at all
+      row += std::abs(drag.matrix(i, j)) / std::sqrt(limit[i] * limit[j]);
     }
     bound = std::max(bound, row);
   }
+  return bound;
+}
+
+// The matrix as a whole, or it would not stay positive semi-definite.
+void PerceptRenderer::aim_coupled(const DragCoefficients& drag, const core::JointArray& gain) noexcept {
+  const std::size_t count = parameters_.joint_count;
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t j = 0; j <= i; ++j) {
+      const std::size_t k = i * (i + 1) / 2 + j;
+      aim_.coupled[k] = (i == j ? gain[i] : std::sqrt(gain[i] * gain[j])) * drag.coupled[k];
+    }
+  }
+  const double bound = greatest_row(aim_);
   aim_limited_ = bound > 1.0;
-  aimed_gain_ = aim_limited_ ? gain / bound : gain;
-  for (std::size_t k = 0; k < count * (count + 1) / 2; ++k) aim_.coupled[k] = aimed_gain_ * drag.coupled[k];
+  const double share = aim_limited_ ? 1.0 / bound : 1.0;
+  aimed_gain_ = share * least(gain, count);
+  for (std::size_t k = 0; k < count * (count + 1) / 2; ++k) aim_.coupled[k] *= share;
+  for (std::size_t j = 0; j < count; ++j) {
+    const double own = std::max(0.0, aim_.matrix(j, j));
+    aim_.plus[j] = std::clamp(share * gain[j] * drag.plus[j], 0.0, own);
+    aim_.minus[j] = std::clamp(share * gain[j] * drag.minus[j], 0.0, own);
+  }
 }
 
 void PerceptRenderer::smooth(double dt_s) noexcept {
@@ -102,26 +121,22 @@ void PerceptRenderer::smooth(double dt_s) noexcept {
     force_.coupled[k] += share * (aim_.coupled[k] - force_.coupled[k]);
 }
 
-void PerceptRenderer::render_separable(const core::JointArray& v, RenderedPercept& out) const noexcept {
+void PerceptRenderer::cap_each(RenderedPercept& out) const noexcept {
   for (std::size_t j = 0; j < parameters_.joint_count; ++j) {
-    const double torque = -out.authority * (v[j] > 0.0 ? force_.plus[j] : force_.minus[j]) * v[j];
     const double cap = parameters_.torque_cap_Nm[j];
-    out.torque_limited = out.torque_limited || std::abs(torque) > cap;
-    out.torque_Nm[j] = std::clamp(torque, -cap, cap);
+    out.torque_limited = out.torque_limited || std::abs(out.torque_Nm[j]) > cap;
+    out.torque_Nm[j] = std::clamp(out.torque_Nm[j], -cap, cap);
   }
 }
 
 // One factor for all joints: clamping them one by one could turn drag into push on another joint.
-void PerceptRenderer::render_coupled(const core::JointArray& v, RenderedPercept& out) const noexcept {
+void PerceptRenderer::cap_as_one(const core::JointArray& v, RenderedPercept& out) const noexcept {
   const std::size_t count = parameters_.joint_count;
   double scale = 1.0, power_W = 0.0;
   for (std::size_t i = 0; i < count; ++i) {
-    double torque = 0.0;
-    for (std::size_t j = 0; j < count; ++j) torque -= out.authority * entry(force_, i, j) * v[j];
-    out.torque_Nm[i] = torque;
-    power_W += torque * v[i];
+    power_W += out.torque_Nm[i] * v[i];
     const double cap = parameters_.torque_cap_Nm[i];
-    if (std::abs(torque) > cap) scale = std::min(scale, cap / std::abs(torque));
+    if (std::abs(out.torque_Nm[i]) > cap) scale = std::min(scale, cap / std::abs(out.torque_Nm[i]));
   }
   if (!(power_W <= 0.0))
     scale = 0.0;  // not positive semi-definite after all: render nothing rather than push

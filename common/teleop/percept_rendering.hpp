@@ -1,30 +1,18 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 
 #include "common/core/joints.hpp"
+#include "common/robot/drag.hpp"
 #include "common/teleop/ramp.hpp"
 
 namespace phantom::teleop {
 
-inline constexpr std::size_t kLowerTriangle = core::kMaxJoints * (core::kMaxJoints + 1) / 2;
+using robot::DragMode;
 
-/// Place of D(i,j), i ≥ j, in a lower triangle stored row by row.
-constexpr std::size_t triangle_index(std::size_t i, std::size_t j) noexcept { return i * (i + 1) / 2 + j; }
-
-/// Drag of the present pose as the phantom sends it, without gain. Units N·m·s/rad (N·s/m on prismatic
-/// joints).
-struct DragCoefficients {
-  bool valid = false;        ///< false: the phantom itself says that workspace or pose is stale
-  core::JointArray plus{};   ///< B⁺ ≥ 0: torque −B⁺·v while v > 0
-  core::JointArray minus{};  ///< B⁻ ≥ 0: torque −B⁻·v while v < 0
-  std::array<double, kLowerTriangle> coupled{};  ///< D, positive semi-definite
-};
-
-enum class DragMode {
-  kSeparable,  ///< each joint for itself, B⁺ and B⁻ (the thesis's; directional if they differ)
-  kCoupled,    ///< τ = −D·v
+/// Drag of the present pose as the phantom sends it, without gain; `sigma` is not used here.
+struct DragCoefficients : robot::DragCoefficients {
+  bool valid = false;  ///< false: the phantom itself says that workspace or pose is stale
 };
 
 struct PerceptParameters {
@@ -39,32 +27,35 @@ struct PerceptParameters {
 
 struct RenderedPercept {
   core::JointArray torque_Nm{};  ///< on the master's joints
-  double gain = 0.0;  ///< least share of the true drag that a joint's limit lets through: G if nothing limits
+  double gain =
+      0.0;  ///< least share of the true drag that any joint lets through: the least G if nothing limits
   double authority = 0.0;        ///< 0 off … 1 fully on
   bool damping_limited = false;  ///< the device's stability holds the gain back
   bool torque_limited = false;   ///< a joint's torque is at its cap
 };
 
-/// Renders the percept on the master: drag coefficients that came over the network, times the master's own
-/// velocity of this very tick. Whatever the inputs, the rendered power τ·v is ≤ 0, the torque is zero at
-/// rest, within the cap, and follows changed coefficients continuously; when the coefficients stop coming it
-/// fades out within ramp_down_s. Source: thesis eq. 5.15–5.20; delay then ages a slowly varying coefficient
-/// only.
+/// Renders the percept on the master: the law of drag (robot::drag_torque) with coefficients that came over
+/// the network and the master's own velocity of this very tick. Gains are per joint: B± of joint j becomes
+/// G_j·B±, D becomes √G·D·√G, so that it stays positive semi-definite. Whatever the inputs, the rendered
+/// power τ·v is ≤ 0, the torque is zero at rest, within the cap, and follows changed coefficients
+/// continuously; when the coefficients stop coming it fades out within ramp_down_s. Source: thesis
+/// eq. 5.15–5.20; delay then ages a slowly varying coefficient only.
 class PerceptRenderer {
  public:
   explicit PerceptRenderer(const PerceptParameters& parameters);
 
-  /// `fresh`: the coefficients are young enough. `gain`: G ≥ 0 as asked for. `v`: the master's velocity,
-  /// rad/s or m/s. Real-time safe: yes.
-  RenderedPercept step(const DragCoefficients& drag, bool fresh, bool enabled, double gain,
+  /// `fresh`: the coefficients are young enough. `gain`: G ≥ 0 of each joint as asked for. `v`: the master's
+  /// velocity, rad/s or m/s. Real-time safe: yes.
+  RenderedPercept step(const DragCoefficients& drag, bool fresh, bool enabled, const core::JointArray& gain,
                        const core::JointArray& v, double dt_s) noexcept;
 
  private:
-  void aim_separable(const DragCoefficients& drag, double gain, RenderedPercept& out) noexcept;
-  void aim_coupled(const DragCoefficients& drag, double gain, RenderedPercept& out) noexcept;
+  void aim_separable(const DragCoefficients& drag, const core::JointArray& gain) noexcept;
+  void aim_coupled(const DragCoefficients& drag, const core::JointArray& gain) noexcept;
+  double greatest_row(const DragCoefficients& drag) const noexcept;
   void smooth(double dt_s) noexcept;
-  void render_separable(const core::JointArray& v, RenderedPercept& out) const noexcept;
-  void render_coupled(const core::JointArray& v, RenderedPercept& out) const noexcept;
+  void cap_each(RenderedPercept& out) const noexcept;
+  void cap_as_one(const core::JointArray& v, RenderedPercept& out) const noexcept;
 
   PerceptParameters parameters_;
   Ramp authority_;

@@ -16,26 +16,27 @@ constexpr LinkState kAll[] = {kInit, kReady, kAligned, kCoupled, kDegraded, kSto
 // either.
 struct Row {
   std::optional<LinkState> from;
-  std::string stop, reset, fresh, aligned, recovered, partner_aligned;
+  std::string stop, partner_stopped, fresh, aligned, recovered, partner_aligned;
   LinkState to;
 };
 const Row kTable[] = {
     {std::nullopt, "1", "-", "-", "-", "-", "-", kStopped},
-    {kStopped, "-", "1", "-", "-", "-", "-", kInit},
-    {kStopped, "-", "-", "-", "-", "-", "-", kStopped},
-    {kInit, "-", "-", "1", "-", "-", "-", kReady},
-    {kInit, "-", "-", "0", "-", "-", "-", kInit},
+    {kStopped, "0", "-", "-", "-", "-", "-", kInit},
+    {kInit, "-", "0", "1", "-", "-", "-", kReady},
+    {kInit, "-", "-", "-", "-", "-", "-", kInit},
     {kReady, "-", "-", "0", "-", "-", "-", kInit},
+    {kReady, "-", "1", "-", "-", "-", "-", kInit},
     {kReady, "-", "-", "1", "1", "-", "-", kAligned},
     {kReady, "-", "-", "1", "0", "-", "-", kReady},
     {kAligned, "-", "-", "0", "-", "-", "-", kInit},
+    {kAligned, "-", "1", "-", "-", "-", "-", kInit},
     {kAligned, "-", "-", "1", "0", "-", "-", kReady},
     {kAligned, "-", "-", "1", "1", "-", "1", kCoupled},
     {kAligned, "-", "-", "1", "1", "-", "0", kAligned},
     {kCoupled, "-", "-", "1", "-", "-", "1", kCoupled},
     {kCoupled, "-", "-", "-", "-", "-", "-", kDegraded},
-    {kDegraded, "-", "-", "-", "-", "1", "-", kReady},
-    {kDegraded, "-", "-", "-", "-", "0", "-", kDegraded},
+    {kDegraded, "-", "0", "1", "-", "1", "-", kReady},
+    {kDegraded, "-", "-", "-", "-", "-", "-", kDegraded},
 };
 
 bool fits(const std::string& wish, bool is) { return wish == "-" || (wish == "1") == is; }
@@ -44,9 +45,9 @@ LinkState by_table(LinkState state, const LinkConditions& c) {
   const bool partner_aligned = c.partner == kAligned || c.partner == kCoupled;
   for (const Row& row : kTable) {
     if (row.from && *row.from != state) continue;
-    if (fits(row.stop, c.stop) && fits(row.reset, c.reset) && fits(row.fresh, c.partner_fresh) &&
-        fits(row.aligned, c.aligned) && fits(row.recovered, c.recovered) &&
-        fits(row.partner_aligned, partner_aligned)) {
+    if (fits(row.stop, c.stop) && fits(row.partner_stopped, c.partner == kStopped) &&
+        fits(row.fresh, c.partner_fresh) && fits(row.aligned, c.aligned) &&
+        fits(row.recovered, c.recovered) && fits(row.partner_aligned, partner_aligned)) {
       return row.to;
     }
   }
@@ -58,12 +59,11 @@ TEST(LinkState, EveryTransitionIsAsTheTableSays) {
   int cases = 0;
   for (const LinkState state : kAll) {
     for (const LinkState partner : kAll) {
-      for (int bits = 0; bits < 32; ++bits) {
+      for (int bits = 0; bits < 16; ++bits) {
         const LinkConditions c{.partner_fresh = (bits & 1) != 0,
                                .aligned = (bits & 2) != 0,
                                .recovered = (bits & 4) != 0,
                                .stop = (bits & 8) != 0,
-                               .reset = (bits & 16) != 0,
                                .partner = partner};
         EXPECT_EQ(next_link_state(state, c), by_table(state, c))
             << name_of(state) << " with partner " << name_of(partner) << ", bits " << bits;
@@ -71,15 +71,14 @@ TEST(LinkState, EveryTransitionIsAsTheTableSays) {
       }
     }
   }
-  EXPECT_EQ(cases, 6 * 6 * 32);
+  EXPECT_EQ(cases, 6 * 6 * 16);
 }
 
 TEST(LinkState, CouplingIsReachedOnlyFromAligned) {
   for (const LinkState state : kAll) {
-    for (int bits = 0; bits < 32; ++bits) {
+    for (int bits = 0; bits < 16; ++bits) {
       for (const LinkState partner : kAll) {
-        const LinkConditions c{(bits & 1) != 0, (bits & 2) != 0,  (bits & 4) != 0,
-                               (bits & 8) != 0, (bits & 16) != 0, partner};
+        const LinkConditions c{(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0, (bits & 8) != 0, partner};
         if (next_link_state(state, c) == kCoupled) {
           EXPECT_TRUE(state == kAligned || state == kCoupled);
         }
@@ -90,19 +89,42 @@ TEST(LinkState, CouplingIsReachedOnlyFromAligned) {
 
 struct Pair {
   LinkTiming timing{.staleness_s = 0.02, .align_hold_s = 0.05, .recovery_s = 0.1};
-  LinkMonitor master{timing}, slave{timing};
+  LinkMonitor master{timing, StopLatch(1, {})}, slave{timing, StopLatch(2, {})};
   // Both see each other's state of the tick before.
   void run(double duration_s, bool connected, bool agree) {
     for (double t = 0; t < duration_s; t += 0.001) {
-      const LinkState m = master.state(), s = slave.state();
+      if (connected) {
+        m = master.state(), s = slave.state();
+        m_stop = master.stop().id, s_stop = slave.stop().id;
+      }
       age_s = connected ? 0.001 : age_s + 0.001;
-      master.step({.partner_age_s = age_s, .partner = s, .poses_agree = agree, .requests = master_requests},
+      master.step({.partner_age_s = age_s,
+                   .partner = s,
+                   .partner_stop = s_stop,
+                   .poses_agree = agree,
+                   .stop_requests = master_stops,
+                   .reset = reset_both ? &master_reset : nullptr},
                   0.001);
-      slave.step({.partner_age_s = age_s, .partner = m, .poses_agree = agree, .requests = {}}, 0.001);
+      slave.step({.partner_age_s = age_s,
+                  .partner = m,
+                  .partner_stop = m_stop,
+                  .poses_agree = agree,
+                  .reset = reset_both ? &slave_reset : nullptr},
+                 0.001);
+      reset_both = false;
     }
   }
+  void reset() {
+    master_reset = {master.stop().id, slave.stop().id};
+    slave_reset = {slave.stop().id, master.stop().id};
+    reset_both = true;
+  }
   double age_s = std::numeric_limits<double>::infinity();
-  StopRequests master_requests;
+  LinkState m = kInit, s = kInit;  // as the other side heard it last
+  StopId m_stop = 0, s_stop = 0;
+  std::uint32_t master_stops = 0;
+  StopReset master_reset, slave_reset;
+  bool reset_both = false;
 };
 
 TEST(LinkMonitor, TwoSidesCoupleAndRecoverFromALoss) {
@@ -140,24 +162,25 @@ TEST(LinkMonitor, StalenessIsNoticedWithinTheLimitAndTwoPeriods) {
 // A partner that lets go is heard all the time: that it was heard before does not make it recovered.
 TEST(LinkMonitor, AfterALossThePartnerMustBeHeardAnew) {
   const LinkTiming timing{.recovery_s = 0.2};
-  LinkMonitor monitor(timing);
+  LinkMonitor monitor(timing, StopLatch(1, {}));
   LinkObservation seen{.partner_age_s = 0.001, .partner = kCoupled, .poses_agree = true};
   for (int i = 0; i < 2000; ++i) monitor.step(seen, 0.001);
   ASSERT_EQ(monitor.state(), kCoupled);
   seen.partner = LinkState::kDegraded;
   int degraded = 0;
-  while (monitor.step(seen, 0.001) == LinkState::kDegraded && degraded < 1000) ++degraded;
+  while (monitor.step(seen, 0.001).state == LinkState::kDegraded && degraded < 1000) ++degraded;
   EXPECT_NEAR(0.001 * degraded, timing.recovery_s, 0.003);
   EXPECT_EQ(monitor.state(), kReady);
 }
 
 TEST(LinkMonitor, AgesThatAreNotNumbersAreStale) {
-  LinkMonitor monitor(LinkTiming{});
+  LinkMonitor monitor(LinkTiming{}, StopLatch(1, {}));
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(monitor.step({.partner_age_s = nan, .partner = kCoupled, .poses_agree = true}, 0.001), kInit);
-  EXPECT_EQ(monitor.step(
-                {.partner_age_s = 0.0, .round_trip_s = nan, .partner = kCoupled, .poses_agree = true}, 0.001),
-            kInit);
+  LinkObservation seen{.partner_age_s = nan, .partner = kCoupled, .poses_agree = true};
+  EXPECT_EQ(monitor.step(seen, 0.001).state, kInit);
+  seen.partner_age_s = 0.0;
+  seen.round_trip_s = nan;
+  EXPECT_EQ(monitor.step(seen, 0.001).state, kInit);
 }
 
 TEST(LinkState, PosesThatAreNotNumbersNeverAgree) {
@@ -172,110 +195,149 @@ TEST(LinkState, PosesThatAreNotNumbersNeverAgree) {
 TEST(LinkMonitor, SamplesThatComeRegularlyButLateAreStale) {
   const LinkTiming timing{.staleness_s = 0.02, .round_trip_limit_s = 0.1};
   for (const bool late : {false, true}) {
-    LinkMonitor monitor(timing);
+    LinkMonitor monitor(timing, StopLatch(1, {}));
     const LinkObservation in_time{
         .partner_age_s = 0.001, .round_trip_s = 0.004, .partner = kCoupled, .poses_agree = true};
     for (int i = 0; i < 500; ++i) monitor.step(in_time, 0.001);
     ASSERT_EQ(monitor.state(), kCoupled);
     LinkObservation now = in_time;
     now.round_trip_s = late ? 0.101 : 0.099;
-    EXPECT_EQ(monitor.step(now, 0.001), late ? LinkState::kDegraded : kCoupled);
+    EXPECT_EQ(monitor.step(now, 0.001).state, late ? LinkState::kDegraded : kCoupled);
   }
 }
 
 TEST(LinkMonitor, NothingIsCoupledWhileTheDrivesDoNotFollow) {
-  LinkMonitor monitor{LinkTiming{}};
+  LinkMonitor monitor{LinkTiming{}, StopLatch(1, {})};
   LinkObservation seen{
       .partner_age_s = 0.001, .partner = kCoupled, .poses_agree = true, .drives_follow = false};
-  for (int i = 0; i < 500; ++i) EXPECT_EQ(monitor.step(seen, 0.001), kInit);
+  for (int i = 0; i < 500; ++i) EXPECT_EQ(monitor.step(seen, 0.001).state, kInit);
   seen.drives_follow = true;
   for (int i = 0; i < 500; ++i) monitor.step(seen, 0.001);
   ASSERT_EQ(monitor.state(), kCoupled);
   seen.drives_follow = false;
-  EXPECT_EQ(monitor.step(seen, 0.001), LinkState::kDegraded);
+  EXPECT_EQ(monitor.step(seen, 0.001).state, LinkState::kDegraded);
 }
 
-TEST(LinkMonitor, AFaultOfTheDrivesStopsForAsLongAsItIsThereAndPosesAreAlignedAnew) {
-  LinkMonitor monitor{LinkTiming{}};
+TEST(LinkMonitor, AFaultOfTheDrivesStopsUntilItIsGoneAndResetAndPosesAreAlignedAnew) {
+  LinkMonitor monitor{LinkTiming{}, StopLatch(1, {})};
   LinkObservation seen{.partner_age_s = 0.001, .partner = kCoupled, .poses_agree = true};
   for (int i = 0; i < 500; ++i) monitor.step(seen, 0.001);
   ASSERT_EQ(monitor.state(), kCoupled);
   seen.drive_fault = true;
-  for (int i = 0; i < 500; ++i) EXPECT_EQ(monitor.step(seen, 0.001), LinkState::kStopped);
+  for (int i = 0; i < 500; ++i) EXPECT_EQ(monitor.step(seen, 0.001).state, LinkState::kStopped);
+  EXPECT_EQ(monitor.stop().cause, StopCause::kDriveFault);
   seen.drive_fault = false;
-  EXPECT_EQ(monitor.step(seen, 0.001), kInit);
+  for (int i = 0; i < 500; ++i) EXPECT_EQ(monitor.step(seen, 0.001).state, LinkState::kStopped);
+  const StopReset reset{.own = monitor.stop().id};
+  seen.reset = &reset;
+  EXPECT_EQ(monitor.step(seen, 0.001).state, kInit);
+  EXPECT_EQ(monitor.stop().cause, StopCause::kNone);
+  seen.reset = nullptr;
   seen.poses_agree = false;
   for (int i = 0; i < 500; ++i) monitor.step(seen, 0.001);
   EXPECT_EQ(monitor.state(), LinkState::kReady);
 }
 
-TEST(LinkMonitor, TheCauseOfAStopIsToldForAsLongAsItLasts) {
-  LinkMonitor monitor{LinkTiming{}};
-  LinkObservation seen{.partner_age_s = 0.001, .partner = kCoupled, .poses_agree = true};
+// Nobody has power before he knows that the other side is not stopped, and nobody keeps it after.
+TEST(LinkMonitor, PowerIsForASideWhosePartnerIsHeardAndNotStopped) {
+  LinkMonitor monitor{LinkTiming{}, StopLatch(1, {})};
+  LinkObservation seen{.partner = kInit, .drives_follow = false};
+  EXPECT_FALSE(monitor.step(seen, 0.001).power) << "nobody is heard";
+  seen.partner_age_s = 0.001;
+  EXPECT_TRUE(monitor.step(seen, 0.001).power);
+  seen.partner_age_s = 10.0;
+  EXPECT_TRUE(monitor.step(seen, 0.001).power) << "silent: the arm holds where it is";
+  seen.partner = kStopped;
+  seen.partner_stop = 5;
+  EXPECT_FALSE(monitor.step(seen, 0.001).power);
+  const StopReset reset{.own = monitor.stop().id, .partner = 5};
+  seen.reset = &reset;
+  const LinkDecision released = monitor.step(seen, 0.001);
+  EXPECT_EQ(released.state, kInit);
+  EXPECT_FALSE(released.power) << "the partner does not say yet that it is released";
+  seen.reset = nullptr;
+  seen.partner = kInit;
+  EXPECT_TRUE(monitor.step(seen, 0.001).power);
+}
+
+TEST(LinkMonitor, WithAPartnerThatIsStoppedNothingIsAlignedAlsoIfItsStopWasReleasedHere) {
+  LinkMonitor monitor{LinkTiming{}, StopLatch(1, {})};
+  LinkObservation seen{.partner_age_s = 0.001, .partner = kStopped, .partner_stop = 5, .poses_agree = true};
   monitor.step(seen, 0.001);
-  EXPECT_EQ(monitor.stop_cause(), StopCause::kNone);
-  seen.drive_fault = true;
+  const StopReset reset{.own = monitor.stop().id, .partner = 5};
+  seen.reset = &reset;
   monitor.step(seen, 0.001);
-  EXPECT_EQ(monitor.stop_cause(), StopCause::kDriveFault);
-  seen.requests.stop();
-  monitor.step(seen, 0.001);
-  EXPECT_EQ(monitor.stop_cause(), StopCause::kEmergency)
-      << "somebody pressed the button: that is what counts";
-  seen.requests.reset();
-  monitor.step(seen, 0.001);
-  EXPECT_EQ(monitor.state(), kStopped);
-  EXPECT_EQ(monitor.stop_cause(), StopCause::kDriveFault) << "still there";
-  seen.drive_fault = false;
-  monitor.step(seen, 0.001);
-  EXPECT_EQ(monitor.state(), kInit);
-  EXPECT_EQ(monitor.stop_cause(), StopCause::kNone);
+  seen.reset = nullptr;
+  for (int i = 0; i < 1000; ++i) EXPECT_EQ(monitor.step(seen, 0.001).state, kInit);
+}
+
+TEST(LinkMonitor, AStopThatThePartnerDoesNotConfirmIsTold) {
+  LinkMonitor monitor{LinkTiming{}, StopLatch(1, {})};
+  LinkObservation seen{.partner_age_s = 0.001, .partner = kReady, .stop_requests = 1};
+  int quiet = 0;
+  while (!monitor.step(seen, 0.001).partner_unconfirmed && quiet < 1000) ++quiet;
+  EXPECT_NEAR(0.001 * quiet, kConfirmWithin_s, 0.003);
+  seen.partner = kStopped;
+  EXPECT_FALSE(monitor.step(seen, 0.001).partner_unconfirmed);
+  seen.partner = kInit;  // released there, not here
+  for (int i = 0; i < 1000; ++i) EXPECT_FALSE(monitor.step(seen, 0.001).partner_unconfirmed);
+  ++seen.stop_requests;  // a new stop needs a new word
+  for (int i = 0; i < 1000; ++i) monitor.step(seen, 0.001);
+  EXPECT_TRUE(monitor.step(seen, 0.001).partner_unconfirmed);
 }
 
 TEST(LinkMonitor, WhoAnswersAnotherIsNoPartner) {
-  LinkMonitor monitor{LinkTiming{}};
+  LinkMonitor monitor{LinkTiming{}, StopLatch(1, {})};
   LinkObservation seen{
       .partner_age_s = 0.001, .answers_another = true, .partner = kCoupled, .poses_agree = true};
-  for (int i = 0; i < 500; ++i) EXPECT_EQ(monitor.step(seen, 0.001), kInit);
+  for (int i = 0; i < 500; ++i) EXPECT_EQ(monitor.step(seen, 0.001).state, kInit);
   seen.answers_another = false;
   for (int i = 0; i < 500; ++i) monitor.step(seen, 0.001);
   ASSERT_EQ(monitor.state(), kCoupled);
   seen.answers_another = true;
-  EXPECT_EQ(monitor.step(seen, 0.001), LinkState::kDegraded);
+  EXPECT_EQ(monitor.step(seen, 0.001).state, LinkState::kDegraded);
 }
 
-TEST(LinkMonitor, EmergencyStopStaysUntilReset) {
+TEST(LinkMonitor, AStopOfOneSideStopsBothUntilAResetNamesBoth) {
   Pair pair;
   pair.run(0.5, true, true);
-  pair.master_requests.stop();
-  pair.run(0.001, true, true);
+  pair.master_stops = 1;
+  pair.run(0.003, true, true);
   EXPECT_EQ(pair.master.state(), kStopped);
+  EXPECT_EQ(pair.slave.state(), kStopped);
+  EXPECT_EQ(pair.slave.stop().cause, StopCause::kPartner);
   pair.run(0.5, true, true);
   EXPECT_EQ(pair.master.state(), kStopped);
-  EXPECT_NE(pair.slave.state(), kCoupled);
-  pair.master_requests.reset();
-  pair.run(0.001, true, true);
-  EXPECT_EQ(pair.master.state(), kInit);
+  pair.reset();
   pair.run(0.5, true, true);
   EXPECT_EQ(pair.master.state(), kCoupled);
+  EXPECT_EQ(pair.slave.state(), kCoupled);
 }
 
-// Requests are read once a tick; whatever came between two ticks must have the effect that its order means.
-TEST(StopRequests, AStopIsNeverMissedAndAResetNeverReleasesALaterOne) {
-  const auto monitor_after = [](std::initializer_list<bool> asked /* true: stop, false: reset */, int ticks) {
-    LinkMonitor monitor{LinkTiming{}};
-    LinkObservation seen{.partner_age_s = 0.0};
-    monitor.step(seen, 0.001);
-    for (const bool stop : asked) stop ? seen.requests.stop() : seen.requests.reset();
-    for (int i = 0; i < ticks; ++i) monitor.step(seen, 0.001);
-    return monitor.state();
-  };
-  EXPECT_EQ(monitor_after({true}, 1000), LinkState::kStopped);
-  EXPECT_EQ(monitor_after({true, false}, 1), LinkState::kStopped) << "stopped for a tick at least";
-  EXPECT_EQ(monitor_after({true, false}, 3), LinkState::kReady) << "and the reset is not lost";
-  EXPECT_EQ(monitor_after({false, true}, 1000), LinkState::kStopped)
-      << "a reset does not release a later stop";
-  EXPECT_EQ(monitor_after({true, false, true}, 1000), LinkState::kStopped);
-  EXPECT_EQ(monitor_after({false}, 3), LinkState::kReady);
+// Others take a while to be found by a process that starts.
+TEST(LinkMonitor, AStopFromBeforeTheStartIsNotShoutedAboutBeforeThePartnerIsHeard) {
+  LinkMonitor monitor{LinkTiming{}, StopLatch(1, {77, StopCause::kEmergency})};
+  LinkObservation seen;
+  for (int i = 0; i < 5000; ++i) ASSERT_FALSE(monitor.step(seen, 0.001).partner_unconfirmed);
+  seen.partner_age_s = 0.001;
+  seen.partner = kReady;
+  for (int i = 0; i < 1000; ++i) monitor.step(seen, 0.001);
+  EXPECT_TRUE(monitor.step(seen, 0.001).partner_unconfirmed);
+}
+
+// The cable is out while somebody stops the master: the slave hears of it before it does anything else.
+TEST(LinkMonitor, AStopWhileTheCableWasOutIsInForceOnBothSidesOnceItIsBack) {
+  Pair pair;
+  pair.run(0.5, true, true);
+  pair.run(8.0, false, true);
+  pair.master_stops = 1;
+  pair.run(0.1, false, true);
+  ASSERT_EQ(pair.master.state(), kStopped);
+  ASSERT_EQ(pair.slave.state(), kDegraded);
+  for (int ms = 0; ms < 3000; ++ms) {
+    pair.run(0.001, true, true);
+    ASSERT_EQ(pair.slave.state(), kStopped) << ms << " ms after";
+  }
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include "common/robot/tests/test_arms.hpp"
-#include "common/teleop/bilateral.hpp"
 #include "common/teleop/feedback_rendering.hpp"
 #include "common/teleop/joint_servo.hpp"
 #include "common/teleop/link_state.hpp"
@@ -11,6 +10,7 @@
 #include "common/teleop/reach_script.hpp"
 #include "common/teleop/slave_plant.hpp"
 #include "common/teleop/tests/half_space.hpp"
+#include "common/teleop/torque_slew.hpp"
 #include "tests/support/heap_guard.hpp"
 
 namespace phantom::teleop {
@@ -45,13 +45,22 @@ TEST(Teleop, StepsDoNotAllocate) {
   rp.duration_scatter = 0.1;
   ReachScript script(rp, hand);
   PerceptRenderer percept(pp);
-  FeedbackParameters fp{.joint_count = count, .inverse_a = {0, 0.1, 0.1, 1, 1}};
+  FeedbackParameters fp{.joint_count = count, .limits = {}};
+  const double inverse_a[] = {0, 0.1, 0.1, 1, 1};
+  for (std::size_t law = 0; law < kBilateralLaws; ++law) fp.inverse_a[law] = everywhere(inverse_a[law]);
   fp.torque_cap_Nm.fill(4);
   fp.exchange.k_p.fill(20);
   fp.passivity.joint_count = count;
   fp.passivity.damping_limit.fill(2);
+  fp.limits = FeedbackLimits(std::vector<FeedbackLoop>(
+      count, {.master_inertia = 0.05, .slave_inertia = 1, .slave_k_p = 100, .slave_k_v = 10}));
   FeedbackRenderer feedback(fp);
-  LinkMonitor link{LinkTiming{}};
+  TorqueSlew slew({.joint_count = count,
+                   .percept_cap_Nm = everywhere(2),
+                   .feedback_cap_Nm = everywhere(4),
+                   .limit_Nm = everywhere(5),
+                   .rate_Nm_per_s = everywhere(300)});
+  LinkMonitor link{LinkTiming{}, StopLatch(1, {})};
   std::array<JointServoGains, core::kMaxJoints> gains{};
   gains.fill({100, 10, 50});
   const JointServo servo(count, gains);
@@ -65,19 +74,21 @@ TEST(Teleop, StepsDoNotAllocate) {
     const test::HeapGuard guard;
     link.step({.partner_age_s = 0.001, .partner = LinkState::kCoupled, .poses_agree = true}, 0.001);
     script.step(master.true_position(), true, slave.contact().contact, 0.001);
-    const auto out = percept.step(drag, true, script.percept_on(), 5, master.velocity(), 0.001);
+    const auto out = percept.step(drag, true, script.percept_on(), everywhere(5), master.velocity(), 0.001);
     const auto torque = servo.step(master.position(), master.velocity(), slave.position(), slave.velocity(),
                                    slave.gravity_Nm());
     const auto felt = feedback.step({.law = static_cast<BilateralLaw>(i / 2000 % 5),
                                      .coupled = true,
                                      .contact = slave.contact().contact,
                                      .force_measured = true,
+                                     .round_trip_s = 0.003 + 1e-5 * (i % 100),
                                      .master = {master.position(), master.velocity()},
                                      .slave = {slave.position(), slave.velocity()},
                                      .effort = {torque.loop_Nm, slave.contact().joint_torque_Nm}},
                                     0.001);
     master.step(hand.step(master.true_position(), master.true_velocity(), true, 0.001),
-                master_torque(out.torque_Nm, felt.torque_Nm, mp.torque_limit_Nm, count), 0.001);
+                slew.step(out.torque_Nm, felt.torque_Nm, master.velocity(), 0.001).motor_Nm, 0.001);
+    feedback.note_rendered(felt.torque_Nm);
     slave.step(torque.drive_Nm, 0.001);
     touched = touched || slave.contact().contact;
   }

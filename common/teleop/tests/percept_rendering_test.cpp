@@ -2,12 +2,20 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
 
 namespace phantom::teleop {
 namespace {
+
+core::JointArray all(double gain) {
+  core::JointArray gains{};
+  gains.fill(gain);
+  return gains;
+}
+std::size_t triangle_index(std::size_t i, std::size_t j) { return i * (i + 1) / 2 + j; }
 
 constexpr std::size_t kJoints = 5;
 constexpr double kDt = 0.001;
@@ -33,7 +41,7 @@ struct Random {
     return v;
   }
   // D = JᵀJ with random J: positive semi-definite, often of low rank.
-  DragCoefficients drag(double scale) {
+  DragCoefficients drag(double scale, bool directional = true) {
     DragCoefficients d;
     d.valid = true;
     const int rank = static_cast<int>(uniform(1, 6));
@@ -42,11 +50,12 @@ struct Random {
       for (auto& value : jacobian[r]) value = uniform(-1, 1);
     }
     for (std::size_t i = 0; i < kJoints; ++i) {
-      d.plus[i] = uniform(0, scale);
-      d.minus[i] = uniform(0, scale);
       for (std::size_t j = 0; j <= i; ++j) {
         for (auto& row : jacobian) d.coupled[triangle_index(i, j)] += scale * row[i] * row[j];
       }
+      const double own = d.matrix(i, i);
+      d.plus[i] = own * (directional ? uniform(0, 1) : 1.0);
+      d.minus[i] = own * (directional ? uniform(0, 1) : 1.0);
     }
     return d;
   }
@@ -69,7 +78,7 @@ TEST_P(Rendering, NeverDrivesTheHandAndStaysWithinTheCaps) {
     const auto drag = random.drag(std::pow(10.0, random.uniform(-3, 3)));
     const auto v = random.velocity(std::pow(10.0, random.uniform(-4, 1.5)));
     const bool fresh = random.uniform(0, 1) < 0.9, enabled = random.uniform(0, 1) < 0.95;
-    const auto out = renderer.step(drag, fresh, enabled, random.uniform(0, 50), v, kDt);
+    const auto out = renderer.step(drag, fresh, enabled, all(random.uniform(0, 50)), v, kDt);
     ASSERT_LE(power(out, v), 1e-12);
     for (std::size_t j = 0; j < kJoints; ++j)
       ASSERT_LE(std::abs(out.torque_Nm[j]), p.torque_cap_Nm[j] * (1 + 1e-12));
@@ -79,8 +88,8 @@ TEST_P(Rendering, NeverDrivesTheHandAndStaysWithinTheCaps) {
 TEST_P(Rendering, NothingAtRest) {
   Random random;
   PerceptRenderer renderer(parameters(GetParam()));
-  for (int i = 0; i < 100; ++i) renderer.step(random.drag(1.0), true, true, 10, random.velocity(1), kDt);
-  const auto out = renderer.step(random.drag(1.0), true, true, 10, {}, kDt);
+  for (int i = 0; i < 100; ++i) renderer.step(random.drag(1.0), true, true, all(10), random.velocity(1), kDt);
+  const auto out = renderer.step(random.drag(1.0), true, true, all(10), {}, kDt);
   for (const double torque : out.torque_Nm) EXPECT_EQ(torque, 0.0);
 }
 
@@ -97,7 +106,7 @@ TEST_P(Rendering, BadNumbersNeverReachTheMotors) {
     if (i % 5 == 0) v[2] = bad;
     if (i % 7 == 0) gain = bad;
     if (i % 11 == 0) drag.minus[0] = -4.0;
-    const auto out = renderer.step(drag, true, true, gain, v, kDt);
+    const auto out = renderer.step(drag, true, true, all(gain), v, kDt);
     for (const double torque : out.torque_Nm) ASSERT_TRUE(std::isfinite(torque));
     if (i % 5 != 0) {
       ASSERT_LE(power(out, v), 1e-12);
@@ -111,13 +120,13 @@ TEST_P(Rendering, FadesOutInBoundedTimeWithoutAJump) {
   PerceptRenderer renderer(p);
   const auto drag = random.drag(0.3);
   const auto v = random.velocity(0.5);
-  for (int i = 0; i < 2000; ++i) renderer.step(drag, true, true, 1.0, v, kDt);
-  auto before = renderer.step(drag, true, true, 1.0, v, kDt);
+  for (int i = 0; i < 2000; ++i) renderer.step(drag, true, true, all(1.0), v, kDt);
+  auto before = renderer.step(drag, true, true, all(1.0), v, kDt);
   ASSERT_LT(power(before, v), -1e-3);
   // Stale, and the field says so with zeros as the phantom sends them: still no jump.
   int ticks = 0;
   while (power(before, v) < 0.0) {
-    const auto now = renderer.step(DragCoefficients{}, ticks % 2 == 0, true, 1.0, v, kDt);
+    const auto now = renderer.step(DragCoefficients{}, ticks % 2 == 0, true, all(1.0), v, kDt);
     for (std::size_t j = 0; j < kJoints; ++j) {
       ASSERT_LE(std::abs(now.torque_Nm[j] - before.torque_Nm[j]),
                 1.1 * p.torque_cap_Nm[j] * kDt / p.ramp_down_s);
@@ -134,9 +143,9 @@ TEST_P(Rendering, ComesInWithoutAKick) {
   PerceptRenderer renderer(p);
   const auto drag = random.drag(1.0);
   const auto v = random.velocity(5.0);
-  auto before = renderer.step(drag, false, true, 20.0, v, kDt);
+  auto before = renderer.step(drag, false, true, all(20.0), v, kDt);
   for (int i = 0; i < 1000; ++i) {
-    const auto now = renderer.step(drag, true, true, 20.0, v, kDt);
+    const auto now = renderer.step(drag, true, true, all(20.0), v, kDt);
     for (std::size_t j = 0; j < kJoints; ++j) {
       const double stiffest_Nm =
           p.damping_limit_Nms_per_rad[j] * 5.0 * 3.0;  // coupled: rows add up to at most this much
@@ -154,14 +163,14 @@ TEST_P(Rendering, ASteppedCoefficientComesInOverTheSmoothingTime) {
   auto drag = random.drag(0.1);
   core::JointArray v{};
   v[0] = 0.2;
-  for (int i = 0; i < 2000; ++i) renderer.step(drag, true, true, 1.0, v, kDt);
-  const double start = renderer.step(drag, true, true, 1.0, v, kDt).torque_Nm[0];
+  for (int i = 0; i < 2000; ++i) renderer.step(drag, true, true, all(1.0), v, kDt);
+  const double start = renderer.step(drag, true, true, all(1.0), v, kDt).torque_Nm[0];
   for (auto* values : {&drag.plus, &drag.minus})
     for (auto& value : *values) value *= 2;
   for (auto& value : drag.coupled) value *= 2;
-  const double first = renderer.step(drag, true, true, 1.0, v, kDt).torque_Nm[0];
-  for (int i = 0; i < 200; ++i) renderer.step(drag, true, true, 1.0, v, kDt);
-  const double end = renderer.step(drag, true, true, 1.0, v, kDt).torque_Nm[0];
+  const double first = renderer.step(drag, true, true, all(1.0), v, kDt).torque_Nm[0];
+  for (int i = 0; i < 200; ++i) renderer.step(drag, true, true, all(1.0), v, kDt);
+  const double end = renderer.step(drag, true, true, all(1.0), v, kDt).torque_Nm[0];
   EXPECT_NEAR(end, 2 * start, 1e-6);
   EXPECT_NEAR(first - start, start * kDt / (kDt + p.smoothing_s), 1e-9);
 }
@@ -174,11 +183,11 @@ TEST(PerceptRendering, SeparableIsDirectional) {
   drag.valid = true;
   drag.plus[0] = 0.5, drag.minus[0] = 0.1;
   core::JointArray v{};
-  for (int i = 0; i < 1000; ++i) renderer.step(drag, true, true, 2.0, v, kDt);
+  for (int i = 0; i < 1000; ++i) renderer.step(drag, true, true, all(2.0), v, kDt);
   v[0] = 0.4;
-  EXPECT_NEAR(renderer.step(drag, true, true, 2.0, v, kDt).torque_Nm[0], -2 * 0.5 * 0.4, 1e-12);
+  EXPECT_NEAR(renderer.step(drag, true, true, all(2.0), v, kDt).torque_Nm[0], -2 * 0.5 * 0.4, 1e-12);
   v[0] = -0.4;
-  EXPECT_NEAR(renderer.step(drag, true, true, 2.0, v, kDt).torque_Nm[0], 2 * 0.1 * 0.4, 1e-12);
+  EXPECT_NEAR(renderer.step(drag, true, true, all(2.0), v, kDt).torque_Nm[0], 2 * 0.1 * 0.4, 1e-12);
 }
 
 TEST(PerceptRendering, CoupledEqualsTheLiteralProductWhenNothingLimits) {
@@ -186,10 +195,10 @@ TEST(PerceptRendering, CoupledEqualsTheLiteralProductWhenNothingLimits) {
   auto p = parameters(DragMode::kCoupled);
   p.smoothing_s = 0.0;
   PerceptRenderer renderer(p);
-  const auto drag = random.drag(0.05);
+  const auto drag = random.drag(0.05, false);
   const auto v = random.velocity(0.5);
   RenderedPercept out;
-  for (int i = 0; i < 1000; ++i) out = renderer.step(drag, true, true, 1.5, v, kDt);
+  for (int i = 0; i < 1000; ++i) out = renderer.step(drag, true, true, all(1.5), v, kDt);
   ASSERT_FALSE(out.damping_limited || out.torque_limited);
   for (std::size_t i = 0; i < kJoints; ++i) {
     double expected = 0.0;
@@ -206,8 +215,8 @@ TEST_P(Rendering, SaysWhenTheDevicesStabilityHoldsItBack) {
   PerceptRenderer renderer(parameters(GetParam()));
   const auto drag = random.drag(1.0);
   const auto v = random.velocity(1e-3);
-  EXPECT_FALSE(renderer.step(drag, true, true, 0.01, v, kDt).damping_limited);
-  const auto out = renderer.step(drag, true, true, 1000, v, kDt);
+  EXPECT_FALSE(renderer.step(drag, true, true, all(0.01), v, kDt).damping_limited);
+  const auto out = renderer.step(drag, true, true, all(1000), v, kDt);
   EXPECT_TRUE(out.damping_limited);
   EXPECT_LT(out.gain, 1000);
   EXPECT_GT(out.gain, 0);
@@ -221,7 +230,7 @@ TEST_P(Rendering, EffectiveDampingNeverExceedsTheDevicesLimit) {
     const auto drag = random.drag(std::pow(10.0, random.uniform(-2, 3)));
     const auto v = random.velocity(1e-6);
     RenderedPercept out;
-    for (int k = 0; k < 1000; ++k) out = renderer.step(drag, true, true, 10, v, kDt);
+    for (int k = 0; k < 1000; ++k) out = renderer.step(drag, true, true, all(10), v, kDt);
     double rendered_W = -power(out, v), greatest_W = 0.0;
     for (std::size_t j = 0; j < kJoints; ++j) greatest_W += p.damping_limit_Nms_per_rad[j] * v[j] * v[j];
     EXPECT_LE(rendered_W, greatest_W * (1 + 1e-9));  // D ≤ diag(limit) as quadratic forms
@@ -234,9 +243,9 @@ TEST_P(Rendering, OverflowGivesNoTorqueThatIsNotANumber) {
   PerceptRenderer renderer(p);
   const auto drag = random.drag(1.0);
   auto v = random.velocity(1.0);
-  for (int i = 0; i < 500; ++i) renderer.step(drag, true, true, 1.0, v, kDt);
+  for (int i = 0; i < 500; ++i) renderer.step(drag, true, true, all(1.0), v, kDt);
   for (double& speed : v) speed *= 1e308;
-  const auto out = renderer.step(drag, true, true, 1.0, v, kDt);
+  const auto out = renderer.step(drag, true, true, all(1.0), v, kDt);
   for (std::size_t j = 0; j < kJoints; ++j) {
     ASSERT_TRUE(std::isfinite(out.torque_Nm[j])) << j;
     ASSERT_LE(std::abs(out.torque_Nm[j]), p.torque_cap_Nm[j] * (1 + 1e-12));
@@ -250,14 +259,64 @@ TEST_P(Rendering, AJointThatMayNotBeDampedTakesNoLimitFromTheOthers) {
   PerceptRenderer renderer(p);
   DragCoefficients drag;
   drag.valid = true;
-  drag.plus[0] = drag.minus[0] = drag.coupled[triangle_index(0, 0)] = 100.0;  // nothing on joint 1
+  drag.plus[0] = drag.minus[0] = drag.coupled[0] = 100.0;  // nothing on joint 1
   core::JointArray v{};
   v[0] = 1e-3;
   RenderedPercept out;
-  for (int i = 0; i < 1000; ++i) out = renderer.step(drag, true, true, 1.0, v, kDt);
+  for (int i = 0; i < 1000; ++i) out = renderer.step(drag, true, true, all(1.0), v, kDt);
   EXPECT_NEAR(out.torque_Nm[0], -p.damping_limit_Nms_per_rad[0] * v[0], 1e-9);
   EXPECT_TRUE(out.damping_limited);
   EXPECT_EQ(out.torque_Nm[1], 0.0);
+}
+
+// From phantom to hand: what the phantom reports of a pose and a velocity is what the master renders there.
+TEST_P(Rendering, IsTheLawThatThePhantomReportsBy) {
+  Random random;
+  auto p = parameters(GetParam());
+  p.torque_cap_Nm.fill(1e9);
+  p.damping_limit_Nms_per_rad.fill(1e9);
+  for (const bool directional : {false, true}) {
+    for (int i = 0; i < 200; ++i) {
+      const auto drag = random.drag(std::pow(10.0, random.uniform(-2, 2)), directional);
+      const auto v = random.velocity(std::pow(10.0, random.uniform(-3, 1)));
+      PerceptRenderer renderer(p);
+      RenderedPercept out;
+      for (int k = 0; k < 1000; ++k) out = renderer.step(drag, true, true, all(1.0), v, kDt);
+      const auto reported = robot::drag_torque(drag, GetParam(), v, kJoints);
+      double scale = 0.0;
+      for (std::size_t j = 0; j < kJoints; ++j) scale = std::max(scale, std::abs(reported[j]));
+      for (std::size_t j = 0; j < kJoints; ++j) ASSERT_NEAR(out.torque_Nm[j], reported[j], 1e-9 * scale) << i;
+      ASSERT_LE(power(out, v), 1e-12);
+    }
+  }
+}
+
+// λ is tuned joint by joint (thesis): D becomes √G·D·√G, which stays dissipative.
+TEST_P(Rendering, EachJointHasItsOwnGain) {
+  Random random;
+  auto p = parameters(GetParam());
+  p.torque_cap_Nm.fill(1e9);
+  p.damping_limit_Nms_per_rad.fill(1e9);
+  for (int i = 0; i < 100; ++i) {
+    const auto drag = random.drag(1.0);
+    const auto v = random.velocity(1.0);
+    core::JointArray gain{};
+    auto scaled = drag;
+    for (std::size_t j = 0; j < kJoints; ++j) gain[j] = random.uniform(0, 20);
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      scaled.plus[j] *= gain[j];
+      scaled.minus[j] *= gain[j];
+      for (std::size_t k = 0; k <= j; ++k)
+        scaled.coupled[triangle_index(j, k)] *= std::sqrt(gain[j] * gain[k]);
+    }
+    PerceptRenderer renderer(p);
+    RenderedPercept out;
+    for (int k = 0; k < 1000; ++k) out = renderer.step(drag, true, true, gain, v, kDt);
+    const auto expected = robot::drag_torque(scaled, GetParam(), v, kJoints);
+    for (std::size_t j = 0; j < kJoints; ++j) ASSERT_NEAR(out.torque_Nm[j], expected[j], 1e-7) << i;
+    ASSERT_LE(power(out, v), 1e-12);
+    ASSERT_NEAR(out.gain, *std::min_element(gain.begin(), gain.begin() + kJoints), 1e-12);
+  }
 }
 
 }  // namespace

@@ -47,9 +47,11 @@ double speed_long_after_a_push(const core::JointArray& damping_limit) {
   PerceptRenderer renderer(parameters);
   DragCoefficients drag{.valid = true};
   drag.plus[0] = drag.minus[0] = 5.0;
+  core::JointArray gain{};
+  gain[0] = 20.0;
   double greatest = 0.0;
   for (int i = 0; i < 3000; ++i) {
-    const auto percept = renderer.step(drag, true, true, 20.0, plant.velocity(), 0.001);
+    const auto percept = renderer.step(drag, true, true, gain, plant.velocity(), 0.001);
     core::JointArray hand{};
     hand[0] = i >= 500 && i < 520 ? 1.0 : 0.0;  // once the percept is fully there
     plant.step(hand, percept.torque_Nm, 0.001);
