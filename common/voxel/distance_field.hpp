@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "common/core/status.hpp"
@@ -18,6 +20,8 @@ struct FieldBody {
 struct DistanceFieldOptions {
   double outside_m = 0.060;  ///< farthest distance known outside of the bodies
   double inside_m = 0.030;   ///< deepest distance known inside
+  /// Asked every few milliseconds, by several threads at once; "no" ends it with kUnavailable.
+  std::function<bool()> keep_going;
 };
 
 /// Signed distance to the nearest of a set of bodies (negative inside), sampled at the voxel centres of a
@@ -30,9 +34,16 @@ class DistanceField {
  public:
   DistanceField() = default;
   /// Builds the field. Refuses bands that are not positive or wider than 64 voxels, and meshes out of all
-  /// proportion.
+  /// proportion. kUnavailable: options.keep_going said no.
   static core::Expected<DistanceField> build(const GridSpec& grid, const std::vector<FieldBody>& bodies,
                                              const DistanceFieldOptions& options = {});
+
+  /// The field as a zstd frame with a checksum, in the host's byte order: to be kept on the host that built
+  /// it. Throws std::runtime_error if zstd fails.
+  std::vector<std::uint8_t> encode() const;
+  /// Back from encode(). Refuses what is damaged, cut short or no field; nothing it accepts makes a lookup
+  /// leave its memory.
+  static core::Expected<DistanceField> decode(std::span<const std::uint8_t> frame);
 
   /// Distance in metres at a point of W, from −inside_m to +outside_m (the bounds stand for "at least that
   /// far"). Points outside the grid are free space: outside_m. Not finite: outside_m. Real-time safe.
@@ -50,6 +61,7 @@ class DistanceField {
 
  private:
   friend class DistanceFieldBuilder;
+  struct EncodedHeader;
   static constexpr std::int32_t kEdge = 8;              // samples along a cube
   static constexpr std::int32_t kFar = -1, kDeep = -2;  // cubes without samples
   std::size_t cube_index(std::int32_t x, std::int32_t y, std::int32_t z) const noexcept;

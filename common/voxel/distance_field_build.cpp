@@ -27,6 +27,7 @@ class DistanceFieldBuilder {
     field_.quantum_m_ = std::max(options.outside_m, options.inside_m) / kQuanta;
     for (std::size_t i = 0; i < 3; ++i) field_.size_cubes_[i] = (grid.size_vox[i] + 7) / 8;
     field_.directory_.assign(field_.cube_index(0, 0, field_.size_cubes_[2]), DistanceField::kFar);
+    keep_going_ = options.keep_going;
     reach_vox_ =
         std::max(options.outside_m, options.inside_m) / grid.voxel_size_m + 1.0;  // one for interpolation
   }
@@ -42,6 +43,7 @@ class DistanceFieldBuilder {
 
   core::Expected<std::unique_ptr<Prepared>> prepare(const FieldBody& body) const {
     const GridSpec& grid = field_.grid_;
+    if (!goes_on()) return ended();
     auto prepared = std::make_unique<Prepared>();
     prepared->id = body.id;
     auto solid = voxelise(body.mesh_W, grid, VoxelBox::of(grid));
@@ -61,20 +63,28 @@ class DistanceFieldBuilder {
                            .intersection(VoxelBox::of(grid).grown(halo));
     if (!prepared->region.empty()) {
       prepared->nearest = std::make_unique<detail::NearestTriangles>(
-          prepared->vertices_vox, body.mesh_W.triangles, prepared->region, static_cast<float>(reach_vox_));
+          prepared->vertices_vox, body.mesh_W.triangles, prepared->region, static_cast<float>(reach_vox_),
+          keep_going_);
+      if (!prepared->nearest->is_whole()) return ended();
     }
     return prepared;
   }
 
-  void merge(const Prepared& body) {
-    if (!body.nearest) return;
+  bool goes_on() const { return !keep_going_ || keep_going_(); }
+  static core::Status ended() { return {core::ErrorCode::kUnavailable, "distance field: was told to end"}; }
+
+  /// Returns whether it was done, not told to end.
+  bool merge(const Prepared& body) {
+    if (!body.nearest) return true;
     const VoxelBox cubes = cube_aligned(body.region.intersection(VoxelBox::of(field_.grid_)));
     Index3 cube;
     for (cube.z = cubes.min.z; cube.z < cubes.min.z + cubes.size[2]; cube.z += 8) {
+      if (!goes_on()) return false;
       for (cube.y = cubes.min.y; cube.y < cubes.min.y + cubes.size[1]; cube.y += 8) {
         for (cube.x = cubes.min.x; cube.x < cubes.min.x + cubes.size[0]; cube.x += 8) merge_cube(cube, body);
       }
     }
+    return true;
   }
 
   DistanceField take() { return std::move(field_); }
@@ -144,6 +154,7 @@ class DistanceFieldBuilder {
 
   DistanceField field_;
   double reach_vox_ = 0.0;
+  std::function<bool()> keep_going_;
 };
 
 core::Expected<DistanceField> DistanceField::build(const GridSpec& grid, const std::vector<FieldBody>& bodies,
@@ -169,7 +180,7 @@ core::Expected<DistanceField> DistanceField::build(const GridSpec& grid, const s
     const Result prepared = ahead.front().get();
     ahead.pop_front();
     if (!prepared) return prepared.status();
-    builder.merge(**prepared);
+    if (!builder.merge(**prepared)) return DistanceFieldBuilder::ended();
   }
   return builder.take();
 }

@@ -13,12 +13,14 @@ namespace {
 constexpr float kDiagonal = 1.75F;  // √3, a voxel's
 constexpr float kLarge_vox = 4.0F;
 constexpr float kBucketsPerVoxel = 4.0F;
+constexpr std::size_t kAskEvery = 8192;  // voxels: some milliseconds
 
 }  // namespace
 
 NearestTriangles::NearestTriangles(const std::vector<Eigen::Vector3f>& vertices_vox,
                                    const std::vector<std::array<std::uint32_t, 3>>& triangles,
-                                   const VoxelBox& region, float reach_vox)
+                                   const VoxelBox& region, float reach_vox,
+                                   const std::function<bool()>& keep_going)
     : vertices_(vertices_vox),
       triangles_(triangles),
       reach_(reach_vox),
@@ -34,14 +36,25 @@ NearestTriangles::NearestTriangles(const std::vector<Eigen::Vector3f>& vertices_
     const Eigen::Vector3f &a = vertices_[t[0]], &b = vertices_[t[1]], &c = vertices_[t[2]];
     large_.push_back(std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()}) > kLarge_vox ? 1 : 0);
   }
-  for (std::uint32_t i = 0; i < triangles.size(); ++i) seed(i);
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+    if (!goes_on(keep_going, seed(i))) return;
+  }
   for (; bucket_ < buckets_.size(); ++bucket_) {
     for (std::size_t i = 0; i < buckets_[bucket_].size(); ++i) {  // grows while it is worked on
       const Entry entry = buckets_[bucket_][i];
       hand_on(entry);
+      if (!goes_on(keep_going, 1)) return;
     }
     std::vector<Entry>().swap(buckets_[bucket_]);
   }
+}
+
+bool NearestTriangles::goes_on(const std::function<bool()>& keep_going, std::size_t work) {
+  unasked_ += work;
+  if (unasked_ < kAskEvery) return true;
+  unasked_ = 0;
+  whole_ = !keep_going || keep_going();
+  return whole_;
 }
 
 std::size_t NearestTriangles::bucket_of(float distance) const {
@@ -80,7 +93,8 @@ void NearestTriangles::take(const Entry& entry, Cell& cell, const Cell& better) 
   if (better.distance <= reach_) buckets_[std::max(bucket_, bucket_of(better.distance))].push_back(entry);
 }
 
-void NearestTriangles::seed(std::uint32_t triangle) {
+// Returns how many voxels were looked at.
+std::size_t NearestTriangles::seed(std::uint32_t triangle) {
   const auto& t = triangles_[triangle];
   const Eigen::Vector3f &a = vertices_[t[0]], &b = vertices_[t[1]], &c = vertices_[t[2]];
   const Eigen::Vector3f low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
@@ -103,6 +117,9 @@ void NearestTriangles::seed(std::uint32_t triangle) {
       }
     }
   }
+  std::size_t looked_at = 1;
+  for (int i = 0; i < 3; ++i) looked_at *= static_cast<std::size_t>(std::max(0, to[i] - from[i] + 1));
+  return looked_at;
 }
 
 void NearestTriangles::hand_on(const Entry& entry) {
@@ -117,6 +134,7 @@ void NearestTriangles::hand_on(const Entry& entry) {
   const Cell from = mine;
   const Eigen::Vector3f away = centre(entry) - from.nearest;
   const bool large = large_[static_cast<std::size_t>(from.triangle)] != 0;
+  const float reach2 = reach_ * reach_;
   for (std::int16_t dz = -1; dz <= 1; ++dz) {
     for (std::int16_t dy = -1; dy <= 1; ++dy) {
       for (std::int16_t dx = -1; dx <= 1; ++dx) {
@@ -126,6 +144,8 @@ void NearestTriangles::hand_on(const Entry& entry) {
                          static_cast<std::int16_t>(entry.z + dz)};
         if (!in_region(next)) continue;
         const float distance2 = (away + step).squaredNorm();  // to our nearest point: an upper bound
+        // Nearer than that by the square of the step at best (see below): out of reach then too.
+        if (distance2 - step.squaredNorm() > reach2) continue;
         Cell& neighbour = cell(next);
         if (neighbour.triangle == from.triangle && neighbour.exact) continue;
         const float known2 = neighbour.distance * neighbour.distance;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -23,9 +24,13 @@ class NearestTriangles {
  public:
   /// `vertices_vox`: the mesh in voxels from the grid's corner. Only voxels of `region` (at most 16384 along
   /// an axis) are looked at, and only distances up to `reach_vox`. The mesh must outlive this object.
+  /// `keep_going`, if there is one, is asked now and then; "no" leaves the rest undone: see is_whole().
   NearestTriangles(const std::vector<Eigen::Vector3f>& vertices_vox,
                    const std::vector<std::array<std::uint32_t, 3>>& triangles, const VoxelBox& region,
-                   float reach_vox);
+                   float reach_vox, const std::function<bool()>& keep_going = {});
+
+  /// Whether all was done; otherwise the distances mean nothing.
+  bool is_whole() const { return whole_; }
 
   /// Distance of a voxel, given by its address in the grid; infinity beyond the reach and outside of the
   /// region.
@@ -64,7 +69,9 @@ class NearestTriangles {
   }
   Cell& cell(const Entry& e);
 
-  void seed(std::uint32_t triangle);
+  /// Counts work; false once it is to end.
+  bool goes_on(const std::function<bool()>& keep_going, std::size_t work);
+  std::size_t seed(std::uint32_t triangle);
   void offer(const Entry& entry, Cell& cell, std::int32_t triangle);
   void take(const Entry& entry, Cell& cell, const Cell& better);
   void hand_on(const Entry& entry);
@@ -81,6 +88,8 @@ class NearestTriangles {
   std::deque<Cube> cubes_;
   std::vector<std::vector<Entry>> buckets_;  // the front, nearest first
   std::size_t bucket_ = 0;                   // that is being worked on
+  std::size_t unasked_ = 0;                  // work since keep_going was asked
+  bool whole_ = true;
 };
 
 }  // namespace phantom::voxel::detail
