@@ -35,7 +35,9 @@ std::int32_t ArmDrives::joint_outside() const noexcept {
 
 void ArmDrives::step(DriveCommand command, core::Nanoseconds now_ns) noexcept {
   told_.outside = sense_.known && !sense_.follows ? joint_outside() : -1;
-  command.enable = sense_.known && told_.outside < 0;
+  told_.permitted = command.enable;
+  command.enable = command.enable && sense_.known && told_.outside < 0;
+  command.hold = config_.reaction == FaultReaction::kHold;
   told_.report = group_.step(command, now_ns);
   for_health_.write(told_);
 }
@@ -47,7 +49,10 @@ void ArmDrives::end(core::Nanoseconds now_ns) noexcept {
 
 std::string ArmDrives::why_not_following() const {
   if (std::string drive = describe(read_.report, config_.axes); !drive.empty()) return drive;
-  if (read_.outside < 0) return std::string("the drives are in state ") + name_of(read_.report.state);
+  if (read_.outside < 0) {
+    const std::string state = std::string("the drives are in state ") + name_of(read_.report.state);
+    return read_.permitted ? state : state + ", power is withheld";
+  }
   const auto j = static_cast<std::size_t>(read_.outside);
   const AxisConfig& axis = config_.axes[j];
   char text[120];

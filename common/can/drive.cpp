@@ -11,19 +11,17 @@ constexpr int kAttempts = 3;         // of an SDO transfer: a frame may be lost
 constexpr double kAskAgain_s = 0.1;  // an NMT command is not acknowledged
 
 // A node id that is there twice answers twice, again and again; a frame that the bus repeated comes twice
-// once.
-constexpr int kSurplusSyncs = 12;  // of the last 32
-constexpr double kCrowded = 0.65;  // share of the time that a window of heartbeats should take
-constexpr int kMostOwed = 8;       // answers that may still come late: more is not a delay but a loss
+// once. What one node sends comes late and in bunches from a busy host, but is never more than it was asked
+// for and had time for: each SYNC and SDO without an answer yet, and the time without a heartbeat, is owed.
+// What is owed has a limit, as frames are also lost: so many times the silence that is a fault.
+constexpr int kHeldUp = 4;
+constexpr int kSurplusSyncs = 12;       // of the last 32
+constexpr double kHeartbeatCost = 0.8;  // share of its period: a drive's clock may run fast
+constexpr int kLeastOwed = 64;          // answers to SYNCs: about what a drive's queue holds
+constexpr int kMostSdoOwed = 8;
 constexpr int kSurplusSdoReplies = 3;
 constexpr int kStaleSyncs = 3;          // without an answer: loops on what it told before would wind up
 constexpr int kCountedSyncs = 1 << 20;  // beyond any limit: a drive may be silent for months
-
-// So many heartbeats that they cannot come crowded because the oldest was held up, by less than the timeout.
-std::size_t heartbeat_window(const DriveTiming& timing) {
-  const double least = timing.heartbeat_timeout_s / timing.heartbeat_s / (1.0 - kCrowded);
-  return static_cast<std::size_t>(std::clamp(std::ceil(least), 8.0, 64.0));
-}
 
 // Faults of the drive itself are reset by the controlword; all others need the connection made anew.
 bool is_reset_by_controlword(DriveFault fault) {
@@ -40,7 +38,8 @@ Drive::Drive(const AxisConfig& axis, const DriveGroupConfig& config)
       node_(axis.node),
       setup_(setup_steps(axis, config)),
       sdo_(static_cast<std::uint8_t>(axis.node), core::from_seconds(config.timing.sdo_timeout_s)),
-      heartbeat_window_(heartbeat_window(config.timing)) {}
+      controlword_(config.reaction == FaultReaction::kHold ? kCommandQuickStop : kCommandDisableVoltage),
+      most_owed_(std::max(kLeastOwed, kHeldUp * (config.timing.most_missed + 1))) {}
 
 bool Drive::is_watched() const noexcept {
   const DrivePhase p = report_.phase;
@@ -49,6 +48,7 @@ bool Drive::is_watched() const noexcept {
 }
 
 void Drive::enter(DrivePhase phase, core::Nanoseconds now_ns) noexcept {
+  const core::Nanoseconds before_ns = phase_ns_;
   report_.phase = phase;
   phase_ns_ = now_ns;
   asked_ns_ = -1;
@@ -56,14 +56,12 @@ void Drive::enter(DrivePhase phase, core::Nanoseconds now_ns) noexcept {
   if (phase == DrivePhase::kConfiguring) {
     setup_next_ = 0;
     attempts_ = 0;
-    surplus_sdo_ = 0;
   }
   if (phase == DrivePhase::kStarting) {
     was_set_up_ = true;
     heartbeat_ns_ = -1;
-    surplus_syncs_ = 0;
-    heartbeat_count_ = 0;
-    crowded_heartbeats_ = false;
+    forget_surplus();
+    credited_ns_ = before_ns;  // since it was told their period it may have sent some
     missed_ = unmeasured_ = answers_ = owed_ = 0;
     sync_open_ = measured_ = report_.has_position = false;
     booted_ = false;
@@ -95,13 +93,27 @@ void Drive::on_frame(const CanFrame& frame, core::Nanoseconds time_ns) noexcept 
     case kCobHeartbeat:
       return on_heartbeat(frame, time_ns);
     case kCobSdoReply:
-      if (sdo_.on_frame(frame, time_ns) || report_.phase != DrivePhase::kConfiguring) return;
-      ++report_.surplus;
-      if (++surplus_sdo_ >= kSurplusSdoReplies) pending_ = DriveFault::kDuplicateNode;
+      sdo_.on_frame(frame, time_ns);
+      if (report_.phase == DrivePhase::kConfiguring) count_sdo_reply();
       return;
     default:
       return;
   }
+}
+
+void Drive::count_sdo_reply() noexcept {
+  if (owed_sdo_ > 0) {
+    --owed_sdo_;
+    return;
+  }
+  ++report_.surplus;
+  if (++surplus_sdo_ >= kSurplusSdoReplies) pending_ = DriveFault::kDuplicateNode;
+}
+
+void Drive::forget_surplus() noexcept {
+  surplus_syncs_ = 0;
+  surplus_sdo_ = 0;
+  heartbeat_credit_s_ = kHeldUp * timing_.heartbeat_timeout_s;
 }
 
 void Drive::on_state_pdo(const CanFrame& frame) noexcept {
@@ -150,11 +162,12 @@ void Drive::on_heartbeat(const CanFrame& frame, core::Nanoseconds time_ns) noexc
     return;
   }
   heartbeat_ns_ = time_ns;
-  core::Nanoseconds& oldest_ns = heartbeats_ns_[heartbeat_count_++ % heartbeat_window_];
-  const double due_s = static_cast<double>(heartbeat_window_) * timing_.heartbeat_s;
-  crowded_heartbeats_ =
-      heartbeat_count_ > heartbeat_window_ && core::seconds(time_ns - oldest_ns) < kCrowded * due_s;
-  oldest_ns = time_ns;
+  if (report_.phase < DrivePhase::kStarting) return;  // not the period that it was told
+  const double gap_s = std::max(0.0, core::seconds(time_ns - credited_ns_));
+  credited_ns_ = time_ns;
+  // All that fell into a gap may come at its end, however long it was.
+  const double most_s = std::max({gap_s, kHeldUp * timing_.heartbeat_timeout_s, heartbeat_credit_s_});
+  heartbeat_credit_s_ = std::min(most_s, heartbeat_credit_s_ + gap_s) - kHeartbeatCost * timing_.heartbeat_s;
 }
 
 void Drive::on_emergency(const CanFrame& frame) noexcept {
@@ -168,7 +181,9 @@ void Drive::on_sync() noexcept {
     surplus_syncs_ = surplus_syncs_ << 1 | (answers_ > 1 ? 1U : 0U);
     missed_ = answers_ == 0 ? std::min(missed_ + 1, kCountedSyncs) : 0;
     unmeasured_ = std::min(unmeasured_ + 1, kCountedSyncs);
-    owed_ = answers_ == 0 ? std::min(owed_ + 1, kMostOwed) : owed_;
+    // While it starts, or a fault is latched, a silence has no limit, and what it held back comes later.
+    const int most = is_watched() ? most_owed_ : kCountedSyncs;
+    owed_ += answers_ == 0 && owed_ < most ? 1 : 0;
     report_.missed += answers_ == 0 ? 1 : 0;
   }
   sync_open_ = report_.phase >= DrivePhase::kStarting;
@@ -179,7 +194,7 @@ void Drive::on_sync() noexcept {
 
 DriveFault Drive::found_fault(core::Nanoseconds now_ns) const noexcept {
   if (pending_ != DriveFault::kNone) return pending_;
-  if (std::popcount(surplus_syncs_) >= kSurplusSyncs || crowded_heartbeats_)
+  if (std::popcount(surplus_syncs_) >= kSurplusSyncs || heartbeat_credit_s_ < 0.0)
     return DriveFault::kDuplicateNode;
   if (!is_watched()) return DriveFault::kNone;
   if (booted_) return DriveFault::kRebooted;
@@ -239,7 +254,6 @@ void Drive::finish_setup_step(core::Nanoseconds now_ns) noexcept {
   report_.sdo_abort = sdo_.abort_code();
   if (sdo_.state() == SdoClient::State::kTimedOut || sdo_.abort_code() == kAbortToggle) {
     if (++attempts_ >= kAttempts) return fail(DriveFault::kSetupTimeout, now_ns);
-    --surplus_sdo_;  // its answer may still come, late
     return begin_setup_step(now_ns);
   }
   if (sdo_.state() == SdoClient::State::kAborted && !step.optional)
@@ -265,12 +279,18 @@ void Drive::configure(core::Nanoseconds now_ns, Outbox& out) noexcept {
   } else if (booted_) {  // it booted again: what it was told is lost
     return enter(DrivePhase::kConfiguring, now_ns);
   }
-  const auto frame = sdo_.poll(now_ns);
-  if (frame) out.add(*frame);
+  const bool sent = send_request(now_ns, out);
   if (sdo_.state() == SdoClient::State::kBusy) return;
   finish_setup_step(now_ns);
-  if (report_.phase != DrivePhase::kConfiguring || frame) return;  // one frame per cycle
-  if (const auto next = sdo_.poll(now_ns)) out.add(*next);
+  if (report_.phase == DrivePhase::kConfiguring && !sent) send_request(now_ns, out);  // one frame per cycle
+}
+
+bool Drive::send_request(core::Nanoseconds now_ns, Outbox& out) noexcept {
+  const auto frame = sdo_.poll(now_ns);
+  if (!frame) return false;
+  out.add(*frame);
+  if (sdo_.state() == SdoClient::State::kBusy) owed_sdo_ = std::min(owed_sdo_ + 1, kMostSdoOwed);
+  return true;  // of an abort no answer is due
 }
 
 void Drive::start(core::Nanoseconds now_ns, Outbox& out) noexcept {
@@ -338,9 +358,7 @@ void Drive::leave_fault(core::Nanoseconds now_ns) noexcept {
                          core::seconds(now_ns - heartbeat_ns_) <= timing_.heartbeat_timeout_s;
   const bool simple = is_reset_by_controlword(report_.fault) && connected && !booted_;
   enter(simple ? DrivePhase::kResetting : DrivePhase::kSearching, now_ns);
-  surplus_syncs_ = 0;
-  heartbeat_count_ = 0;
-  crowded_heartbeats_ = false;
+  forget_surplus();
 }
 
 void Drive::send_targets(const DriveTargets& targets, Outbox& out) noexcept {

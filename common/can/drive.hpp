@@ -124,12 +124,15 @@ class Drive {
   void on_measure_pdo(const CanFrame& frame) noexcept;
   void on_heartbeat(const CanFrame& frame, core::Nanoseconds time_ns) noexcept;
   void on_emergency(const CanFrame& frame) noexcept;
+  void count_sdo_reply() noexcept;
+  void forget_surplus() noexcept;
   void enter(DrivePhase phase, core::Nanoseconds now_ns) noexcept;
   void fail(DriveFault fault, core::Nanoseconds now_ns) noexcept;
   void watch(BusState bus, core::Nanoseconds now_ns) noexcept;
   DriveFault found_fault(core::Nanoseconds now_ns) const noexcept;
   void search(core::Nanoseconds now_ns, Outbox& out) noexcept;
   void configure(core::Nanoseconds now_ns, Outbox& out) noexcept;
+  bool send_request(core::Nanoseconds now_ns, Outbox& out) noexcept;
   void begin_setup_step(core::Nanoseconds now_ns) noexcept;
   void finish_setup_step(core::Nanoseconds now_ns) noexcept;
   void start(core::Nanoseconds now_ns, Outbox& out) noexcept;
@@ -149,24 +152,24 @@ class Drive {
   core::Nanoseconds asked_ns_ = -1;  // when the last NMT command went out
   std::size_t setup_next_ = 0;
   int attempts_ = 0;
-  std::uint16_t controlword_ = kCommandDisableVoltage;
+  std::uint16_t controlword_;  // at first as setup_steps() has it: who holds since an earlier process, holds
   DriveFault pending_ = DriveFault::kNone;  // found in a frame; taken by step()
   bool booted_ = false;
   bool was_set_up_ = false;  // at some time: it takes our targets when it is operational
   NmtState nmt_ = NmtState::kBootUp;
   core::Nanoseconds heartbeat_ns_ = -1;
-  std::array<core::Nanoseconds, 64> heartbeats_ns_{};  // the newest heartbeat_window_, as a ring
-  std::size_t heartbeat_window_;
-  std::size_t heartbeat_count_ = 0;
-  bool crowded_heartbeats_ = false;
-  int answers_ = 0;                // to the newest SYNC
-  int missed_ = 0;                 // SYNCs in a row, at most kCountedSyncs
-  int unmeasured_ = 0;             // SYNCs since the newest velocity and torque, at most kCountedSyncs
+  core::Nanoseconds credited_ns_ = 0;  // up to when time is in heartbeat_credit_s_
+  double heartbeat_credit_s_ =
+      0.0;              // time that heartbeats may still take up; < 0: more than one node sends them
+  int answers_ = 0;     // to the newest SYNC
+  int missed_ = 0;      // SYNCs in a row, at most kCountedSyncs
+  int unmeasured_ = 0;  // SYNCs since the newest velocity and torque, at most kCountedSyncs
   std::int16_t torque_mille_ = 0;  // newest target from what the drive told of itself in time
   int owed_ = 0;                   // answers that did not come in time and may still come
+  int most_owed_;
   bool sync_open_ = false, measured_ = false;
-  std::uint32_t surplus_syncs_ = 0;  // SYNCs with more than one answer, newest in bit 0
-  int surplus_sdo_ = 0;
+  std::uint32_t surplus_syncs_ = 0;     // SYNCs with more than one answer, newest in bit 0
+  int owed_sdo_ = 0, surplus_sdo_ = 0;  // replies that may still come; that nobody asked for
 };
 
 }  // namespace phantom::can

@@ -69,10 +69,13 @@ DriveGoal DriveGroup::goal_of(const DriveCommand& command, const Drive& drive) c
   if (fault_latched_)
     return config_.reaction == FaultReaction::kHold ? DriveGoal::kQuickStop : DriveGoal::kOff;
   if (command.quick_stop) return DriveGoal::kQuickStop;
-  if (!command.enable) return DriveGoal::kOff;
-  if (all_ready_) return DriveGoal::kEnabled;
-  // Others are not ready yet: who holds goes on holding.
-  return drive.report().power == PowerState::kQuickStopActive ? DriveGoal::kQuickStop : DriveGoal::kOff;
+  if (command.enable && all_ready_) return DriveGoal::kEnabled;
+  // No power yet, or no longer: who holds goes on holding, and others are not ready yet where they are to
+  // follow.
+  const PowerState power = drive.report().power;
+  const bool holds = power == PowerState::kQuickStopActive && (command.enable || command.hold);
+  const bool stops = power == PowerState::kOperationEnabled && command.hold;
+  return holds || stops ? DriveGoal::kQuickStop : DriveGoal::kOff;
 }
 
 const DriveGroupReport& DriveGroup::listen() noexcept {

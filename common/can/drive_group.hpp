@@ -12,8 +12,10 @@ namespace phantom::can {
 
 /// What the arm's controller wants of its drives in one cycle.
 struct DriveCommand {
-  bool enable = false;          ///< power on and follow; false: power off
-  bool quick_stop = false;      ///< stop on the drives' ramps and hold; stronger than enable
+  bool enable = false;  ///< power on and follow; false: no drive is given power
+  bool hold =
+      false;  ///< without enable: a drive that has power stops on its ramp and holds; false: power off
+  bool quick_stop = false;      ///< stop on the drives' ramps and hold; gives no power; stronger than enable
   bool reset = false;           ///< a rising edge leaves faults, if their cause is gone
   core::JointArray position{};  ///< rad or m, for axes in position mode
   core::JointArray velocity{};  ///< for axes in velocity mode

@@ -71,14 +71,16 @@ std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfi
   const DriveTiming& t = config.timing;
   const auto mode_bit = 1U << (static_cast<int>(axis.mode) - 1);
   steps.push_back({.kind = Kind::kExpect, .index = 0x1000, .value = 402, .mask = 0xFFFF});
+  // First of all, what somebody left enabled is stopped.
+  const bool hold = config.reaction == FaultReaction::kHold;
+  write(steps, 0x6007, 0, 2, hold ? 3 : 2);  // the master is lost: quick stop, or voltage off
+  write(steps, 0x605A, 0, 2, 6);             // quick stop: on its ramp, and hold
+  write(steps, 0x6040, 0, 2, hold ? kCommandQuickStop : kCommandDisableVoltage);
   steps.push_back({.kind = Kind::kExpect, .index = 0x6502, .value = mode_bit, .mask = mode_bit});
   steps.push_back(
       {.kind = Kind::kNear,
        .index = 0x6076,
        .value = static_cast<std::uint32_t>(std::lround(axis.units.rated_motor_torque_Nm() * 1e3))});
-  const bool hold = config.reaction == FaultReaction::kHold;
-  write(steps, 0x6007, 0, 2, hold ? 3 : 2);  // the master is lost: quick stop, or voltage off
-  write(steps, 0x605A, 0, 2, 6);             // quick stop: on its ramp, and hold
   write(steps, 0x6072, 0, 2,
         static_cast<std::uint32_t>(axis.max_torque / std::abs(axis.units.torque_per_mille())));
   set_interpolation(steps, t.period_s);
@@ -90,7 +92,6 @@ std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfi
     switch_pdo_off(steps, static_cast<std::uint16_t>(0x1400 + i), kCobRpdo1 + 0x100U * i + node);
     if (i > 1) switch_pdo_off(steps, static_cast<std::uint16_t>(0x1800 + i), kCobTpdo1 + 0x100U * i + node);
   }
-  write(steps, 0x6040, 0, 2, hold ? kCommandQuickStop : kCommandDisableVoltage);  // not what it had before
   write(steps, 0x6060, 0, 1, static_cast<std::uint8_t>(axis.mode));
   write(steps, 0x1016, 1, 4,
         static_cast<std::uint32_t>(config.master_node) << 16 | milliseconds(t.heartbeat_timeout_s));

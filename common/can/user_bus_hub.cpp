@@ -8,13 +8,17 @@
 
 #include "common/can/user_bus.hpp"
 #include "common/can/user_bus_wire.hpp"
+#include "common/core/thread_place.hpp"
 
 namespace phantom::can {
 
 using wire::Packet;
 
 UserBusHub::UserBusHub(int listener, int waker, const BusModelOptions& options)
-    : listener_(listener), waker_(waker), model_(options), thread_([this] { run(); }) {}
+    : listener_(listener), waker_(waker), model_(options), thread_([this] {
+        core::take_place(core::ThreadRole::kCanBus, core::kServoPriority);
+        run();
+      }) {}
 
 UserBusHub::~UserBusHub() {
   stop_ = true;

@@ -120,6 +120,8 @@ AbortCode SimulatedDrive::write_object(std::uint16_t index, std::uint8_t sub,
   }
   const AbortCode code = od_.write(index, sub, bytes);
   if (code == kNoAbort && index == 0x1017) heartbeat_ns_ = now_ns_;
+  // By SDO the controlword acts at once; in operational it is read with every step.
+  if (code == kNoAbort && index == 0x6040 && nmt_ == Nmt::kPreOperational) obey_controlword();
   const bool is_address =
       index == 0x1005 || index == 0x1016 || (index >= 0x1400 && index < 0x1404 && sub == 1);
   if (code == kNoAbort && is_address) listen_to_own();

@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "common/can/user_bus.hpp"
+#include "common/core/thread_place.hpp"
 #include "common/runtime/process.hpp"
 #include "components/simulated_drive/config.hpp"
 #include "components/simulated_drive/eds.hpp"
@@ -87,6 +88,9 @@ int run(const runtime::ProcessOptions& options, Options o) {
   if (o.serve_only) return runtime::kExitDone;
   auto drives = make_drives(config, o);
   spdlog::info("{} drives on {}", drives.size(), config.bus);
+  if (const std::string refused = core::take_place(core::ThreadRole::kDrives, core::kServoPriority);
+      !refused.empty())
+    spdlog::warn("{}", refused);
   const core::Nanoseconds start_ns = core::monotonic_ns();
   while (!runtime::stop_requested()) {
     const core::Nanoseconds now_ns = core::monotonic_ns();
