@@ -19,8 +19,8 @@ struct ArmSense {
 /// What a tick of the controller asks of the arm.
 struct ArmDemand {
   SlaveOutputs outputs;
-  bool stop = false;   ///< an emergency stop is in force
-  bool reset = false;  ///< a reset was asked for since the last tick
+  bool stop = false;   ///< a stop is in force
+  bool reset = false;  ///< a reset that releases it was asked for since the last tick
 };
 
 /// What the servo moves: a simulated arm, or the drives of one. sense(), move() and fill() belong to the

@@ -27,8 +27,10 @@ const ArmSense& CanArm::sense() noexcept {
 }
 
 void CanArm::move(const ArmDemand& demand, double, core::Nanoseconds now_ns) noexcept {
-  can::DriveCommand command{
-      .quick_stop = demand.stop, .reset = demand.reset, .position = demand.outputs.reference};
+  can::DriveCommand command{.enable = demand.outputs.power && !demand.stop,
+                            .quick_stop = demand.stop,
+                            .reset = demand.reset,
+                            .position = demand.outputs.reference};
   for (std::size_t j = 0; j < axes_.size(); ++j) {
     const bool by_torque = axes_[j].mode == can::DriveMode::kTorque;
     command.torque[j] = by_torque ? demand.outputs.torque.drive_Nm[j] : sense_.gravity_Nm[j];

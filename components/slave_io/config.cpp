@@ -123,7 +123,7 @@ Config load_config(const std::filesystem::path& path, const robot::SerialArm& ar
   config.driver = file.choice("driver", "sim", {"sim", "can"}) == "can" ? Driver::kCan : Driver::kSimulated;
   file.text("arm", "");
   config.period_s = 1.0 / file.number("rate_Hz", 1000, {50, 5000, "Hz"});
-  config.scheduling.fifo_priority = file.integer("fifo_priority", 0, {0, 99, ""});
+  config.scheduling.servo_priority = file.integer("fifo_priority", 0, {0, 99, ""});
   config.scheduling.lock_memory = file.flag("lock_memory", false);
   config.measure_bare_loop = file.flag("measure_bare_loop", false);
   config.force_sensor = file.flag("force_sensor", false);

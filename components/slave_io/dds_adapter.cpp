@@ -3,24 +3,30 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <mutex>
 
 #include "common/dds/endpoint.hpp"
+#include "common/dds/operator_responder.hpp"
 #include "common/dds/participant.hpp"
 #include "common/dds/refusal_log.hpp"
 #include "common/dds/source_guard.hpp"
 #include "common/dds/stamp.hpp"
 #include "common/dds/status_reporter.hpp"
+#include "common/robot/joint_values.hpp"
 #include "components/slave_io/dds_adapter_convert.hpp"
 
 namespace phantom::slave_io {
 
-const char* refusal(const msg::MasterState& master, std::size_t joint_count) noexcept {
+const char* refusal(const msg::MasterState& master, const Expectations& expected) noexcept {
+  const std::size_t joint_count = expected.joint_count;
   if (master.stamp().sequence_number() == 0) return "it has no sequence number";
   if (master.joint_count() != joint_count) return "its joint count is not this arm's";
   if (!core::all_finite(master.position_rad(), joint_count)) return "a position is not a finite number";
   if (!core::all_finite(master.velocity_rad_s(), joint_count)) return "a velocity is not a finite number";
   if (master.state() > msg::LINK_STOPPED) return "its state is not known";
+  for (std::size_t j = 0; j < joint_count; ++j) {
+    if (!robot::near_limits(master.position_rad()[j], expected.lower[j], expected.upper[j]))
+      return "a position is far outside of its joint's limits";
+  }
   return nullptr;
 }
 
@@ -32,22 +38,17 @@ MasterSample to_sample(const msg::MasterState& master, core::Nanoseconds receive
           dds::answered_ns(echo, own_session, received_ns),
           echo.session() != 0 && echo.session() != own_session,
           static_cast<teleop::LinkState>(master.state()),
+          master.stop(),
           master.position_rad(),
           master.velocity_rad_s()};
-}
-
-bool count_request(const msg::OperatorCommand& command, teleop::StopRequests& requests) noexcept {
-  if (command.stamp().sequence_number() == 0 || command.kind() > msg::COMMAND_MARK) return false;
-  if (command.kind() == msg::COMMAND_EMERGENCY_STOP) requests.stop();
-  if (command.kind() == msg::COMMAND_RESET) requests.reset();
-  return true;
 }
 
 msg::SlaveState to_message(const SlaveReport& report, std::size_t joint_count) {
   msg::SlaveState slave;
   slave.master_echo(dds::echo_of(report.followed));
   slave.state(static_cast<msg::LinkState>(report.outputs.state));
-  slave.stop_cause(static_cast<msg::StopCause>(report.outputs.stop_cause));
+  slave.stop_cause(static_cast<msg::StopCause>(report.outputs.stop.cause));
+  slave.stop(report.outputs.stop.id);
   slave.joint_count(static_cast<std::uint32_t>(joint_count));
   slave.position_rad(report.position);
   slave.velocity_rad_s(report.velocity);
@@ -66,8 +67,8 @@ msg::SlaveState to_message(const SlaveReport& report, std::size_t joint_count) {
 }
 
 struct DdsAdapter::Impl {
-  Impl(const core::NetworkOptions& network, std::size_t joints, Inbox& into)
-      : joint_count(joints),
+  Impl(const core::NetworkOptions& network, const Expectations& expectations, Inbox& into)
+      : expected(expectations),
         inbox(into),
         participant("slave_io", network),
         stamper(participant),
@@ -78,12 +79,10 @@ struct DdsAdapter::Impl {
         master(
             participant, dds::kMasterState,
             [this](const msg::MasterState& sample, const dds::SampleInfo& info) { on_master(sample, info); }),
-        commands(participant, dds::kOperatorCommand,
-                 [this](const msg::OperatorCommand& sample, const dds::SampleInfo&) { on_command(sample); }) {
-  }
+        responder(participant, core::Side::kSlave, inbox.stops) {}
 
   void on_master(const msg::MasterState& sample, const dds::SampleInfo& info) {
-    const char* reason = refusal(sample, joint_count);
+    const char* reason = refusal(sample, expected);
     if (reason == nullptr) reason = dds::reason(source.judge(sample.stamp(), info.received_ns));
     if (reason == nullptr)
       return inbox.master.write(to_sample(sample, info.received_ns, participant.session()));
@@ -92,29 +91,13 @@ struct DdsAdapter::Impl {
   }
 
   std::string in_words(const char* reason, std::uint32_t joints) const {
-    if (joints == joint_count) return reason;
+    if (joints == expected.joint_count) return reason;
     return std::string(reason) + " (it has " + std::to_string(joints) + " joints, this arm " +
-           std::to_string(joint_count) + ")";
+           std::to_string(expected.joint_count) + ")";
   }
 
-  void on_command(const msg::OperatorCommand& sample) {
-    if (!give_request(sample)) return commands.count_refused();
-    if (sample.kind() == msg::COMMAND_EMERGENCY_STOP)
-      spdlog::warn("emergency stop by {}", sample.issuer().to_string());
-    if (sample.kind() == msg::COMMAND_RESET) spdlog::info("reset by {}", sample.issuer().to_string());
-  }
-
-  bool give_request(const msg::OperatorCommand& sample) {
-    const std::lock_guard lock(mutex);
-    if (!count_request(sample, requests)) return false;
-    inbox.requests.write(requests);
-    return true;
-  }
-
-  std::size_t joint_count;
+  Expectations expected;
   Inbox& inbox;
-  std::mutex mutex;  // of requests
-  teleop::StopRequests requests;
   dds::SourceGuard source;
   dds::RefusalLog refusals{"master_state"};
   dds::Participant participant;
@@ -123,26 +106,26 @@ struct DdsAdapter::Impl {
   dds::Writer<msg::OperatorCommand> own_commands;
   dds::Writer<msg::SlaveState> slave;
   dds::Reader<msg::MasterState> master;
-  dds::Reader<msg::OperatorCommand> commands;
+  dds::OperatorResponder responder;
 };
 
-DdsAdapter::DdsAdapter(const core::NetworkOptions& network, std::size_t joint_count, Inbox& inbox)
-    : impl_(std::make_unique<Impl>(network, joint_count, inbox)) {}
+DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const Expectations& expectations, Inbox& inbox)
+    : impl_(std::make_unique<Impl>(network, expectations, inbox)) {}
 DdsAdapter::~DdsAdapter() = default;
 
 void DdsAdapter::publish(const SlaveReport& report) {
-  msg::SlaveState sample = to_message(report, impl_->joint_count);
+  msg::SlaveState sample = to_message(report, impl_->expected.joint_count);
   sample.stamp(impl_->stamper.next());
   impl_->slave.write(sample);
+  impl_->responder.on_report(report.stop_requests, report.outputs.stop.id != 0);
 }
 
-void DdsAdapter::emergency_stop(const std::string& issuer) {
+void DdsAdapter::announce_stop(const std::string& issuer) {
   spdlog::warn("emergency stop by {}", issuer);
   msg::OperatorCommand sample;
   sample.kind(msg::COMMAND_EMERGENCY_STOP);
   sample.issuer(issuer);
   sample.stamp(impl_->own_stamper.next());
-  impl_->give_request(sample);
   impl_->own_commands.write(sample);
 }
 

@@ -1,8 +1,12 @@
+#include <CLI/CLI.hpp>
 #include <iostream>
+#include <optional>
 
+#include "common/dds/operator_command_line.hpp"
 #include "common/dds/participant.hpp"
 #include "common/runtime/cell_bodies.hpp"
 #include "common/runtime/deployment.hpp"
+#include "common/runtime/operator_options.hpp"
 #include "common/runtime/process.hpp"
 #include "components/slave_io/config.hpp"
 #include "components/slave_io/model.hpp"
@@ -10,6 +14,8 @@
 
 int main(int argc, char** argv) {
   using namespace phantom;
+  core::OperatorRequest request;
+  CLI::App* command = nullptr;
   runtime::ProcessDescription description;
   description.name = "slave_io";
   description.summary =
@@ -20,9 +26,22 @@ int main(int argc, char** argv) {
   description.details =
       "Topics in: master_state, operator_command. Topics out: slave_state (1 kHz), component_status.\n"
       "Example: slave_io --deployment deploy/topologies/single_host.yaml\n"
+      "Example while it runs: slave_io command stop; slave_io command reset; slave_io command status\n"
+      "kill -USR1 is an emergency stop; a stop outlives the process (--state-dir), until a reset.\n"
       "With --report-dir it leaves slave_io.json: how the loop ran, and every contact.";
-  description.run = [](const runtime::ProcessOptions& options) {
+  description.add_options = [&](CLI::App& app) {
+    command =
+        app.add_subcommand("command", "ask something of the running master_io and slave_io")->fallthrough();
+    runtime::add_operator_options(*command, request, false);
+  };
+  description.run = [&](const runtime::ProcessOptions& options) {
+    std::optional<runtime::EndsAtOnce> starting(std::in_place);
     const auto deployment = runtime::load_deployment(options);
+    if (command->parsed()) {
+      starting.emplace(runtime::kExitFailed);  // a command that is cut short has failed
+      return static_cast<int>(runtime::exit_code(
+          dds::run_operator_request(deployment.network, "slave_io command", request, std::cout)));
+    }
     const auto cell = runtime::load_cell(deployment.cell);
     const auto model = slave_io::load_arm(cell, slave_io::arm_name(options.config));
     const auto config = slave_io::load_config(options.config, model.arm, model.home);
@@ -34,7 +53,9 @@ int main(int argc, char** argv) {
       std::cout << "configuration is valid\n";
       return static_cast<int>(runtime::kExitDone);
     }
-    return slave_io::run_session(cell, model, config, deployment.network, options.report_dir);
+    starting.reset();
+    return slave_io::run_session(cell, model, config, deployment.network, runtime::state_path(options),
+                                 options.report_dir);
   };
   return runtime::process_main(argc, argv, description);
 }

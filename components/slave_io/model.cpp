@@ -58,7 +58,8 @@ void append_lines_and_meshes(const ArmModel& model, const robot::LinkSkin& skin,
 constexpr double kFineBand_vox = 3.0;
 
 voxel::DistanceField build_field(const runtime::CellConfig& cell, const std::vector<voxel::FieldBody>& bodies,
-                                 double voxel_m, double band_m) {
+                                 double voxel_m, double band_m, const FieldWorld::KeepGoing& keep_going,
+                                 const FieldCache* cache) {
   voxel::GridSpec grid;
   grid.origin_m = cell.min_m;
   grid.voxel_size_m = voxel_m;
@@ -67,9 +68,15 @@ voxel::DistanceField build_field(const runtime::CellConfig& cell, const std::vec
     grid.size_vox[axis] =
         static_cast<std::int32_t>(std::ceil((cell.max_m[i] - cell.min_m[i]) / voxel_m - 1e-9));
   }
-  auto field =
-      voxel::DistanceField::build(grid, bodies, {.outside_m = band_m, .inside_m = std::min(band_m, 0.08)});
+  const voxel::DistanceFieldOptions options{
+      .outside_m = band_m, .inside_m = std::min(band_m, 0.08), .keep_going = keep_going};
+  const std::string recipe = cache != nullptr ? FieldCache::recipe(grid, bodies, options) : "";
+  if (cache != nullptr)
+    if (auto kept = cache->find(recipe)) return *std::move(kept);
+  auto field = voxel::DistanceField::build(grid, bodies, options);
+  if (!field && field.status().code() == core::ErrorCode::kUnavailable) throw FieldWorld::Ended{};
   if (!field) throw ConfigError(cell.file.string() + ": contact field: " + field.status().message());
+  if (cache != nullptr) cache->keep(recipe, *field);
   return *std::move(field);
 }
 
@@ -104,9 +111,11 @@ std::vector<teleop::ContactPoint> contact_points(const ArmModel& model, double p
 }
 
 FieldWorld::FieldWorld(const runtime::CellConfig& cell, const std::vector<voxel::FieldBody>& bodies,
-                       const ContactConfig& config)
-    : fine_(build_field(cell, bodies, config.touch_voxel_m, kFineBand_vox * config.touch_voxel_m)),
-      coarse_(build_field(cell, bodies, config.clearance_voxel_m, config.clearance_range_m)) {}
+                       const ContactConfig& config, const KeepGoing& keep_going, const FieldCache* cache)
+    : fine_(build_field(cell, bodies, config.touch_voxel_m, kFineBand_vox * config.touch_voxel_m, keep_going,
+                        cache)),
+      coarse_(
+          build_field(cell, bodies, config.clearance_voxel_m, config.clearance_range_m, keep_going, cache)) {}
 
 double FieldWorld::distance_m(const Eigen::Vector3d& p_W_m) const noexcept {
   const double coarse_m = coarse_.distance_m(p_W_m);

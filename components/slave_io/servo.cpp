@@ -3,19 +3,30 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/runtime/process.hpp"
+
 namespace phantom::slave_io {
 
-Servo::Servo(const ArmModel& model, const Config& config, ArmDriver& arm, Inbox& inbox)
-    : inbox_(inbox), period_s_(config.period_s), controller_(model.arm, config, model.home), arm_(arm) {}
+Servo::Servo(const ArmModel& model, const Config& config, ArmDriver& arm, Inbox& inbox, std::uint64_t seed,
+             teleop::StopStore& stops)
+    : inbox_(inbox),
+      period_s_(config.period_s),
+      controller_(model.arm, config, model.home, teleop::StopLatch(seed, stops.read())),
+      arm_(arm),
+      stops_(stops),
+      kept_(stops.read()) {}
 
 void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
+  SlaveReport report;
   inbox_.master.read(inputs_.master);
-  inbox_.requests.read(inputs_.requests);
+  report.stop_requests = inbox_.stops.stops();
+  inputs_.stop_requests = report.stop_requests + runtime::emergency_stop_signals();
+  core::StopRequests::Reset reset;
+  if (inbox_.stops.take(reset)) inputs_.reset = &reset.names;
   if (inputs_.master.received_ns != 0)
     inputs_.master_age_s = core::seconds(now_ns - inputs_.master.received_ns);
   inputs_.master_round_trip_s =
       inputs_.master.answers_ns != 0 ? core::seconds(now_ns - inputs_.master.answers_ns) : 0.0;
-  SlaveReport report;
   const int missed = static_cast<int>(std::clamp(std::round(dt_s / period_s_), 1.0, double{kMostMadeUp}));
   const int steps = arm_.makes_up_periods() ? missed : 1;
   const double step_s = period_s_ * missed / steps;
@@ -29,9 +40,12 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
     inputs_.drive_fault = sense.fault;
     known = sense.known;
     report.outputs = controller_.step(inputs_, step_s);
-    const bool reset = inputs_.requests.resets != resets_seen_;
-    resets_seen_ = inputs_.requests.resets;
-    arm_.move({report.outputs, inputs_.requests.pending(), reset}, step_s, now_ns);
+    // The stop is kept before anything acts on it.
+    if (report.outputs.stop != kept_) stops_.write(kept_ = report.outputs.stop);
+    const bool released = report.outputs.reset == teleop::ResetOutcome::kReleased;
+    if (inputs_.reset != nullptr) inbox_.stops.give_result({reset.number, released});
+    inputs_.reset = nullptr;
+    arm_.move({report.outputs, report.outputs.stop.id != 0, released}, step_s, now_ns);
   }
   if (!known) return;
   report.followed = inputs_.master.stamp;

@@ -12,8 +12,10 @@ namespace phantom::slave_io {
 /// calls DDS, allocates or waits.
 class Servo {
  public:
-  /// `arm` and `inbox` must outlive it.
-  Servo(const ArmModel& model, const Config& config, ArmDriver& arm, Inbox& inbox);
+  /// `arm`, `inbox` and `stops` must outlive it. `seed`: random, for the names of stops; `stops`: keeps the
+  /// stop in force, and has the one of the process before this one.
+  Servo(const ArmModel& model, const Config& config, ArmDriver& arm, Inbox& inbox, std::uint64_t seed,
+        teleop::StopStore& stops);
 
   /// One tick of `dt_s`, a whole multiple of the period, at `now_ns` on the monotonic clock. Periods that the
   /// loop missed are made up for, up to kMostMadeUp, so that a simulated arm keeps real time; real drives get
@@ -30,7 +32,8 @@ class Servo {
   SlaveInputs inputs_;
   SlaveIo controller_;
   ArmDriver& arm_;
-  std::uint32_t resets_seen_ = 0;
+  teleop::StopStore& stops_;
+  teleop::StopRecord kept_;
 };
 
 }  // namespace phantom::slave_io

@@ -3,15 +3,19 @@
 #include <spdlog/spdlog.h>
 
 #include <fstream>
+#include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <thread>
 
+#include "common/core/random.hpp"
 #include "common/runtime/cell_bodies.hpp"
 #include "common/runtime/loop_json.hpp"
 #include "common/runtime/process.hpp"
 #include "common/runtime/servo_runner.hpp"
+#include "common/runtime/stop_file.hpp"
 #include "components/slave_io/can_arm.hpp"
 #include "components/slave_io/servo.hpp"
 #include "components/slave_io/simulated_arm.hpp"
@@ -36,7 +40,8 @@ std::string sentence(const SlaveOutputs& now, const robot::SerialArm& arm) {
       return now.master_elsewhere ? "the master answers another slave_io: holding position"
                                   : "the master is not heard: holding position";
     case LinkState::kStopped:
-      return std::string(name_of(now.stop_cause)) + ": holding position until reset";
+      return std::string(name_of(now.stop.cause)) + ": holding position until reset" +
+             (now.master_unconfirmed ? "; THE MASTER HAS NOT CONFIRMED THAT IT IS STOPPED" : "");
     default:
       return "";
   }
@@ -70,6 +75,16 @@ void write_report(const std::filesystem::path& file, const std::vector<core::Loo
   stream << report.dump(2) << '\n';
 }
 
+Expectations expectations(const robot::SerialArm& arm) {
+  Expectations expected;
+  expected.joint_count = arm.joint_count();
+  for (std::size_t j = 0; j < expected.joint_count; ++j) {
+    expected.lower[j] = arm.joints()[j].lower;
+    expected.upper[j] = arm.joints()[j].upper;
+  }
+  return expected;
+}
+
 // What is told twice a second: trouble with the drives before the state of the link.
 core::Health health_of(const SlaveOutputs& now, const robot::SerialArm& arm,
                        const core::ActuatorHealth& driver, std::vector<core::LoopStatistics> loops) {
@@ -85,31 +100,37 @@ core::Health health_of(const SlaveOutputs& now, const robot::SerialArm& arm,
   return {state, message, std::move(loops), driver.figures};
 }
 
-void tell_change(LinkState before, const SlaveOutputs& now) {
+void tell_change(const SlaveOutputs& before, const SlaveOutputs& now) {
+  if (now.master_unconfirmed && !before.master_unconfirmed)
+    spdlog::error("THE MASTER HAS NOT CONFIRMED THAT IT IS STOPPED within {} s", teleop::kConfirmWithin_s);
+  if (now.state == before.state) return;
   if (now.state == LinkState::kStopped) {
-    spdlog::warn("link {} → stopped: {}", name_of(before), name_of(now.stop_cause));
+    spdlog::warn("link {} → stopped: {}", name_of(before.state), name_of(now.stop.cause));
   } else {
-    spdlog::info("link {} → {}", name_of(before), name_of(now.state));
+    spdlog::info("link {} → {}", name_of(before.state), name_of(now.state));
   }
 }
 
 // Runs the servo on `arm` until a stop is requested; returns how its loops ran.
 std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config& config, ArmDriver& arm,
-                                            Inbox& inbox, DdsAdapter& adapter) {
-  Servo servo(model, config, arm, inbox);
+                                            Inbox& inbox, runtime::StopFile& stops, DdsAdapter& adapter) {
+  Servo servo(model, config, arm, inbox, core::random_number(), stops);
   std::mutex mutex;
   SlaveOutputs latest;  // under the mutex
+  core::Progress publishing("publisher");
   std::jthread publisher([&](const std::stop_token& stop) {
+    core::take_place(core::ThreadRole::kPublisher, config.scheduling.servo_priority);
     SlaveReport report;
-    LinkState before = LinkState::kInit;
+    SlaveOutputs before;
     std::uint32_t signals = 0;
     while (!stop.stop_requested()) {
+      publishing.tick();
       servo.published.wait(0.1);
-      for (; signals != runtime::emergency_stop_signals(); ++signals) adapter.emergency_stop("signal");
+      for (; signals != runtime::emergency_stop_signals(); ++signals) adapter.announce_stop("signal");
       if (!servo.outbox.read(report)) continue;
       adapter.publish(report);
-      if (report.outputs.state != before) tell_change(before, report.outputs);
-      before = report.outputs.state;
+      tell_change(before, report.outputs);
+      before = report.outputs;
       const std::lock_guard lock(mutex);
       latest = report.outputs;
     }
@@ -120,8 +141,11 @@ std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config&
   };
   runtime::ServoRunner loops(config.period_s, config.scheduling, config.measure_bare_loop,
                              [&servo](double dt_s) { servo.tick(dt_s, core::monotonic_ns()); });
+  loops.watch(publishing);
+  core::take_place(core::ThreadRole::kControl, config.scheduling.servo_priority);
   std::string said;
   do {
+    stops.flush();
     const core::ActuatorHealth driver = arm.health();
     if (driver.message != said) {
       said = driver.message;
@@ -149,25 +173,46 @@ void finish(DdsAdapter& adapter, const std::vector<core::LoopStatistics>& loops,
   if (!report_dir.empty()) write_report(report_dir / "slave_io.json", loops, simulated, cell);
 }
 
+// Null: the process was told to end meanwhile.
+std::unique_ptr<const FieldWorld> make_world(const runtime::CellConfig& cell, const ContactConfig& config,
+                                             const FieldCache& cache) {
+  try {
+    return std::make_unique<const FieldWorld>(
+        cell, runtime::load_real_bodies(cell), config, [] { return !runtime::stop_requested(); }, &cache);
+  } catch (const FieldWorld::Ended&) {
+    return nullptr;
+  }
+}
+
 int run_simulated(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
-                  const core::NetworkOptions& network, const std::filesystem::path& report_dir) {
+                  const core::NetworkOptions& network, runtime::StopFile& stops, const FieldCache& cache,
+                  const std::filesystem::path& report_dir) {
   spdlog::info("placing {} objects where they really stand", cell.objects.size());
   const auto begun_ns = core::monotonic_ns();
-  const FieldWorld world(cell, runtime::load_real_bodies(cell), config.contact);
-  SimulatedArm arm(model, config, world);
-  spdlog::info("contact field of {:.1f} MB made in {:.1f} s; {} contact points on {} joints",
-               static_cast<double>(world.bytes()) * 1e-6, core::seconds(core::monotonic_ns() - begun_ns),
-               arm.contact_point_count(), model.arm.joint_count());
+  // The others find it meanwhile.
   Inbox inbox;
-  DdsAdapter adapter(network, model.arm.joint_count(), inbox);
-  finish(adapter, run_servo(model, config, arm, inbox, adapter), &arm, cell, report_dir);
+  DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority), expectations(model.arm),
+                     inbox);
+  adapter.publish_health({core::ComponentState::kStarting, "making the contact field", {}, {}});
+  const auto world = make_world(cell, config.contact, cache);
+  if (!world) {
+    adapter.publish_health({core::ComponentState::kStopped, "ended", {}, {}});
+    return runtime::kExitDone;
+  }
+  SimulatedArm arm(model, config, *world);
+  spdlog::info("contact field of {:.1f} MB made in {:.1f} s; {} contact points on {} joints",
+               static_cast<double>(world->bytes()) * 1e-6, core::seconds(core::monotonic_ns() - begun_ns),
+               arm.contact_point_count(), model.arm.joint_count());
+  finish(adapter, run_servo(model, config, arm, inbox, stops, adapter), &arm, cell, report_dir);
   return runtime::kExitDone;
 }
 
 int run_drives(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
-               const core::NetworkOptions& network, const std::filesystem::path& report_dir) {
+               const core::NetworkOptions& network, runtime::StopFile& stops,
+               const std::filesystem::path& report_dir) {
   Inbox inbox;
-  DdsAdapter adapter(network, model.arm.joint_count(), inbox);
+  DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority), expectations(model.arm),
+                     inbox);
   auto buses = runtime::open_buses(*config.can, [&](const std::string& missing) {
     adapter.publish_health({core::ComponentState::kStarting, "waiting: " + missing, {}, {}});
   });
@@ -179,16 +224,20 @@ int run_drives(const runtime::CellConfig& cell, const ArmModel& model, const Con
                  load.frames_per_cycle, config.period_s * 1e3);
   }
   CanArm arm(model, config, std::move(buses));
-  finish(adapter, run_servo(model, config, arm, inbox, adapter), nullptr, cell, report_dir);
+  finish(adapter, run_servo(model, config, arm, inbox, stops, adapter), nullptr, cell, report_dir);
   return runtime::kExitDone;
 }
 
 }  // namespace
 
 int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
-                const core::NetworkOptions& network, const std::filesystem::path& report_dir) {
-  return config.driver == Driver::kCan ? run_drives(cell, model, config, network, report_dir)
-                                       : run_simulated(cell, model, config, network, report_dir);
+                const core::NetworkOptions& network, const std::filesystem::path& state_dir,
+                const std::filesystem::path& report_dir) {
+  runtime::StopFile stops(state_dir, "slave_io", network);
+  if (!stops.notice().empty()) spdlog::warn("{}", stops.notice());
+  return config.driver == Driver::kCan ? run_drives(cell, model, config, network, stops, report_dir)
+                                       : run_simulated(cell, model, config, network, stops,
+                                                       FieldCache(state_dir / "contact_fields"), report_dir);
 }
 
 }  // namespace phantom::slave_io

@@ -24,7 +24,8 @@ bool holds(LinkState state) {
 
 }  // namespace
 
-SlaveIo::SlaveIo(const robot::SerialArm& arm, const Config& config, const core::JointArray& start_q)
+SlaveIo::SlaveIo(const robot::SerialArm& arm, const Config& config, const core::JointArray& start_q,
+                 const teleop::StopLatch& latch)
     : count_(arm.joint_count()),
       gravity_feed_forward_(config.gravity_feed_forward),
       lower_(limits_of(arm, &robot::Joint::lower)),
@@ -33,7 +34,7 @@ SlaveIo::SlaveIo(const robot::SerialArm& arm, const Config& config, const core::
       align_tolerance_(config.align_tolerance),
       align_speed_(config.align_speed),
       align_range_(config.align_range),
-      link_(config.link),
+      link_(config.link, latch),
       servo_(arm.joint_count(), config.gains),
       limiter_(arm.joint_count(), lower_, upper_) {
   limiter_.reset(start_q);
@@ -44,16 +45,22 @@ SlaveOutputs SlaveIo::step(const SlaveInputs& in, double dt_s) noexcept {
   const bool agree =
       teleop::pose_difference(in.master.position, in.position, align_tolerance_, count_) <= 1.0;
   SlaveOutputs out;
-  out.state = link_.step({.partner_age_s = in.master_age_s,
-                          .round_trip_s = in.master_round_trip_s,
-                          .answers_another = in.master.answers_another,
-                          .partner = in.master.state,
-                          .poses_agree = agree,
-                          .requests = in.requests,
-                          .drives_follow = in.drives_follow,
-                          .drive_fault = in.drive_fault},
-                         dt_s);
-  out.stop_cause = link_.stop_cause();
+  const auto link = link_.step({.partner_age_s = in.master_age_s,
+                                .round_trip_s = in.master_round_trip_s,
+                                .answers_another = in.master.answers_another,
+                                .partner = in.master.state,
+                                .partner_stop = in.master.stop,
+                                .poses_agree = agree,
+                                .stop_requests = in.stop_requests,
+                                .reset = in.reset,
+                                .drives_follow = in.drives_follow,
+                                .drive_fault = in.drive_fault},
+                               dt_s);
+  out.state = link.state;
+  out.stop = link.stop;
+  out.reset = link.reset;
+  out.power = link.power;
+  out.master_unconfirmed = link.partner_unconfirmed;
   out.master_elsewhere = in.master.answers_another;
   if ((holds(out.state) && !holds(before)) || !in.drives_follow) limiter_.reset(in.position);
   const bool comes = out.state == LinkState::kReady || out.state == LinkState::kAligned;

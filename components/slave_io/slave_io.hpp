@@ -21,6 +21,7 @@ struct MasterSample {
   core::Nanoseconds answers_ns = 0;  ///< when the slave_state was made that it answers; 0: none of ours
   bool answers_another = false;      ///< it answers another process that is a slave
   teleop::LinkState state = teleop::LinkState::kInit;
+  teleop::StopId stop = 0;      ///< names the master's stop, while it is stopped
   core::JointArray position{};  ///< rad or m, in this arm's coordinates
   core::JointArray velocity{};
 };
@@ -29,8 +30,9 @@ struct SlaveInputs {
   MasterSample master;
   double master_age_s = std::numeric_limits<double>::infinity();  ///< since it was received; ∞: none yet
   double master_round_trip_s = 0.0;  ///< since the slave_state was made that it answers; 0: none of ours yet
-  teleop::StopRequests requests;
-  core::JointArray position{};  ///< as the encoders say
+  std::uint32_t stop_requests = 0;   ///< emergency stops that were asked for so far
+  const teleop::StopReset* reset = nullptr;  ///< one that came since the last tick
+  core::JointArray position{};               ///< as the encoders say
   core::JointArray velocity{};
   core::JointArray gravity_Nm{};  ///< torques that hold the weight; used if feed-forward is configured
   bool drives_follow = true;  ///< false: the arm does not do what it is told (power off, starting, stopped)
@@ -39,8 +41,11 @@ struct SlaveInputs {
 
 struct SlaveOutputs {
   teleop::LinkState state = teleop::LinkState::kInit;
-  teleop::StopCause stop_cause = teleop::StopCause::kNone;
-  bool master_elsewhere = false;  ///< the master is heard, but answers another slave
+  teleop::StopRecord stop;  ///< in force
+  teleop::ResetOutcome reset = teleop::ResetOutcome::kNone;
+  bool power = false;               ///< the drives may have power
+  bool master_unconfirmed = false;  ///< stopped for a while, and the master does not say that it is stopped
+  bool master_elsewhere = false;    ///< the master is heard, but answers another slave
   std::int8_t far_joint = -1;  ///< index of one that is too far from the master's to come by itself; −1: none
   teleop::ServoTorque torque;
   core::JointArray reference{};           ///< what the position loops follow
@@ -51,11 +56,14 @@ struct SlaveOutputs {
 ///
 /// init, degraded, stopped: holds the position it had when it came there. ready, aligned: goes slowly to the
 /// master's pose if that is near, else holds. coupled: follows the master. While the drives do not follow,
-/// the reference is where the arm is, so that nothing jumps when they do. Joint positions, speeds and torques
+/// the reference is where the arm is, so that nothing jumps when they do. Drives get power once the master is
+/// heard and says that it is not stopped. Joint positions, speeds and torques
 /// stay within the arm's limits whatever arrives.
 class SlaveIo {
  public:
-  SlaveIo(const robot::SerialArm& arm, const Config& config, const core::JointArray& start_q);
+  /// `latch`: with the stop that outlived the process before this one, if there is one.
+  SlaveIo(const robot::SerialArm& arm, const Config& config, const core::JointArray& start_q,
+          const teleop::StopLatch& latch);
 
   /// One tick. Pure; real-time safe: yes.
   SlaveOutputs step(const SlaveInputs& in, double dt_s) noexcept;

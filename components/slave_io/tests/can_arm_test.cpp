@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "common/teleop/tests/stop_store.hpp"
 #include "components/slave_io/servo.hpp"
 #include "components/slave_io/tests/drive_rig.hpp"
 #include "tests/support/heap_guard.hpp"
@@ -22,7 +23,7 @@ struct Bench {
   explicit Bench(Config with = can_config(), const core::JointArray& start = shipped_arm().home)
       : rig(std::move(with), start), config(rig.config), drives(rig.drives), frozen(rig.frozen) {
     arm = std::make_unique<CanArm>(shipped_arm(), config, rig.connect());
-    servo = std::make_unique<Servo>(shipped_arm(), config, *arm, inbox);
+    servo = std::make_unique<Servo>(shipped_arm(), config, *arm, inbox, 1, stops);
     master.position = shipped_arm().home;
     master.state = LinkState::kCoupled;
   }
@@ -49,10 +50,7 @@ struct Bench {
   }
   double joint(std::size_t j) const { return rig.position(j); }
   double speed(std::size_t j) const { return rig.velocity(j); }
-  void ask(void (teleop::StopRequests::*what)() noexcept) {
-    (requests.*what)();
-    inbox.requests.write(requests);
-  }
+  void reset() { inbox.stops.reset({.own = stops.record.id}); }
   LinkState state() const { return last.outputs.state; }
 
   DriveRig rig;
@@ -65,7 +63,7 @@ struct Bench {
   std::unique_ptr<CanArm> arm;
   std::unique_ptr<Servo> servo;
   MasterSample master;
-  teleop::StopRequests requests;
+  teleop::MemoryStopStore stops;
   bool heard = true;
   SlaveReport last;
   int published = 0;
@@ -166,7 +164,7 @@ TEST(CanArm, AFaultStopsTheArmUntilAResetAndPosesAreAlignedAnew) {
     const core::ActuatorHealth health = bench.arm->health();
     EXPECT_TRUE(health.fault);
     EXPECT_THAT(health.message, HasSubstr("j4_elbow is in fault"));
-    EXPECT_EQ(bench.last.outputs.stop_cause, teleop::StopCause::kDriveFault);
+    EXPECT_EQ(bench.last.outputs.stop.cause, teleop::StopCause::kDriveFault);
     EXPECT_THAT(health.message, HasSubstr(reaction == can::FaultReaction::kHold ? "hold" : "coast"));
     bench.run(3.0);
     EXPECT_EQ(bench.state(), LinkState::kStopped) << "stays until a reset";
@@ -179,7 +177,7 @@ TEST(CanArm, AFaultStopsTheArmUntilAResetAndPosesAreAlignedAnew) {
     bench.master.position[3] += 0.2;
     bench.master.state = LinkState::kReady;
     bench.fastest = 0.0;
-    bench.ask(&teleop::StopRequests::reset);
+    bench.reset();
     ASSERT_TRUE(bench.reaches(LinkState::kAligned)) << bench.arm->health().message;
     EXPECT_LT(bench.fastest, 0.3) << "the alignment's speed, not a jump";
     bench.master.state = LinkState::kCoupled;
@@ -194,7 +192,7 @@ TEST(CanArm, ADriveThatFallsSilentIsNamedAndComesBackAfterAReset) {
   bench.frozen[5] = true;
   ASSERT_TRUE(bench.reaches(LinkState::kStopped, 0.1));
   EXPECT_THAT(bench.arm->health().message, HasSubstr("j6_wrist leaves SYNCs without an answer"));
-  bench.ask(&teleop::StopRequests::reset);
+  bench.reset();
   bench.run(1.0);
   EXPECT_NE(bench.state(), LinkState::kCoupled) << "it is still silent";
   bench.frozen[5] = false;
@@ -204,10 +202,10 @@ TEST(CanArm, ADriveThatFallsSilentIsNamedAndComesBackAfterAReset) {
 TEST(CanArm, AnEmergencyStopIsTheDrivesQuickStopAndHoldsUntilAReset) {
   Bench bench;
   ASSERT_TRUE(bench.reaches(LinkState::kCoupled));
-  bench.ask(&teleop::StopRequests::stop);
+  bench.inbox.stops.stop();
   bench.run(0.1);
   EXPECT_EQ(bench.state(), LinkState::kStopped);
-  EXPECT_EQ(bench.last.outputs.stop_cause, teleop::StopCause::kEmergency);
+  EXPECT_EQ(bench.last.outputs.stop.cause, teleop::StopCause::kEmergency);
   EXPECT_FALSE(bench.arm->health().fault);
   for (const auto& drive : bench.drives)
     EXPECT_EQ(drive->power(), simulated_drive::SimulatedDrive::Power::kQuickStop);
@@ -216,7 +214,7 @@ TEST(CanArm, AnEmergencyStopIsTheDrivesQuickStopAndHoldsUntilAReset) {
   EXPECT_NEAR(bench.joint(4), shipped_arm().home[4], 1e-3);
   bench.master.position[4] -= 0.2;
   bench.fastest = 0.0;
-  bench.ask(&teleop::StopRequests::reset);
+  bench.reset();
   EXPECT_TRUE(bench.reaches(LinkState::kCoupled));
   EXPECT_LT(bench.fastest, 0.05);
 }

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 
 #include "common/core/errors.hpp"
@@ -86,6 +87,22 @@ TEST(FieldWorld, DistanceAndNormalOfASphere) {
     EXPECT_EQ(found.object, 5);
   }
   EXPECT_GE(world.distance_m({0.45, 0.45, 0.45}), world.range_m());
+}
+
+// SIGTERM while it starts: it is asked all the time, in the fine field and in the coarse one.
+TEST(FieldWorld, EndsWhenItIsToldTo) {
+  const auto bodies = runtime::load_real_bodies(hot_cell());
+  const auto asked_until_ended = [&bodies](int most) {
+    std::atomic<int> asked{0};
+    EXPECT_THROW(FieldWorld(hot_cell(), bodies, ContactConfig{}, [&] { return ++asked <= most; }),
+                 FieldWorld::Ended);
+    return asked.load();
+  };
+  std::atomic<int> in_all{0};
+  const FieldWorld world(hot_cell(), bodies, ContactConfig{}, [&] { return ++in_all > 0; });
+  EXPECT_GT(in_all, 500) << "for more than a second of work";
+  for (const int most : {0, in_all / 3, in_all * 9 / 10})
+    EXPECT_LE(asked_until_ended(most), most + 50) << "those that work at that moment, once each";
 }
 
 }  // namespace

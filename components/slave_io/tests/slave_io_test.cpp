@@ -6,6 +6,7 @@
 #include <random>
 
 #include "common/teleop/tests/half_space.hpp"
+#include "common/teleop/tests/stop_store.hpp"
 #include "components/slave_io/servo.hpp"
 #include "components/slave_io/simulated_arm.hpp"
 #include "components/slave_io/tests/fixture.hpp"
@@ -23,7 +24,8 @@ struct Bench {
   teleop::HalfSpace floor{Eigen::Vector3d::UnitZ(), -5.0};
   Inbox inbox;
   SimulatedArm arm{shipped_arm(), shipped_config(), floor};
-  Servo servo{shipped_arm(), shipped_config(), arm, inbox};
+  teleop::MemoryStopStore stops;
+  Servo servo{shipped_arm(), shipped_config(), arm, inbox, 1, stops};
   core::Nanoseconds now_ns = 1'000'000'000;
   MasterSample master = [] {
     MasterSample sample;
@@ -31,7 +33,6 @@ struct Bench {
     sample.state = LinkState::kCoupled;
     return sample;
   }();
-  teleop::StopRequests requests;
   bool heard = true;
   SlaveReport last;
 
@@ -77,7 +78,7 @@ TEST(SlaveIo, CouplesWhenAlignedAndFollows) {
 // Master samples that come at uneven times describe one smooth motion, and the reference must be that motion.
 TEST(SlaveIo, TheReferenceDoesNotShakeWithThePhaseOfTheSamples) {
   const auto start_q = shipped_arm().home;
-  SlaveIo slave(shipped_arm().arm, shipped_config(), start_q);
+  SlaveIo slave(shipped_arm().arm, shipped_config(), start_q, teleop::StopLatch(1, {}));
   std::mt19937 random(3);
   std::uniform_real_distribution<double> age_s(0.0, 0.002);
   constexpr double kSpeed = 0.4;
@@ -128,7 +129,7 @@ TEST(SlaveIo, ComesSlowlyToANearMasterBeforeCouplingAndWaitsForAFarOne) {
 TEST(SlaveIo, WhatKeepsItFromComingIsNotPressedHarder) {
   const Config config = shipped_config();
   const core::JointArray held = shipped_arm().home;
-  SlaveIo slave(shipped_arm().arm, config, held);
+  SlaveIo slave(shipped_arm().arm, config, held, teleop::StopLatch(1, {}));
   SlaveInputs in;
   in.master_age_s = 0.001;
   in.master.state = LinkState::kReady;
@@ -181,19 +182,70 @@ TEST(SlaveIo, StaleMasterMeansHoldingThePositionWithinTheLimit) {
 TEST(SlaveIo, EmergencyStopHoldsUntilReset) {
   Bench bench;
   bench.run(0.5);
-  bench.requests.stop();
-  bench.inbox.requests.write(bench.requests);
+  bench.inbox.stops.stop();
   bench.run(0.01);
   EXPECT_EQ(bench.state(), LinkState::kStopped);
+  EXPECT_EQ(bench.last.stop_requests, 1U);
+  EXPECT_EQ(bench.stops.record, bench.last.outputs.stop) << "it is kept";
   bench.master.position[4] += 0.4;
   bench.run(1.0);
   EXPECT_EQ(bench.state(), LinkState::kStopped);
   EXPECT_NEAR(bench.last.position[4], shipped_arm().home[4], 0.01);
   bench.master.position[4] -= 0.4;
-  bench.requests.reset();
-  bench.inbox.requests.write(bench.requests);
+  bench.inbox.stops.reset({.own = bench.stops.record.id + 1});
+  bench.run(0.5);
+  EXPECT_EQ(bench.state(), LinkState::kStopped) << "the reset named another stop";
+  bench.inbox.stops.reset({.own = bench.stops.record.id});
   bench.run(0.5);
   EXPECT_EQ(bench.state(), LinkState::kCoupled);
+  EXPECT_EQ(bench.stops.record, teleop::StopRecord{});
+  core::StopRequests::Result result;
+  for (const bool released : {false, true}) {
+    ASSERT_TRUE(bench.inbox.stops.take_result(result));
+    EXPECT_EQ(result.released, released);
+  }
+}
+
+// kill -9 and a new process: what was kept is in force before anything moves.
+TEST(SlaveIo, AStopThatWasKeptIsInForceFromTheFirstTick) {
+  Bench before;
+  before.run(0.5);
+  before.inbox.stops.stop();
+  before.run(0.01);
+  teleop::MemoryStopStore kept = before.stops;
+  Inbox inbox;
+  SimulatedArm arm(shipped_arm(), shipped_config(), before.floor);
+  Servo servo(shipped_arm(), shipped_config(), arm, inbox, 2, kept);
+  before.master.position[4] += 0.2;
+  SlaveReport last;
+  for (int ms = 0; ms < 2000; ++ms) {
+    before.now_ns += core::from_seconds(kDt);
+    before.master.received_ns = before.now_ns;
+    inbox.master.write(before.master);
+    servo.tick(kDt, before.now_ns);
+    ASSERT_TRUE(servo.outbox.read(last));
+    ASSERT_EQ(last.outputs.state, LinkState::kStopped);
+    ASSERT_EQ(last.outputs.stop, before.stops.record);
+    ASSERT_FALSE(last.outputs.power);
+    ASSERT_NEAR(last.position[4], shipped_arm().home[4], 1e-3);
+  }
+}
+
+TEST(SlaveIo, AMasterThatIsStoppedStopsTheSlave) {
+  Bench bench;
+  bench.run(0.5);
+  ASSERT_EQ(bench.state(), LinkState::kCoupled);
+  bench.master.state = LinkState::kStopped;
+  bench.master.stop = 99;
+  bench.master.position[4] += 0.2;  // it coasts
+  bench.run(0.001);
+  EXPECT_EQ(bench.state(), LinkState::kStopped);
+  EXPECT_EQ(bench.last.outputs.stop.cause, teleop::StopCause::kPartner);
+  bench.run(1.0);
+  EXPECT_NEAR(bench.last.position[4], shipped_arm().home[4], 0.01) << "the slave does not go after it";
+  bench.inbox.stops.reset({.own = bench.stops.record.id, .partner = 99});
+  bench.run(1.0);
+  EXPECT_EQ(bench.state(), LinkState::kInit) << "nothing is aligned with a master that is stopped";
 }
 
 // Whatever a master commands: positions, speeds and torques stay within the arm's limits.
@@ -226,7 +278,7 @@ TEST(SlaveIo, LimitsHoldWhateverArrives) {
 
 TEST(SlaveIo, NumbersThatAreNoneChangeNothing) {
   const auto& model = shipped_arm();
-  SlaveIo controller(model.arm, shipped_config(), model.home);
+  SlaveIo controller(model.arm, shipped_config(), model.home, teleop::StopLatch(1, {}));
   SlaveInputs in;
   in.position = model.home;
   in.master.position = model.home;
@@ -244,7 +296,7 @@ TEST(SlaveIo, NumbersThatAreNoneChangeNothing) {
 
 /// A controller that was coupled at home, and its inputs in the last tick.
 struct CoupledSlave {
-  SlaveIo controller{shipped_arm().arm, shipped_config(), shipped_arm().home};
+  SlaveIo controller{shipped_arm().arm, shipped_config(), shipped_arm().home, teleop::StopLatch(1, {})};
   SlaveInputs in;
   SlaveOutputs out;
   CoupledSlave() {
@@ -328,7 +380,8 @@ TEST(SlaveIo, MissedPeriodsCostABoundedNumberOfStepsAndRealDrivesGetOneCommand) 
   for (const bool simulated : {true, false}) {
     Inbox inbox;
     CountedArm arm(simulated);
-    Servo servo(shipped_arm(), shipped_config(), arm, inbox);
+    teleop::MemoryStopStore stops;
+    Servo servo(shipped_arm(), shipped_config(), arm, inbox, 1, stops);
     const auto tick = [&](double dt_s) {
       arm.moves = 0;
       arm.passed_s = 0.0;
