@@ -5,8 +5,7 @@
 #include "common/robot/joint_values.hpp"
 #include "common/runtime/config_reader.hpp"
 #include "common/runtime/link_config.hpp"
-#include "common/runtime/servo_check.hpp"
-#include "common/teleop/stability_guard.hpp"
+#include "components/master_io/config_rendering.hpp"
 #include "components/master_io/reaches.hpp"
 
 namespace phantom::master_io {
@@ -27,136 +26,6 @@ teleop::BilateralLaw read_law(const ConfigReader& file, const std::string& chose
   throw file.error(
       "law",
       "is '" + chosen + "' on the command line; allowed: pf (case a), sctfb (b), pfff (c), pe (d), peff (e)");
-}
-
-/// Device data of the two types of joint; returns the cap on damping.
-core::JointArray read_device(const ConfigReader& section, const robot::SerialArm& arm,
-                             teleop::MasterPlantParameters& device) {
-  device.joint_count = arm.joint_count();
-  device.velocity_filter_s = section.number("velocity_filter_s", 0.002, {0, 0.1, "s"});
-  const ConfigReader r = section.section("revolute"), p = section.section("prismatic");
-  const auto inertia = robot::by_joint_type(arm, r.number("inertia_kg_m2", {1e-6, 1e4, "kg·m²"}),
-                                            p.number("mass_kg", {1e-4, 1e5, "kg"}));
-  const auto viscous = robot::by_joint_type(arm, r.number("viscous_N_m_s_per_rad", {0, 1e4, "N·m·s/rad"}),
-                                            p.number("viscous_N_s_per_m", {0, 1e5, "N·s/m"}));
-  const auto coulomb = robot::by_joint_type(arm, r.number("coulomb_N_m", {0, 1e4, "N·m"}),
-                                            p.number("coulomb_N", {0, 1e5, "N"}));
-  device.torque_limit_Nm = robot::by_joint_type(arm, r.number("torque_limit_N_m", {0, 1e4, "N·m"}),
-                                                p.number("force_limit_N", {0, 1e5, "N"}));
-  device.encoder_resolution = robot::by_joint_type(arm, r.number("encoder_step_rad", {1e-9, 0.1, "rad"}),
-                                                   p.number("encoder_step_m", {1e-9, 0.1, "m"}));
-  for (std::size_t j = 0; j < arm.joint_count(); ++j) {
-    const auto& joint = arm.joints()[j];
-    device.joints[j] = {inertia[j], viscous[j], coulomb[j], joint.lower, joint.upper};
-  }
-  return robot::by_joint_type(arm, r.number("damping_cap_N_m_s_per_rad", {0, 1e4, "N·m·s/rad"}),
-                              p.number("damping_cap_N_s_per_m", {0, 1e6, "N·s/m"}));
-}
-
-int read_delay(const ConfigReader& device) {
-  return device.integer("command_delay_samples", 1, {0, 100, "samples"});
-}
-
-/// Damping that the device renders stably: decides how much of the percept gets through.
-core::JointArray damping_limit(int delay, const Config& config, const core::JointArray& cap) {
-  teleop::DeviceDamping device{.joint_count = config.device.joint_count,
-                               .inertia = {},
-                               .damping_cap = cap,
-                               .period_s = config.period_s,
-                               .delay_samples = delay};
-  device.delay_samples += teleop::filter_delay_samples(config.device.velocity_filter_s, config.period_s);
-  for (std::size_t j = 0; j < device.joint_count; ++j) device.inertia[j] = config.device.joints[j].inertia;
-  return teleop::usable_damping(device);
-}
-
-void read_percept(const ConfigReader& section, const robot::SerialArm& arm, Config& config) {
-  auto& percept = config.percept;
-  percept.joint_count = arm.joint_count();
-  percept.mode = section.choice("mode", "separable", {"separable", "coupled"}) == "coupled"
-                     ? teleop::DragMode::kCoupled
-                     : teleop::DragMode::kSeparable;
-  config.percept_gain = section.number("gain", {0, 1000, ""});
-  config.percept_staleness_s = section.number("staleness_s", config.percept_staleness_s, {0.002, 2, "s"});
-  percept.torque_cap_Nm = robot::by_joint_type(arm, section.number("torque_cap_N_m", {0, 1e4, "N·m"}),
-                                               section.number("force_cap_N", {0, 1e5, "N"}));
-  percept.smoothing_s = section.number("smoothing_s", percept.smoothing_s, {0, 1, "s"});
-  percept.ramp_up_s = section.number("ramp_up_s", percept.ramp_up_s, {0.01, 10, "s"});
-  percept.ramp_down_s = section.number("ramp_down_s", percept.ramp_down_s, {0.01, 2, "s"});
-}
-
-/// D is scaled as a whole: a joint that may not be damped at all would take the percept from all others.
-void check_coupled(const ConfigReader& section, const robot::SerialArm& arm,
-                   const teleop::PerceptParameters& percept) {
-  if (percept.mode != teleop::DragMode::kCoupled) return;
-  for (std::size_t j = 0; j < percept.joint_count; ++j) {
-    if (percept.damping_limit_Nms_per_rad[j] <= 0.0)
-      throw section.error("mode", "is coupled, but the device may not damp " + arm.joints()[j].name +
-                                      " at all (its damping cap is 0); allowed: separable");
-  }
-}
-
-void read_exchange(const ConfigReader& section, const robot::SerialArm& arm, teleop::ExchangeGains& gains) {
-  gains.k_p = robot::by_joint_type(arm, section.number("k_p_N_m_per_rad", {0, 1e5, "N·m/rad"}),
-                                   section.number("k_p_N_per_m", {0, 1e7, "N/m"}));
-  gains.k_v = robot::by_joint_type(arm, section.number("k_v_N_m_s_per_rad", {0, 1e4, "N·m·s/rad"}),
-                                   section.number("k_v_N_s_per_m", {0, 1e6, "N·s/m"}));
-  gains.force_share = section.number("force_share", {0, 10, ""});
-}
-
-/// Whether the master's own position loop bears the delay to its motors, with the greater gain of the laws
-/// that have one: the law may change while running. A slave that stands still is what it hangs on.
-void check_exchange(const ConfigReader& section, const robot::SerialArm& arm, int delay,
-                    const Config& config) {
-  const auto& feedback = config.feedback;
-  const auto gain = [&](teleop::BilateralLaw law) {
-    return feedback.inverse_a[static_cast<std::size_t>(law)];
-  };
-  const double inverse_a = feedback.contact_gain_ratio *
-                           std::max(gain(teleop::BilateralLaw::kPe), gain(teleop::BilateralLaw::kPeff));
-  for (std::size_t j = 0; j < arm.joint_count(); ++j) {
-    const teleop::JointServoGains loop{inverse_a * feedback.exchange.k_p[j],
-                                       inverse_a * feedback.exchange.k_v[j], feedback.torque_cap_Nm[j]};
-    // A torque acts for a period: half of it later on average.
-    const std::string why =
-        runtime::why_it_swings(loop, config.device.joints[j].inertia, config.period_s, delay + 0.5);
-    if (!why.empty()) throw section.error("exchange", "makes " + arm.joints()[j].name + " " + why);
-  }
-}
-
-/// The guard may add as much damping as the percept may: together they stay within the device's stability.
-void read_passivity(const ConfigReader& section, const robot::SerialArm& arm, Config& config) {
-  auto& passivity = config.feedback.passivity;
-  passivity.joint_count = arm.joint_count();
-  passivity.enabled = section.flag("guard", true);
-  const double allowance_J = section.number("allowance_J", {0, 1e3, "J"});
-  const double store_J = section.number("store_J", {0, 1e3, "J"});
-  passivity.allowance_J.fill(allowance_J);
-  passivity.store_J.fill(store_J);
-  passivity.damping_limit = config.percept.damping_limit_Nms_per_rad;
-}
-
-void read_feedback(const ConfigReader& section, const robot::SerialArm& arm, Config& config) {
-  auto& feedback = config.feedback;
-  feedback.joint_count = arm.joint_count();
-  const ConfigReader inverse_a = section.section("inverse_a");
-  for (std::size_t i = 1; i < teleop::kBilateralLaws; ++i) {
-    feedback.inverse_a[i] =
-        inverse_a.number(teleop::name_of(static_cast<teleop::BilateralLaw>(i)), {0, 10, ""});
-  }
-  read_exchange(section.section("exchange"), arm, feedback.exchange);
-  feedback.torque_cap_Nm = robot::by_joint_type(arm, section.number("torque_cap_N_m", {0, 1e4, "N·m"}),
-                                                section.number("force_cap_N", {0, 1e5, "N"}));
-  feedback.ramp_up_s = section.number("ramp_up_s", feedback.ramp_up_s, {0.01, 10, "s"});
-  feedback.ramp_down_s = section.number("ramp_down_s", feedback.ramp_down_s, {0.01, 2, "s"});
-  const ConfigReader contact = section.optional_section("contact");
-  const std::string source = contact.choice("source", "either", {"slave", "phantom", "either"});
-  config.contact_source = source == "slave"     ? ContactSource::kSlave
-                          : source == "phantom" ? ContactSource::kPhantom
-                                                : ContactSource::kEither;
-  feedback.contact_gain_ratio = contact.number("gain_ratio", 1.0, {1, 100, ""});
-  feedback.contact_rise_s = contact.number("rise_s", feedback.contact_rise_s, {0.005, 5, "s"});
-  feedback.contact_fall_s = contact.number("fall_s", feedback.contact_fall_s, {0.005, 5, "s"});
-  read_passivity(section.section("passivity"), arm, config);
 }
 
 void read_arm_of(const ConfigReader& section, const robot::SerialArm& arm, teleop::OperatorParameters& hand) {
@@ -271,7 +140,7 @@ std::string arm_name(const std::filesystem::path& file) {
 }
 
 Config load_config(const std::filesystem::path& path, const std::filesystem::path& cell_file,
-                   const robot::SerialArm& arm, const Choices& choices) {
+                   const robot::SerialArm& arm, const core::JointArray& home, const Choices& choices) {
   const ConfigReader file = ConfigReader::from_file(path);
   Config config;
   const std::string in_file = file.choice("driver", "sim", {"sim", "desk", "can"});
@@ -280,22 +149,15 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
   config.desk = read_desk(file.optional_section("desk"), arm, choices.desk_device);
   file.text("arm", "");
   config.period_s = 1.0 / file.number("rate_Hz", 1000, {50, 5000, "Hz"});
-  config.scheduling.fifo_priority = file.integer("fifo_priority", 0, {0, 99, ""});
+  config.scheduling.servo_priority = file.integer("fifo_priority", 0, {0, 99, ""});
   config.scheduling.lock_memory = file.flag("lock_memory", false);
   config.measure_bare_loop = file.flag("measure_bare_loop", true);
   read_link(file.optional_section("link"), arm, config);
   config.feedback.law = read_law(file, choices.law);
-  const ConfigReader device = file.section("device");
-  const auto cap = read_device(device, arm, config.device);
-  const int delay = read_delay(device);
+  read_device(file.section("device"), arm, config);
   if (config.driver == Driver::kCan || file.has("can")) read_can(file.section("can"), arm, config);
-  const ConfigReader percept = file.section("percept");
-  read_percept(percept, arm, config);
-  config.percept.damping_limit_Nms_per_rad = damping_limit(delay, config, cap);
-  check_coupled(percept, arm, config.percept);
-  const ConfigReader feedback = file.section("feedback");
-  read_feedback(feedback, arm, config);
-  check_exchange(feedback, arm, delay, config);
+  read_percept(file.section("percept"), arm, config);
+  read_feedback(file.section("feedback"), arm, home, config);
   if (config.driver == Driver::kSim || file.has("operator")) {
     const ConfigReader hand = file.section("operator");
     config.hand = read_operator(hand, arm, choices.operator_model);

@@ -45,10 +45,13 @@ struct Config {
   teleop::LinkTiming link;
   core::JointArray align_tolerance{};  ///< rad or m
   teleop::MasterPlantParameters device;
+  int command_delay_samples = 1;  ///< from computing a torque to its acting
   teleop::PerceptParameters percept;
-  double percept_gain = 1.0;  ///< G at the start
+  core::JointArray percept_gain{};  ///< G at the start, by joint
   double percept_staleness_s = 0.06;
   teleop::FeedbackParameters feedback;
+  std::vector<teleop::FeedbackLoop> feedback_loops;  ///< by joint, what the feedback must be stable with
+  core::JointArray torque_rate_Nm_per_s{};           ///< at which the motors' torque may change, by joint
   ContactSource contact_source = ContactSource::kEither;
   teleop::OperatorParameters hand;
   std::string operator_model;  ///< its name; empty: a person moves the master
@@ -61,12 +64,15 @@ struct Choices {
   std::string operator_model, law, driver, desk_device;
 };
 
+/// The joints' names, as the URDF has them.
+std::vector<std::string> joint_names(const robot::SerialArm& arm);
+
 /// The name of the arm that the file asks for (empty: the cell's only one). Throws ConfigError.
 std::string arm_name(const std::filesystem::path& file);
 
-/// Reads and checks the file for `arm`, and the reaches (by default reaches.yaml beside `cell_file`). Throws
-/// ConfigError naming file, line, key, value and what is allowed.
+/// Reads and checks the file for `arm`, with the slave's inertia taken at `home`, and the reaches (by default
+/// reaches.yaml beside `cell_file`). Throws ConfigError naming file, line, key, value and what is allowed.
 Config load_config(const std::filesystem::path& file, const std::filesystem::path& cell_file,
-                   const robot::SerialArm& arm, const Choices& choices);
+                   const robot::SerialArm& arm, const core::JointArray& home, const Choices& choices);
 
 }  // namespace phantom::master_io

@@ -1,16 +1,20 @@
 #include "components/master_io/dds_adapter.hpp"
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <atomic>
 #include <mutex>
 
 #include "common/dds/endpoint.hpp"
+#include "common/dds/operator_responder.hpp"
 #include "common/dds/participant.hpp"
 #include "common/dds/refusal_log.hpp"
 #include "common/dds/source_guard.hpp"
 #include "common/dds/stamp.hpp"
 #include "common/dds/status_reporter.hpp"
+#include "common/robot/joint_values.hpp"
 #include "components/master_io/dds_adapter_convert.hpp"
 
 namespace phantom::master_io {
@@ -40,9 +44,7 @@ const char* refusal(const msg::SlaveState& slave, const Expectations& expected) 
   }
   if (slave.state() > msg::LINK_STOPPED) return "its state is not known";
   for (std::size_t j = 0; j < expected.joint_count; ++j) {
-    const double margin = 0.05 * (expected.upper[j] - expected.lower[j]);
-    const double q = slave.position_rad()[j];
-    if (q < expected.lower[j] - margin || q > expected.upper[j] + margin)
+    if (!robot::near_limits(slave.position_rad()[j], expected.lower[j], expected.upper[j]))
       return "a position is far outside of its joint's limits";
   }
   return nullptr;
@@ -52,12 +54,18 @@ const char* refusal(const msg::DragField& field, const Expectations& expected) n
   if (field.stamp().sequence_number() == 0) return "it has no sequence number";
   const std::size_t count = expected.joint_count;
   if (field.joint_count() != count) return "its joint count is not the master's";
-  if (expected.drag_mode == teleop::DragMode::kSeparable) {
-    if (!non_negative(field.coefficient_plus(), count) || !non_negative(field.coefficient_minus(), count)) {
-      return "a coefficient is negative or not a finite number";
-    }
-    return nullptr;
+  const bool separable = expected.drag_mode == teleop::DragMode::kSeparable;
+  if (field.mode() != (separable ? msg::DRAG_SEPARABLE : msg::DRAG_COUPLED)) {
+    return separable
+               ? "its law of drag is not separable, which this master renders (percept.mode); allowed: the "
+                 "same mode in phantom_sensing.yaml and master_io.yaml"
+               : "its law of drag is not coupled, which this master renders (percept.mode); allowed: the "
+                 "same mode in phantom_sensing.yaml and master_io.yaml";
   }
+  if (!non_negative(field.coefficient_plus(), count) || !non_negative(field.coefficient_minus(), count)) {
+    return "a coefficient is negative or not a finite number";
+  }
+  if (separable) return nullptr;
   for (std::size_t k = 0; k < count * (count + 1) / 2; ++k) {
     if (!std::isfinite(field.coupled()[k])) return "an entry of the drag matrix is not a finite number";
   }
@@ -72,6 +80,7 @@ SlaveSample to_sample(const msg::SlaveState& slave, core::Nanoseconds received_n
   sample.answers_ns = dds::answered_ns(slave.master_echo(), own_session, received_ns);
   sample.answers_another = slave.master_echo().session() != 0 && slave.master_echo().session() != own_session;
   sample.state = static_cast<teleop::LinkState>(slave.state());
+  sample.stop = slave.stop();
   sample.motion = {slave.position_rad(), slave.velocity_rad_s()};
   sample.effort = {slave.loop_torque_Nm(), slave.external_torque_Nm()};
   sample.force_measured = slave.external_torque_measured();
@@ -107,46 +116,38 @@ double RoundTrip::measure(const msg::DragField& field, core::Nanoseconds receive
   return core::seconds(received_ns - made_ns);
 }
 
-bool take_wish(const msg::OperatorCommand& command, Wishes& wishes) noexcept {
+core::Status take_setting(const msg::OperatorCommand& command, const GainRules& rules, double round_trip_s,
+                          Settings& settings) {
   const double value = command.value();
-  if (command.stamp().sequence_number() == 0) return false;
+  std::string why;
   switch (command.kind()) {
-    case msg::COMMAND_EMERGENCY_STOP:
-      wishes.requests.stop();
-      return true;
-    case msg::COMMAND_RESET:
-      wishes.requests.reset();
-      return true;
     case msg::COMMAND_SET_PERCEPT_GAIN:
-      if (!(value >= 0.0 && value <= 1000.0)) return false;
-      wishes.percept_gain = value;
-      return true;
+      why = set_percept_gain(value, command.joint(), rules, settings);
+      break;
     case msg::COMMAND_SET_FEEDBACK_GAIN:
-      if (!(value >= 0.0 && value <= 10.0)) return false;
-      wishes.feedback_gain = value;
-      return true;
+      why = set_feedback_gain(value, command.joint(), rules, round_trip_s, settings);
+      break;
     case msg::COMMAND_ENABLE_PERCEPT:
-      if (value != 0.0 && value != 1.0) return false;
-      wishes.percept_enabled = value == 1.0;
-      return true;
+      if (value != 0.0 && value != 1.0)
+        why = "percept is neither on nor off; allowed: 0 or 1";
+      else
+        settings.percept_enabled = value == 1.0;
+      break;
     case msg::COMMAND_SET_LAW:
-      if (!(value >= 0.0 && value < teleop::kBilateralLaws && value == std::floor(value))) return false;
-      wishes.law = static_cast<teleop::BilateralLaw>(value);
-      wishes.feedback_gain = teleop::kLawsOwnGain;  // a gain that suits one law can be unstable in another
-      return true;
-    case msg::COMMAND_VIEW_HOLD:
-    case msg::COMMAND_VIEW_NODE:
-    case msg::COMMAND_MARK:
-      return true;
+      why = set_law(value, settings);
+      break;
+    default:
+      why = "this command is not for master_io";
   }
-  return false;
+  return why.empty() ? core::Status::ok() : core::Status::invalid_argument(why);
 }
 
 msg::MasterState to_message(const MasterReport& report, std::size_t joint_count) {
   msg::MasterState master;
   const MasterOutputs& out = report.outputs;
   master.state(static_cast<msg::LinkState>(out.state));
-  master.stop_cause(static_cast<msg::StopCause>(out.stop_cause));
+  master.stop_cause(static_cast<msg::StopCause>(out.stop.cause));
+  master.stop(out.stop.id);
   master.law(static_cast<msg::BilateralLaw>(out.law));
   master.joint_count(static_cast<std::uint32_t>(joint_count));
   master.position_rad(report.position);
@@ -158,6 +159,7 @@ msg::MasterState to_message(const MasterReport& report, std::size_t joint_count)
   master.feedback_gain(out.feedback_gain);
   master.percept_enabled(out.percept_enabled);
   master.percept_limited(out.damping_limited || out.torque_limited);
+  master.feedback_limited(out.feedback_limited);
   master.feedback_damped(out.feedback_damped);
   master.force_missing(out.force_missing);
   master.reach(report.reach);
@@ -168,11 +170,11 @@ msg::MasterState to_message(const MasterReport& report, std::size_t joint_count)
 }
 
 struct DdsAdapter::Impl {
-  Impl(const core::NetworkOptions& network, const Expectations& expectations, const Wishes& initial,
+  Impl(const core::NetworkOptions& network, const Expectations& expectations, const Settings& initial,
        Inbox& into)
       : expected(expectations),
         inbox(into),
-        wishes(initial),
+        settings(initial),
         participant("master_io", network),
         round_trip(participant.session()),
         stamper(participant),
@@ -193,15 +195,18 @@ struct DdsAdapter::Impl {
                   if (percept_order.accept(sample.stamp()))
                     inbox.phantom.write(to_sample(sample, info.received_ns));
                 }),
-        commands(participant, dds::kOperatorCommand,
-                 [this](const msg::OperatorCommand& sample, const dds::SampleInfo&) { on_command(sample); }) {
-    inbox.wishes.write(wishes);
+        responder(participant, core::Side::kMaster, inbox.stops,
+                  [this](const msg::OperatorCommand& sample) { return on_setting(sample); }) {
+    inbox.settings.write(settings);
   }
 
   void on_slave(const msg::SlaveState& sample, core::Nanoseconds now_ns) {
     const char* reason = refusal(sample, expected);
     if (reason == nullptr) reason = dds::reason(slave_source.judge(sample.stamp(), now_ns));
-    if (reason == nullptr) return inbox.slave.write(to_sample(sample, now_ns, participant.session()));
+    if (reason == nullptr) {
+      slave_stop.store(sample.stop(), std::memory_order_relaxed);
+      return inbox.slave.write(to_sample(sample, now_ns, participant.session()));
+    }
     slave.count_refused();
     slave_refusals.refused(in_words(reason, sample.joint_count()), now_ns);
   }
@@ -234,50 +239,49 @@ struct DdsAdapter::Impl {
                                             : nullptr;
   }
 
-  void on_command(const msg::OperatorCommand& sample) {
-    if (!give_wish(sample)) return commands.count_refused();
+  core::Status on_setting(const msg::OperatorCommand& sample) {
+    const std::lock_guard lock(settings_mutex);
+    const core::Status taken = take_setting(sample, expected.gains, feedback_delay_s, settings);
+    if (taken.is_ok()) inbox.settings.write(settings);
+    log_setting(sample, taken);
+    return taken;
+  }
+
+  static void log_setting(const msg::OperatorCommand& sample, const core::Status& taken) {
     const std::string who = sample.issuer().to_string();
+    if (!taken.is_ok()) return spdlog::warn("{} asked for what is refused: {}", who, taken.message());
     switch (sample.kind()) {
-      case msg::COMMAND_EMERGENCY_STOP:
-        return spdlog::warn("emergency stop by {}", who);
-      case msg::COMMAND_RESET:
-        return spdlog::info("reset by {}", who);
       case msg::COMMAND_SET_PERCEPT_GAIN:
-        return spdlog::info("percept gain {} asked for by {}", sample.value(), who);
+        return spdlog::info("percept gain {} by {}", sample.value(), who);
       case msg::COMMAND_SET_FEEDBACK_GAIN:
-        return spdlog::info("feedback gain {} asked for by {}", sample.value(), who);
+        return spdlog::info("feedback gain {} by {}", sample.value(), who);
       case msg::COMMAND_SET_LAW:
-        return spdlog::info("law {} asked for by {}",
+        return spdlog::info("law {} by {}",
                             teleop::name_of(static_cast<teleop::BilateralLaw>(sample.value())), who);
-      case msg::COMMAND_ENABLE_PERCEPT:
-        return spdlog::info("percept {} by {}", sample.value() != 0.0 ? "on" : "off", who);
       default:
-        return;
+        return spdlog::info("percept {} by {}", sample.value() != 0.0 ? "on" : "off", who);
     }
   }
 
-  // The wish takes effect here; what the topic brings back to us of our own commands does no harm.
-  bool give_wish(const msg::OperatorCommand& sample) {
-    const std::lock_guard lock(wishes_mutex);
-    if (!take_wish(sample, wishes)) return false;
-    inbox.wishes.write(wishes);
-    return true;
-  }
-
-  void command(msg::CommandKind kind, const std::string& issuer) {
+  // What this process asks of the others; its own part is done already.
+  void announce(msg::CommandKind kind, const std::string& issuer, const core::StopReset& names = {}) {
     msg::OperatorCommand sample;
     sample.kind(kind);
+    sample.joint(-1);
+    sample.master_stop(names.own);
+    sample.slave_stop(names.partner);
     sample.issuer(issuer);
     const std::lock_guard lock(own_mutex);
     sample.stamp(own_stamper.next());
-    give_wish(sample);
     own_commands.write(sample);
   }
 
   Expectations expected;
   Inbox& inbox;
-  std::mutex wishes_mutex, own_mutex;
-  Wishes wishes;
+  std::mutex settings_mutex, own_mutex;
+  Settings settings;
+  std::atomic<teleop::StopId> stop_in_force{0}, slave_stop{0};
+  std::atomic<double> feedback_delay_s{0.0};  // in force in the servo
   dds::SequenceGuard percept_order;
   dds::SourceGuard slave_source, field_source;
   dds::RefusalLog slave_refusals{"slave_state"}, field_refusals{"drag_field"};
@@ -292,26 +296,40 @@ struct DdsAdapter::Impl {
   dds::Reader<msg::SlaveState> slave;
   dds::Reader<msg::DragField> field;
   dds::Reader<msg::Percept> percept;
-  dds::Reader<msg::OperatorCommand> commands;
+  dds::OperatorResponder responder;
 };
 
 DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const Expectations& expectations,
-                       const Wishes& wishes, Inbox& inbox)
-    : impl_(std::make_unique<Impl>(network, expectations, wishes, inbox)) {}
+                       const Settings& settings, Inbox& inbox)
+    : impl_(std::make_unique<Impl>(network, expectations, settings, inbox)) {}
 DdsAdapter::~DdsAdapter() = default;
 
 void DdsAdapter::publish(const MasterReport& report) {
+  impl_->feedback_delay_s = report.outputs.feedback_delay_s;
   msg::MasterState sample = to_message(report, impl_->expected.joint_count);
   sample.stamp(impl_->stamper.next());
   impl_->master.write(sample);
+  impl_->responder.on_report(report.stop_requests, report.outputs.stop.id != 0);
+  impl_->stop_in_force.store(report.outputs.stop.id, std::memory_order_relaxed);
 }
 
 void DdsAdapter::emergency_stop(const std::string& issuer) {
-  spdlog::warn("emergency stop by {}", issuer);
-  impl_->command(msg::COMMAND_EMERGENCY_STOP, issuer);
+  impl_->inbox.stops.stop();
+  announce_stop(issuer);
 }
 
-void DdsAdapter::reset(const std::string& issuer) { impl_->command(msg::COMMAND_RESET, issuer); }
+void DdsAdapter::announce_stop(const std::string& issuer) {
+  spdlog::warn("emergency stop by {}", issuer);
+  impl_->announce(msg::COMMAND_EMERGENCY_STOP, issuer);
+}
+
+void DdsAdapter::reset(const std::string& issuer) {
+  const core::StopReset names{impl_->stop_in_force.load(std::memory_order_relaxed),
+                              impl_->slave_stop.load(std::memory_order_relaxed)};
+  spdlog::info("reset by {}", issuer);
+  impl_->inbox.stops.reset(names);
+  impl_->announce(msg::COMMAND_RESET, issuer, names);
+}
 
 void DdsAdapter::publish_health(const core::Health& health) {
   const char* topic = impl_->topic_with_rival();

@@ -7,6 +7,8 @@
 #include "common/core/histogram.hpp"
 #include "common/core/network.hpp"
 #include "common/core/snapshot.hpp"
+#include "common/core/stop_requests.hpp"
+#include "components/master_io/gains.hpp"
 #include "components/master_io/master_io.hpp"
 
 namespace phantom::master_io {
@@ -14,7 +16,8 @@ namespace phantom::master_io {
 /// What one tick leaves for the topic master_state.
 struct MasterReport {
   MasterOutputs outputs;
-  core::JointArray position{};  ///< encoders, of the tick in which the torques were computed
+  std::uint32_t stop_requests = 0;  ///< of the inbox, that are in force
+  core::JointArray position{};      ///< encoders, of the tick in which the torques were computed
   core::JointArray velocity{};
   core::JointArray operator_Nm{};
   std::int32_t reach = -1;
@@ -27,23 +30,25 @@ struct Inbox {
   core::Snapshot<SlaveSample> slave;
   core::Snapshot<DragSample> drag;
   core::Snapshot<PhantomContact> phantom;
-  core::Snapshot<Wishes> wishes;
+  core::Snapshot<Settings> settings;
+  core::StopRequests stops;
 };
 
 /// What the adapter holds samples against.
 struct Expectations {
   std::size_t joint_count = 0;
   core::JointArray lower{},
-      upper{};  ///< joint limits; a slave beyond them by more than 5 % of the range is not believed
+      upper{};  ///< joint limits; a slave farther beyond them than robot::near_limits allows is not believed
   teleop::DragMode drag_mode = teleop::DragMode::kSeparable;
+  GainRules gains;
 };
 
 /// master_io's ends of the topics. Converts, stamps, refuses what is invalid or out of order. Never used by
 /// the servo thread.
 class DdsAdapter {
  public:
-  /// `wishes` are those in force at the start. `inbox` must outlive the adapter. Throws DdsError.
-  DdsAdapter(const core::NetworkOptions& network, const Expectations& expectations, const Wishes& wishes,
+  /// `settings` are those in force at the start. `inbox` must outlive the adapter. Throws DdsError.
+  DdsAdapter(const core::NetworkOptions& network, const Expectations& expectations, const Settings& settings,
              Inbox& inbox);
   ~DdsAdapter();
 
@@ -51,7 +56,9 @@ class DdsAdapter {
   void publish_health(const core::Health& health);
   /// Stops this master at once and asks everyone else to; `issuer` for the logs. Any thread but the servo's.
   void emergency_stop(const std::string& issuer);
-  /// Asks everyone, this master too, to leave the stop.
+  /// Asks everyone else to stop, as this master did. The thread that publishes.
+  void announce_stop(const std::string& issuer);
+  /// Releases the stops that master and slave have in force now, on both sides. As emergency_stop().
   void reset(const std::string& issuer);
   /// Times from publishing a master_state until a drag_field that goes back to it arrived; each master_state
   /// counts once.

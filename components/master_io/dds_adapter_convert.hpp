@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/core/status.hpp"
 #include "components/master_io/dds_adapter.hpp"
 #include "phantom_idl/percept.h"
 #include "phantom_idl/teleoperation.h"
@@ -31,9 +32,10 @@ class RoundTrip {
   std::uint64_t session_, last_ = 0;
 };
 
-/// Takes a command into `wishes` if it is one for the master; false if it is not valid (`wishes` stay as they
-/// are).
-bool take_wish(const msg::OperatorCommand& command, Wishes& wishes) noexcept;
+/// Takes a command that is neither stop nor reset into `settings`. A refusal names what is allowed and leaves
+/// them as they are. `round_trip_s`: the delay in force, with which 1/A must be stable.
+core::Status take_setting(const msg::OperatorCommand& command, const GainRules& rules, double round_trip_s,
+                          Settings& settings);
 
 /// Everything of a master_state but its stamp.
 msg::MasterState to_message(const MasterReport& report, std::size_t joint_count);

@@ -18,6 +18,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
+#include "common/core/thread_place.hpp"
 #include "components/master_io/desk_decode.hpp"
 
 namespace phantom::master_io {
@@ -97,15 +98,15 @@ int find_stick(std::string& path) {
   return -1;
 }
 
-std::unique_ptr<OpenDevice> open_desk(const std::string& wanted, std::string& name) {
+/// The device's file, and its path; the standard input for a terminal.
+int open_wanted(const std::string& wanted, std::string& path) {
   if (wanted == "terminal") {
     if (isatty(STDIN_FILENO) == 0)
       throw core::MissingError(
           "desk.device: terminal: the standard input is no terminal; start master_io in one");
-    name = "the keys of this terminal";
-    return std::make_unique<OpenDevice>(STDIN_FILENO, true);
+    return STDIN_FILENO;
   }
-  std::string path = wanted;
+  path = wanted;
   const int fd = wanted == "auto" ? find_stick(path) : open_device(wanted);
   if (fd < 0) {
     throw core::MissingError(
@@ -113,6 +114,16 @@ std::unique_ptr<OpenDevice> open_desk(const std::string& wanted, std::string& na
             ? "desk.device: auto: no gamepad or joystick in /dev/input that may be read; allowed: "
               "plug one in, name its file, or 'terminal' for keys"
             : "desk.device: " + wanted + ": " + std::strerror(errno));
+  }
+  return fd;
+}
+
+std::unique_ptr<OpenDevice> open_desk(const std::string& wanted, std::string& name) {
+  std::string path;
+  const int fd = open_wanted(wanted, path);
+  if (fd == STDIN_FILENO) {
+    name = "the keys of this terminal";
+    return std::make_unique<OpenDevice>(fd, true);
   }
   name = name_of_device(fd, path);
   return std::make_unique<OpenDevice>(fd, false);
@@ -157,15 +168,25 @@ AxisRanges ranges_of(int fd) {
 
 }  // namespace
 
+void check_device(const DeskConfig& config) {
+  std::string path;
+  const int fd = open_wanted(config.device, path);
+  if (fd != STDIN_FILENO) close(fd);
+}
+
 struct DeskInput::Impl {
-  Impl(const DeskConfig& config, core::Snapshot<DeskState>& into, Listener listens)
+  Impl(const DeskConfig& config, core::Snapshot<DeskState>& into, Listener listens, int servo_priority)
       : state(into), listener(std::move(listens)), device(open_desk(config.device, name)) {
-    thread = std::jthread([this](const std::stop_token& stop) {
+    thread = std::jthread([this, servo_priority](const std::stop_token& stop) {
+      core::take_place(core::ThreadRole::kDesk, servo_priority);
+      progress.begin();
       device->terminal() ? read_terminal(stop) : read_events(stop);
+      progress.end();
     });
   }
 
   void report(const DeskState& now, const DeskEvents& events) {
+    progress.tick();
     for (; told.stops != events.stops; ++told.stops) listener.on_stop();
     for (; told.resets != events.resets; ++told.resets) listener.on_reset();
     state.write(now);
@@ -218,13 +239,16 @@ struct DeskInput::Impl {
   std::unique_ptr<OpenDevice> device;
   std::atomic<double> strength{0.0};
   DeskEvents told;
+  core::Progress progress{"desk"};
   std::jthread thread;
 };
 
-DeskInput::DeskInput(const DeskConfig& config, core::Snapshot<DeskState>& state, Listener listener)
-    : impl_(std::make_unique<Impl>(config, state, std::move(listener))) {}
+DeskInput::DeskInput(const DeskConfig& config, core::Snapshot<DeskState>& state, Listener listener,
+                     int servo_priority)
+    : impl_(std::make_unique<Impl>(config, state, std::move(listener), servo_priority)) {}
 DeskInput::~DeskInput() = default;
 void DeskInput::rumble(double strength) { impl_->strength.store(strength, std::memory_order_relaxed); }
+const core::Progress& DeskInput::progress() const { return impl_->progress; }
 const std::string& DeskInput::name() const { return impl_->name; }
 
 }  // namespace phantom::master_io

@@ -18,6 +18,14 @@ struct DeviceSense {
   bool fault = false;                                 ///< they hold or coast until a reset
 };
 
+/// What a tick asks of the master device.
+struct DeviceDemand {
+  core::JointArray motor_Nm{};  ///< of its motors
+  core::JointArray hand_Nm{};   ///< of a simulated hand
+  bool power = false;           ///< its drives may have power
+  bool reset = false;           ///< a reset that releases the stop was asked for since the last tick
+};
+
 /// What the hand holds: a simulated device, or one with drives. sense() and move() belong to the servo
 /// thread, allocate nothing and never wait.
 class Device {
@@ -25,10 +33,8 @@ class Device {
   virtual ~Device() = default;
 
   virtual const DeviceSense& sense() noexcept = 0;
-  /// Lets `dt_s` pass under the motors' torques and those of a simulated hand. `reset`: asked for since the
-  /// last call.
-  virtual void move(const core::JointArray& motor_Nm, const core::JointArray& hand_Nm, bool reset,
-                    double dt_s, core::Nanoseconds now_ns) noexcept = 0;
+  /// Lets `dt_s` pass under the demand.
+  virtual void move(const DeviceDemand& demand, double dt_s, core::Nanoseconds now_ns) noexcept = 0;
   /// The last call, once the servo thread has ended: the motors go on with nothing that they were told
   /// before.
   virtual void end(core::Nanoseconds now_ns) noexcept = 0;
@@ -50,9 +56,8 @@ class SimulatedDevice final : public Device {
     sense_.hand_velocity = plant_.true_velocity();
     return sense_;
   }
-  void move(const core::JointArray& motor_Nm, const core::JointArray& hand_Nm, bool, double dt_s,
-            core::Nanoseconds) noexcept override {
-    plant_.step(hand_Nm, motor_Nm, dt_s);
+  void move(const DeviceDemand& demand, double dt_s, core::Nanoseconds) noexcept override {
+    plant_.step(demand.hand_Nm, demand.motor_Nm, dt_s);
   }
   void end(core::Nanoseconds) noexcept override {}  // its time ends with the loop's
   bool makes_up_periods() const noexcept override { return true; }
@@ -80,9 +85,8 @@ class CanDevice final : public Device {
     sense_.fault = drives.fault;
     return sense_;
   }
-  void move(const core::JointArray& motor_Nm, const core::JointArray&, bool reset, double,
-            core::Nanoseconds now_ns) noexcept override {
-    drives_.step({.reset = reset, .torque = motor_Nm}, now_ns);
+  void move(const DeviceDemand& demand, double, core::Nanoseconds now_ns) noexcept override {
+    drives_.step({.enable = demand.power, .reset = demand.reset, .torque = demand.motor_Nm}, now_ns);
   }
   void end(core::Nanoseconds now_ns) noexcept override { drives_.end(now_ns); }
   bool makes_up_periods() const noexcept override { return false; }

@@ -1,16 +1,22 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
+#include <optional>
 
+#include "common/dds/operator_command_line.hpp"
 #include "common/dds/participant.hpp"
 #include "common/runtime/cell.hpp"
 #include "common/runtime/deployment.hpp"
+#include "common/runtime/operator_options.hpp"
 #include "common/runtime/process.hpp"
 #include "components/master_io/config.hpp"
+#include "components/master_io/desk_input.hpp"
 #include "components/master_io/session.hpp"
 
 int main(int argc, char** argv) {
   using namespace phantom;
   master_io::Choices choices;
+  core::OperatorRequest request;
+  CLI::App* command = nullptr;
   runtime::ProcessDescription description;
   description.name = "master_io";
   description.summary =
@@ -23,9 +29,13 @@ int main(int argc, char** argv) {
       "Example: master_io --operator constant_velocity --law pf\n"
       "Steer yourself: master_io --driver desk --desk-device terminal (arrows, W A S D; Tab: other joints; "
       "Esc: stop)\n"
-      "kill -USR1 is an emergency stop.\n"
+      "Example while it runs: master_io command stop; master_io command reset; master_io command law pf\n"
+      "kill -USR1 is an emergency stop; a stop outlives the process (--state-dir), until a reset.\n"
       "With --report-dir it leaves master_io.json: how the loop ran, round trips, and how each reach went.";
   description.add_options = [&](CLI::App& app) {
+    command =
+        app.add_subcommand("command", "ask something of the running master_io and slave_io")->fallthrough();
+    runtime::add_operator_options(*command, request, true);
     app.add_option("--operator", choices.operator_model, "operator model, instead of the configured one")
         ->check(CLI::IsMember({"minimum_jerk", "cautious", "constant_velocity"}));
     app.add_option(
@@ -40,16 +50,26 @@ int main(int argc, char** argv) {
                    "driver desk: auto (first gamepad or joystick), a file of /dev/input, or terminal (keys)");
   };
   description.run = [&](const runtime::ProcessOptions& options) {
+    std::optional<runtime::EndsAtOnce> starting(std::in_place);
     const auto deployment = runtime::load_deployment(options);
     const auto cell = runtime::load_cell(deployment.cell);
     const auto model = master_io::load_arm(cell, master_io::arm_name(options.config));
-    const auto config = master_io::load_config(options.config, cell.file, model.arm, choices);
+    if (command->parsed()) {
+      starting.emplace(runtime::kExitFailed);  // a command that is cut short has failed
+      request.joint = master_io::joint_index(model, request.joint_name);
+      return static_cast<int>(runtime::exit_code(
+          dds::run_operator_request(deployment.network, "master_io command", request, std::cout)));
+    }
+    const auto config = master_io::load_config(options.config, cell.file, model.arm, model.home, choices);
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
+      if (config.driver == master_io::Driver::kDesk) master_io::check_device(config.desk);
       std::cout << "configuration is valid\n";
       return static_cast<int>(runtime::kExitDone);
     }
-    return master_io::run_session(cell, model, config, deployment.network, options.report_dir);
+    starting.reset();
+    return master_io::run_session(cell, model, config, deployment.network, runtime::state_path(options),
+                                  options.report_dir);
   };
   return runtime::process_main(argc, argv, description);
 }

@@ -7,44 +7,72 @@ namespace phantom::master_io {
 
 using teleop::LinkState;
 
-MasterIo::MasterIo(const Config& config)
+namespace {
+
+double least(const core::JointArray& values, std::size_t count) noexcept {
+  return *std::min_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count));
+}
+
+// Whether the slave's answers come: the age of what came before says nothing of the link's delay.
+bool hears(LinkState state) noexcept {
+  return state == LinkState::kReady || state == LinkState::kAligned || state == LinkState::kCoupled;
+}
+
+}  // namespace
+
+MasterIo::MasterIo(const Config& config, const teleop::StopLatch& latch)
     : count_(config.device.joint_count),
       contact_source_(config.contact_source),
       align_tolerance_(config.align_tolerance),
-      torque_limit_Nm_(config.device.torque_limit_Nm),
       percept_staleness_s_(config.percept_staleness_s),
       round_trip_limit_s_(config.link.round_trip_limit_s),
-      link_(config.link),
+      link_(config.link, latch),
       percept_(config.percept),
-      feedback_(config.feedback) {}
+      feedback_(config.feedback),
+      slew_({.joint_count = config.device.joint_count,
+             .mode = config.percept.mode,
+             .percept_cap_Nm = config.percept.torque_cap_Nm,
+             .feedback_cap_Nm = config.feedback.torque_cap_Nm,
+             .limit_Nm = config.device.torque_limit_Nm,
+             .rate_Nm_per_s = config.torque_rate_Nm_per_s}) {}
 
 MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
   MasterOutputs out;
   const bool agree =
       teleop::pose_difference(in.slave.motion.position, in.position, align_tolerance_, count_) <= 1.0;
-  out.state = link_.step({.partner_age_s = in.slave_age_s,
-                          .round_trip_s = in.slave_round_trip_s,
-                          .answers_another = in.slave.answers_another,
-                          .partner = in.slave.state,
-                          .poses_agree = agree,
-                          .requests = in.wishes.requests,
-                          .drives_follow = in.drives_follow,
-                          .drive_fault = in.drive_fault},
-                         dt_s);
-  out.stop_cause = link_.stop_cause();
+  const auto link = link_.step({.partner_age_s = in.slave_age_s,
+                                .round_trip_s = in.slave_round_trip_s,
+                                .answers_another = in.slave.answers_another,
+                                .partner = in.slave.state,
+                                .partner_stop = in.slave.stop,
+                                .poses_agree = agree,
+                                .stop_requests = in.stop_requests,
+                                .reset = in.reset,
+                                .drives_follow = in.drives_follow,
+                                .drive_fault = in.drive_fault},
+                               dt_s);
+  out.state = link.state;
+  out.stop = link.stop;
+  out.reset = link.reset;
+  out.slave_unconfirmed = link.partner_unconfirmed;
   out.slave_elsewhere = in.slave.answers_another;
   out.slave_touches = in.slave.contact;
   const bool coupled = out.state == LinkState::kCoupled;
-  out.percept_enabled = in.percept_wanted && in.wishes.percept_enabled;
+  out.percept_enabled = in.percept_wanted && in.settings.percept_enabled;
   const bool fresh = in.drag_age_s <= percept_staleness_s_ && in.drag_round_trip_s <= round_trip_limit_s_;
   const auto percept = percept_.step(in.drag.drag, fresh, coupled && out.percept_enabled,
-                                     in.wishes.percept_gain, in.velocity, dt_s);
-  out.percept_Nm = percept.torque_Nm;
-  out.percept_gain = fresh ? percept.gain : in.wishes.percept_gain;
+                                     in.settings.percept_gain, in.velocity, dt_s);
+  out.percept_gain = fresh ? percept.gain : least(in.settings.percept_gain, count_);
   out.damping_limited = percept.damping_limited;
   out.torque_limited = percept.torque_limited;
   render_feedback(in, dt_s, out);
-  out.motor_Nm = teleop::master_torque(out.percept_Nm, out.feedback_Nm, torque_limit_Nm_, count_);
+  const teleop::SlewedTorque& felt = slew_.step(percept.torque_Nm, out.feedback_Nm, in.velocity, dt_s);
+  out.percept_Nm = felt.percept_Nm;
+  out.feedback_Nm = felt.feedback_Nm;
+  out.motor_Nm = felt.motor_Nm;
+  feedback_.note_rendered(out.feedback_Nm);
+  const auto some = [](double torque_Nm) { return torque_Nm != 0.0; };
+  out.power = link.power || std::any_of(out.motor_Nm.begin(), out.motor_Nm.end(), some);
   return out;
 }
 
@@ -54,17 +82,20 @@ void MasterIo::render_feedback(const MasterInputs& in, double dt_s, MasterOutput
   const bool sensed = contact_source_ != ContactSource::kPhantom && in.slave.contact;
   const bool predicted = contact_source_ != ContactSource::kSlave && in.phantom.contact &&
                          in.phantom_age_s <= kPhantomStaleness_s;
-  const auto felt = feedback_.step({.law = in.wishes.law,
-                                    .inverse_a = in.wishes.feedback_gain,
+  const auto felt = feedback_.step({.law = in.settings.law,
+                                    .inverse_a = in.settings.feedback_gain,
                                     .coupled = out.state == LinkState::kCoupled,
                                     .contact = sensed || predicted,
                                     .force_measured = in.slave.force_measured,
+                                    .round_trip_s = hears(out.state) ? in.slave_round_trip_s : 0.0,
                                     .master = {in.position, in.velocity},
                                     .slave = in.slave.motion,
                                     .effort = in.slave.effort},
                                    dt_s);
   out.feedback_Nm = felt.torque_Nm;
-  out.feedback_gain = felt.inverse_a;
+  out.feedback_gain = least(felt.inverse_a, count_);
+  out.feedback_delay_s = felt.round_trip_s;
+  out.feedback_limited = felt.limited;
   out.law = felt.law;
   out.feedback_damped = felt.passivity_limited;
   out.force_missing = felt.force_missing;

@@ -9,6 +9,7 @@
 #include "common/teleop/feedback_rendering.hpp"
 #include "common/teleop/link_state.hpp"
 #include "common/teleop/percept_rendering.hpp"
+#include "common/teleop/torque_slew.hpp"
 #include "components/master_io/config.hpp"
 
 namespace phantom::master_io {
@@ -20,6 +21,7 @@ struct SlaveSample {
   core::Nanoseconds answers_ns = 0;  ///< when the master_state was made that it follows; 0: none of ours
   bool answers_another = false;      ///< it follows another process that is a master
   teleop::LinkState state = teleop::LinkState::kInit;
+  teleop::StopId stop = 0;  ///< names the slave's stop, while it is stopped
   teleop::JointMotion motion;
   teleop::SlaveEffort effort;
   bool force_measured = false;
@@ -38,12 +40,11 @@ struct DragSample {
   double round_trip_s = -1.0;        ///< from our master_state that it goes back to; −1: not a new one
 };
 
-/// What operators have asked for so far.
-struct Wishes {
-  teleop::StopRequests requests;
-  double percept_gain = 0.0;  ///< G
+/// What operators have set so far.
+struct Settings {
+  core::JointArray percept_gain{};  ///< G, by joint
   teleop::BilateralLaw law = teleop::BilateralLaw::kSctfb;
-  double feedback_gain = teleop::kLawsOwnGain;  ///< 1/A
+  core::JointArray feedback_gain = teleop::everywhere(teleop::kLawsOwnGain);  ///< 1/A, by joint
   bool percept_enabled = true;
 };
 
@@ -62,9 +63,11 @@ struct MasterInputs {
   double drag_round_trip_s = 0.0;
   PhantomContact phantom;
   double phantom_age_s = std::numeric_limits<double>::infinity();
-  Wishes wishes;
-  bool percept_wanted = true;   ///< by the script of reaches
-  core::JointArray position{};  ///< as the encoders say
+  Settings settings;
+  std::uint32_t stop_requests = 0;           ///< emergency stops that were asked for so far
+  const teleop::StopReset* reset = nullptr;  ///< one that came since the last tick
+  bool percept_wanted = true;                ///< by the script of reaches
+  core::JointArray position{};               ///< as the encoders say
   core::JointArray velocity{};
   bool drives_follow = true;  ///< false: the device does not do what it is told (power off, starting)
   bool drive_fault = false;   ///< it needs a reset
@@ -72,28 +75,35 @@ struct MasterInputs {
 
 struct MasterOutputs {
   teleop::LinkState state = teleop::LinkState::kInit;
-  teleop::StopCause stop_cause = teleop::StopCause::kNone;
+  teleop::StopRecord stop;  ///< in force
+  teleop::ResetOutcome reset = teleop::ResetOutcome::kNone;
+  bool power = false;              ///< the device's drives may have power
+  bool slave_unconfirmed = false;  ///< stopped for a while, and the slave does not say that it is stopped
   bool slave_elsewhere = false;    ///< the slave is heard, but follows another master
   bool slave_touches = false;      ///< it says that it touches something
   core::JointArray motor_Nm{};     ///< to the device
   core::JointArray percept_Nm{};   ///< its parts: G·τ₁
   core::JointArray feedback_Nm{};  ///< and τ₂/A
-  double percept_gain = 0.0;       ///< in force after the device's stability limit
-  double feedback_gain = 0.0;      ///< 1/A in force, contact included
+  double percept_gain = 0.0;       ///< in force after the device's stability limit, the least of the joints'
+  double feedback_gain = 0.0;      ///< 1/A in force, contact included, the least of the joints'
+  double feedback_delay_s = 0.0;   ///< round trip in force, with which 1/A must be stable
   teleop::BilateralLaw law = teleop::BilateralLaw::kSctfb;  ///< in force
   bool percept_enabled = false;
   bool damping_limited = false, torque_limited = false;
-  bool feedback_damped = false;  ///< the passivity guard damps
-  bool force_missing = false;    ///< the law needs a force sensor that the slave does not have
+  bool feedback_limited = false;  ///< 1/A of a joint is held at what is stable with the delay in force
+  bool feedback_damped = false;   ///< the passivity guard damps
+  bool force_missing = false;     ///< the law needs a force sensor that the slave does not have
 };
 
 /// The master's controller: watches the link, renders percept and slave feedback, sums them on the device.
 ///
-/// Torques exist only while coupled; they fade in and out, never jump. The percept uses the velocity of this
-/// very tick.
+/// Torques exist only while coupled; they fade in and out, and nothing that reaches the motors jumps. The
+/// percept uses the velocity of this very tick. The device's drives get power once the slave is heard and
+/// says that it is not stopped; in a stop they lose it when the torques have faded out.
 class MasterIo {
  public:
-  explicit MasterIo(const Config& config);
+  /// `latch`: with the stop that outlived the process before this one, if there is one.
+  MasterIo(const Config& config, const teleop::StopLatch& latch);
 
   /// One tick. Pure; real-time safe: yes.
   MasterOutputs step(const MasterInputs& in, double dt_s) noexcept;
@@ -103,11 +113,12 @@ class MasterIo {
 
   std::size_t count_;
   ContactSource contact_source_;
-  core::JointArray align_tolerance_, torque_limit_Nm_;
+  core::JointArray align_tolerance_;
   double percept_staleness_s_, round_trip_limit_s_;
   teleop::LinkMonitor link_;
   teleop::PerceptRenderer percept_;
   teleop::FeedbackRenderer feedback_;
+  teleop::TorqueSlew slew_;
 };
 
 }  // namespace phantom::master_io

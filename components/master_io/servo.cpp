@@ -3,27 +3,33 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/runtime/process.hpp"
+
 namespace phantom::master_io {
 
-Servo::Servo(const Config& config, const core::JointArray& home, Device& device, Inbox& inbox)
+Servo::Servo(const Config& config, const core::JointArray& home, Device& device, Inbox& inbox,
+             std::uint64_t seed, teleop::StopStore& stops)
     : inbox_(inbox),
       period_s_(config.period_s),
       staleness_s_(config.link.staleness_s),
-      controller_(config),
+      controller_(config, teleop::StopLatch(seed, stops.read())),
       device_(device),
       driver_(config.driver),
+      stops_(stops),
+      kept_(stops.read()),
       desk_hand_(config.desk, config.device.joint_count),
       hand_(config.hand, home),
       script_(config.script, hand_) {
-  inputs_.wishes.percept_gain = config.percept_gain;
-  inputs_.wishes.law = config.feedback.law;
+  inputs_.settings.percept_gain = config.percept_gain;
+  inputs_.settings.law = config.feedback.law;
 }
 
 void Servo::read_inbox(core::Nanoseconds now_ns) noexcept {
   inbox_.slave.read(inputs_.slave);
   drag_is_new_ = inbox_.drag.read(inputs_.drag);
   inbox_.phantom.read(inputs_.phantom);
-  inbox_.wishes.read(inputs_.wishes);
+  inbox_.settings.read(inputs_.settings);
+  if (inbox_.stops.take(reset_)) inputs_.reset = &reset_.names;
   desk.read(desk_now_);
   const auto since_s = [now_ns](core::Nanoseconds then_ns) { return core::seconds(now_ns - then_ns); };
   if (inputs_.slave.received_ns != 0) inputs_.slave_age_s = since_s(inputs_.slave.received_ns);
@@ -38,6 +44,14 @@ const core::JointArray& Servo::hand_torque(bool go, const DeviceSense& sense, do
   if (driver_ == Driver::kCan) return no_torque_;
   if (driver_ == Driver::kDesk) return desk_hand_.step(go ? desk_now_ : DeskState{}, sense.hand_velocity);
   return hand_.step(sense.hand_position, sense.hand_velocity, go || script_.meeting(), dt_s);
+}
+
+// The stop is kept before anything acts on it.
+void Servo::keep_stop(const MasterOutputs& outputs) noexcept {
+  if (outputs.stop != kept_) stops_.write(kept_ = outputs.stop);
+  if (inputs_.reset != nullptr)
+    inbox_.stops.give_result({reset_.number, outputs.reset == teleop::ResetOutcome::kReleased});
+  inputs_.reset = nullptr;
 }
 
 // False if it is not known yet where the device is.
@@ -58,12 +72,14 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
   inputs_.velocity = sense.velocity;
   inputs_.drives_follow = sense.follows;
   inputs_.drive_fault = sense.fault;
+  report.stop_requests = inbox_.stops.stops();
+  inputs_.stop_requests = report.stop_requests + runtime::emergency_stop_signals();
   report.outputs = controller_.step(inputs_, dt_s);
+  keep_stop(report.outputs);
   state_ = report.outputs.state;
   report.operator_Nm = hand_torque(go, sense, dt_s);
-  const std::uint32_t resets = inputs_.wishes.requests.resets;
-  device_.move(report.outputs.motor_Nm, report.operator_Nm, resets != resets_seen_, dt_s, now_ns);
-  resets_seen_ = resets;
+  const bool released = report.outputs.reset == teleop::ResetOutcome::kReleased;
+  device_.move({report.outputs.motor_Nm, report.operator_Nm, report.outputs.power, released}, dt_s, now_ns);
   log_.step({script_.number(), script_.index(), script_.percept_on(), report.outputs.percept_Nm,
              report.operator_Nm},
             inputs_.slave, dt_s);

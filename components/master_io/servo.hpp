@@ -15,8 +15,11 @@ namespace phantom::master_io {
 /// outbox. It never calls DDS, allocates or waits.
 class Servo {
  public:
-  /// `device` and `inbox` must outlive it. `home`: where a simulated hand begins.
-  Servo(const Config& config, const core::JointArray& home, Device& device, Inbox& inbox);
+  /// `device`, `inbox` and `stops` must outlive it. `home`: where a simulated hand begins. `seed`: random,
+  /// for the names of stops; `stops`: keeps the stop in force, and has the one of the process before this
+  /// one.
+  Servo(const Config& config, const core::JointArray& home, Device& device, Inbox& inbox, std::uint64_t seed,
+        teleop::StopStore& stops);
 
   /// One tick of `dt_s`, a whole multiple of the period, at `now_ns` on the monotonic clock. Periods that the
   /// loop missed are made up for, up to kMostMadeUp, so that a simulated hand keeps real time; real drives
@@ -31,6 +34,7 @@ class Servo {
 
  private:
   void read_inbox(core::Nanoseconds now_ns) noexcept;
+  void keep_stop(const MasterOutputs& outputs) noexcept;
   bool step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) noexcept;
   const core::JointArray& hand_torque(bool go, const DeviceSense& sense, double dt_s) noexcept;
 
@@ -42,7 +46,9 @@ class Servo {
   MasterIo controller_;
   Device& device_;
   Driver driver_;
-  std::uint32_t resets_seen_ = 0;
+  teleop::StopStore& stops_;
+  teleop::StopRecord kept_;
+  core::StopRequests::Reset reset_;
   core::JointArray no_torque_{};
   DeskState desk_now_;
   DeskHand desk_hand_;

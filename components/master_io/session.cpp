@@ -10,9 +10,11 @@
 #include <thread>
 
 #include "common/core/errors.hpp"
+#include "common/core/random.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/process.hpp"
 #include "common/runtime/servo_runner.hpp"
+#include "common/runtime/stop_file.hpp"
 #include "common/teleop/percept_set.hpp"
 #include "components/master_io/dds_adapter.hpp"
 #include "components/master_io/desk_input.hpp"
@@ -38,11 +40,16 @@ std::string sentence(const MasterOutputs& now) {
       return now.slave_elsewhere ? "the slave answers another master_io: torques off"
                                  : "the slave is not heard or holds: torques off";
     case LinkState::kStopped:
-      return std::string(name_of(now.stop_cause)) + ": torques off until reset";
+      return std::string(name_of(now.stop.cause)) + ": torques off until reset" +
+             (now.slave_unconfirmed ? "; THE SLAVE HAS NOT CONFIRMED THAT IT IS STOPPED" : "");
     default:
       if (now.force_missing) {
         return fmt::format("law {} needs a force sensor, which the slave does not have: no feedback",
                            teleop::name_of(now.law));
+      }
+      if (now.feedback_limited) {
+        // Without the figures: they change all the time, and the sentence is told whenever it does.
+        return "1/A is held at what is stable with the link's delay";
       }
       if (now.feedback_damped) return "the slave's feedback is damped: it gave energy that nobody put in";
       return now.damping_limited ? "the percept is limited to what the master renders stably" : "";
@@ -61,11 +68,14 @@ class Announcer {
  public:
   void look(const MasterOutputs& now, core::Nanoseconds now_ns) {
     if (now.state != state_ && now.state == LinkState::kStopped) {
-      spdlog::warn("link {} → stopped: {}", name_of(state_), name_of(now.stop_cause));
+      spdlog::warn("link {} → stopped: {}", name_of(state_), name_of(now.stop.cause));
     } else if (now.state != state_) {
       spdlog::info("link {} → {}", name_of(state_), name_of(now.state));
     }
     state_ = now.state;
+    if (now.slave_unconfirmed && !unconfirmed_)
+      spdlog::error("THE SLAVE HAS NOT CONFIRMED THAT IT IS STOPPED within {} s", teleop::kConfirmWithin_s);
+    unconfirmed_ = now.slave_unconfirmed;
     if (now.law != law_ || !said_law_) spdlog::info(proposal(now.law));
     law_ = now.law;
     said_law_ = true;
@@ -82,7 +92,7 @@ class Announcer {
  private:
   LinkState state_ = LinkState::kInit;
   teleop::BilateralLaw law_ = teleop::BilateralLaw::kSctfb;
-  bool said_law_ = false;
+  bool said_law_ = false, unconfirmed_ = false;
   core::Nanoseconds quiet_until_ns_ = 0, damped_quiet_until_ns_ = 0;
 };
 
@@ -100,6 +110,7 @@ Expectations expectations(const ArmModel& model, const Config& config) {
   Expectations expected;
   expected.joint_count = model.arm.joint_count();
   expected.drag_mode = config.percept.mode;
+  expected.gains = gain_rules(config, model.arm);
   for (std::size_t j = 0; j < expected.joint_count; ++j) {
     expected.lower[j] = model.arm.joints()[j].lower;
     expected.upper[j] = model.arm.joints()[j].upper;
@@ -141,7 +152,8 @@ std::unique_ptr<DeskInput> make_desk(const Config& config, Servo& servo, DdsAdap
       config.desk, servo.desk,
       DeskInput::Listener{[&adapter] { adapter.emergency_stop("desk"); },
                           [&adapter] { adapter.reset("desk"); },
-                          [](const std::string& what) { spdlog::info("desk: {}", what); }});
+                          [](const std::string& what) { spdlog::info("desk: {}", what); }},
+      config.scheduling.servo_priority);
   spdlog::info(
       "desk: {}; Tab or shoulder: other joints, Esc or Select: emergency stop, Enter or Start: reset",
       desk->name());
@@ -156,22 +168,26 @@ core::Health health_of(const MasterReport& now, const core::DurationHistogram& t
           {{"round_trip_p50", static_cast<double>(trips.quantile_ns(0.5)) * 1e-3, "µs"},
            {"round_trip_p99", static_cast<double>(trips.quantile_ns(0.99)) * 1e-3, "µs"},
            {"percept_gain", now.outputs.percept_gain, ""},
+           {"feedback_delay", 1e3 * now.outputs.feedback_delay_s, "ms"},
            {"reach", static_cast<double>(now.reach), ""}}};
 }
 
 // Runs the servo until a stop is requested, and tells that it has ended; returns how its loops ran.
 std::vector<core::LoopStatistics> run_servo(const Config& config, Device& device, Servo& servo,
-                                            DdsAdapter& adapter) {
+                                            runtime::StopFile& stops, DdsAdapter& adapter) {
   const auto desk = make_desk(config, servo, adapter);
   std::mutex mutex;
   MasterReport latest;  // under the mutex
+  core::Progress publishing("publisher");
   std::jthread publisher([&](const std::stop_token& stop) {
+    core::take_place(core::ThreadRole::kPublisher, config.scheduling.servo_priority);
     Announcer announcer;
     MasterReport report;
     std::uint32_t signals = 0;
     while (!stop.stop_requested()) {
+      publishing.tick();
       servo.published.wait(0.1);
-      for (; signals != runtime::emergency_stop_signals(); ++signals) adapter.emergency_stop("signal");
+      for (; signals != runtime::emergency_stop_signals(); ++signals) adapter.announce_stop("signal");
       if (!servo.outbox.read(report)) continue;
       adapter.publish(report);
       announcer.look(report.outputs, core::monotonic_ns());
@@ -182,6 +198,9 @@ std::vector<core::LoopStatistics> run_servo(const Config& config, Device& device
   });
   runtime::ServoRunner loops(config.period_s, config.scheduling, config.measure_bare_loop,
                              [&servo](double dt_s) { servo.tick(dt_s, core::monotonic_ns()); });
+  loops.watch(publishing);
+  if (desk) loops.watch(desk->progress());
+  core::take_place(core::ThreadRole::kControl, config.scheduling.servo_priority);
   std::string said_of_device;
   const auto health = [&] {
     const auto trips = adapter.round_trips();
@@ -191,6 +210,7 @@ std::vector<core::LoopStatistics> run_servo(const Config& config, Device& device
     return now;
   };
   do {
+    stops.flush();
     adapter.publish_health(health());
     if (const std::string refused = loops.take_notice(); !refused.empty())
       spdlog::warn("servo thread: {}", refused);
@@ -215,13 +235,27 @@ ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name) 
   return model;
 }
 
+int joint_index(const ArmModel& model, const std::string& name) {
+  if (name.empty()) return -1;
+  std::string names;
+  for (std::size_t j = 0; j < model.arm.joint_count(); ++j) {
+    if (model.arm.joints()[j].name == name) return static_cast<int>(j);
+    names += (j == 0 ? "" : ", ") + model.arm.joints()[j].name;
+  }
+  throw core::ConfigError("--joint " + name + ": the arm has no such joint; allowed: " + names);
+}
+
 int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
-                const core::NetworkOptions& network, const std::filesystem::path& report_dir) {
+                const core::NetworkOptions& network, const std::filesystem::path& state_dir,
+                const std::filesystem::path& report_dir) {
+  runtime::StopFile stops(state_dir, "master_io", network);
+  if (!stops.notice().empty()) spdlog::warn("{}", stops.notice());
   Inbox inbox;
-  Wishes wishes;
-  wishes.percept_gain = config.percept_gain;
-  wishes.law = config.feedback.law;
-  DdsAdapter adapter(network, expectations(model, config), wishes, inbox);
+  Settings settings;
+  settings.percept_gain = config.percept_gain;
+  settings.law = config.feedback.law;
+  DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),
+                     expectations(model, config), settings, inbox);
   if (config.driver == Driver::kSim) {
     spdlog::info("law {}, {} reaches, operator {}", teleop::name_of(config.feedback.law),
                  config.labels.size(), config.operator_model);
@@ -230,8 +264,8 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   }
   const auto device = make_device(model, config, adapter);
   if (!device) return runtime::kExitDone;
-  Servo servo(config, model.home, *device, inbox);
-  const std::vector<core::LoopStatistics> loops = run_servo(config, *device, servo, adapter);
+  Servo servo(config, model.home, *device, inbox, core::random_number(), stops);
+  const std::vector<core::LoopStatistics> loops = run_servo(config, *device, servo, stops, adapter);
   if (!report_dir.empty()) {
     write_report(report_dir / "master_io.json", {loops, adapter.round_trips()}, servo.reaches(), config,
                  cell);

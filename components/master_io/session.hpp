@@ -18,10 +18,14 @@ struct ArmModel {
 /// Loads the arm and checks that home fits it. Throws ConfigError.
 ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name);
 
+/// Index of the joint of that name; −1 for an empty name: all. Throws ConfigError naming the arm's joints.
+int joint_index(const ArmModel& model, const std::string& name);
+
 /// Runs the simulated desk on the topics until a stop is requested: servo thread, publishing thread, if
-/// configured a bare loop beside it, and health twice a second. Leaves master_io.json in `report_dir` if that
-/// is not empty. Returns the exit code.
+/// configured a bare loop beside it, and health twice a second. The stop in force is kept in `state_dir`.
+/// Leaves master_io.json in `report_dir` if that is not empty. Returns the exit code.
 int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
-                const core::NetworkOptions& network, const std::filesystem::path& report_dir);
+                const core::NetworkOptions& network, const std::filesystem::path& state_dir,
+                const std::filesystem::path& report_dir);
 
 }  // namespace phantom::master_io

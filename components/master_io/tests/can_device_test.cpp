@@ -6,6 +6,7 @@
 
 #include "common/can/local_bus.hpp"
 #include "common/core/errors.hpp"
+#include "common/teleop/tests/stop_store.hpp"
 #include "components/master_io/servo.hpp"
 #include "components/master_io/tests/fixture.hpp"
 #include "components/simulated_drive/simulated_drive.hpp"
@@ -35,7 +36,8 @@ std::string with_drives(const std::string& more = "") {
   return yaml;
 }
 Config can_config(const std::string& more = "") {
-  return load_config(test::new_file(with_drives(more)), hot_cell().file, shipped_arm().arm, {});
+  return load_config(test::new_file(with_drives(more)), hot_cell().file, shipped_arm().arm,
+                     shipped_arm().home, {});
 }
 
 // A slave that follows perfectly, drag that is everywhere the same, and a hand that pushes joint 4.
@@ -59,7 +61,7 @@ struct Bench {
           std::make_unique<simulated_drive::SimulatedDrive>(o, buses[axes[j].bus].connect(axes[j].name)));
     }
     device = std::make_unique<CanDevice>(config, std::move(ports));
-    servo = std::make_unique<Servo>(config, shipped_arm().home, *device, inbox);
+    servo = std::make_unique<Servo>(config, shipped_arm().home, *device, inbox, 1, stops);
     slave.state = LinkState::kCoupled;
     drag.drag.valid = true;
     drag.drag.plus.fill(0.02);
@@ -94,6 +96,7 @@ struct Bench {
   std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>> drives;
   Inbox inbox;
   std::unique_ptr<CanDevice> device;
+  teleop::MemoryStopStore stops;
   std::unique_ptr<Servo> servo;
   SlaveSample slave;
   DragSample drag;
@@ -126,10 +129,7 @@ TEST(CanDevice, AFaultTakesTheTorquesUntilAReset) {
   for (int i = 0; i < 500; ++i) bench.tick();
   EXPECT_EQ(bench.last.outputs.state, LinkState::kStopped);
   for (const double torque_Nm : bench.last.outputs.motor_Nm) EXPECT_EQ(torque_Nm, 0.0);
-  Wishes wishes;
-  wishes.percept_gain = bench.config.percept_gain;
-  wishes.requests.reset();
-  bench.inbox.wishes.write(wishes);
+  bench.inbox.stops.reset({.own = bench.stops.record.id});
   EXPECT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.device->health().message;
 }
 

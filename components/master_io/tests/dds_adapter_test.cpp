@@ -7,6 +7,7 @@
 
 #include "common/dds/source_guard.hpp"
 #include "components/master_io/dds_adapter_convert.hpp"
+#include "components/master_io/tests/fixture.hpp"
 
 namespace phantom::master_io {
 namespace {
@@ -114,6 +115,7 @@ TEST(MasterAdapter, DragFieldsThatCannotBeTrueAreRefused) {
   auto field = good_field();
   field.coupled()[27] = kBad[0];
   EXPECT_EQ(refusal(field, expected()), nullptr) << "not used in this mode";
+  field.mode(msg::DRAG_COUPLED);
   EXPECT_THAT(refusal(field, expected(teleop::DragMode::kCoupled)), HasSubstr("matrix"));
   field.coupled()[27] = -0.1;  // off the diagonal anything may be
   EXPECT_EQ(refusal(field, expected(teleop::DragMode::kCoupled)), nullptr);
@@ -179,36 +181,75 @@ TEST(MasterAdapter, AnEchoOfATimeThatCannotBeIsNone) {
 }
 
 TEST(MasterAdapter, CommandsAreTakenWithinTheirRanges) {
-  Wishes wishes;
-  wishes.percept_gain = 3;
+  Settings settings;
+  settings.percept_gain = teleop::everywhere(3);
+  const GainRules rules = gain_rules(shipped_config(), shipped_arm().arm);
   msg::OperatorCommand command;
   command.stamp().sequence_number(1);
+  command.joint(kAllJoints);
   const auto give = [&](msg::CommandKind kind, double value) {
     command.kind(kind);
     command.value(value);
-    return take_wish(command, wishes);
+    return take_setting(command, rules, 0.004, settings).is_ok();
   };
   EXPECT_TRUE(give(msg::COMMAND_SET_PERCEPT_GAIN, 7));
-  EXPECT_EQ(wishes.percept_gain, 7);
+  EXPECT_EQ(settings.percept_gain, teleop::everywhere(7));
   for (const double bad : {kBad[0], kBad[1], -1.0, 1001.0})
     EXPECT_FALSE(give(msg::COMMAND_SET_PERCEPT_GAIN, bad));
-  EXPECT_EQ(wishes.percept_gain, 7);
-  EXPECT_TRUE(give(msg::COMMAND_SET_FEEDBACK_GAIN, 0.5));
+  EXPECT_EQ(settings.percept_gain, teleop::everywhere(7));
+  EXPECT_TRUE(give(msg::COMMAND_SET_FEEDBACK_GAIN, 0.012));
   EXPECT_FALSE(give(msg::COMMAND_SET_FEEDBACK_GAIN, 11));
-  EXPECT_EQ(wishes.feedback_gain, 0.5);
+  EXPECT_EQ(settings.feedback_gain, teleop::everywhere(0.012));
   EXPECT_TRUE(give(msg::COMMAND_ENABLE_PERCEPT, 0));
   EXPECT_FALSE(give(msg::COMMAND_ENABLE_PERCEPT, 0.5));
-  EXPECT_FALSE(wishes.percept_enabled);
-  EXPECT_TRUE(give(msg::COMMAND_EMERGENCY_STOP, 0));
-  EXPECT_TRUE(give(msg::COMMAND_RESET, 0));
-  EXPECT_EQ(wishes.requests.stops, 1U);
-  EXPECT_FALSE(wishes.requests.pending());
+  EXPECT_FALSE(settings.percept_enabled);
   EXPECT_TRUE(give(msg::COMMAND_SET_LAW, 3));
-  EXPECT_EQ(wishes.law, teleop::BilateralLaw::kPe);
-  EXPECT_EQ(wishes.feedback_gain, teleop::kLawsOwnGain) << "one law's gain is not another's";
+  EXPECT_EQ(settings.law, teleop::BilateralLaw::kPe);
+  EXPECT_EQ(settings.feedback_gain, teleop::everywhere(teleop::kLawsOwnGain))
+      << "one law's gain is not another's";
   for (const double bad : {kBad[0], kBad[1], -1.0, 5.0, 1.5}) EXPECT_FALSE(give(msg::COMMAND_SET_LAW, bad));
-  EXPECT_TRUE(give(msg::COMMAND_VIEW_NODE, 3)) << "valid, but not the master's";
   EXPECT_FALSE(give(static_cast<msg::CommandKind>(50), 0));
+}
+
+// 1/A = 10 from the page swung all joints at 57 Hz, 0.1 two of them.
+TEST(MasterAdapter, AGainThatIsNotStableIsRefusedWithTheGreatestThatIs) {
+  Settings settings;
+  const GainRules rules = gain_rules(shipped_config(), shipped_arm().arm);
+  msg::OperatorCommand command;
+  command.stamp().sequence_number(1);
+  command.kind(msg::COMMAND_SET_FEEDBACK_GAIN);
+  const auto give = [&](double value, int joint, double delay_s) {
+    command.value(value);
+    command.joint(joint);
+    return take_setting(command, rules, delay_s, settings).message();
+  };
+  EXPECT_THAT(give(10, kAllJoints, 0.004),
+              testing::MatchesRegex("1/A 10 is not stable on j3_shoulder with law sctfb and 4 ms delay; "
+                                    "allowed: up to 0\\.01[0-9]*"));
+  EXPECT_THAT(give(0.1, kAllJoints, 0.004), HasSubstr("j3_shoulder"));
+  EXPECT_EQ(settings.feedback_gain, teleop::everywhere(teleop::kLawsOwnGain)) << "nothing was changed";
+  EXPECT_EQ(give(0.1, 6, 0.004), "") << "the tool's roll bears it";
+  EXPECT_EQ(settings.feedback_gain[6], 0.1);
+  EXPECT_EQ(settings.feedback_gain[2], teleop::kLawsOwnGain);
+  EXPECT_THAT(give(0.1, 6, 0.02), HasSubstr("j7_tool_roll with law sctfb and 20 ms delay"));
+  EXPECT_THAT(give(0.01, 7, 0.004), HasSubstr("allowed: 0 to 6, or -1 for all"));
+  EXPECT_THAT(give(0.01, -2, 0.004), HasSubstr("no joint -2"));
+  command.kind(msg::COMMAND_SET_PERCEPT_GAIN);
+  EXPECT_EQ(give(5, 3, 0.004), "");
+  EXPECT_EQ(settings.percept_gain[3], 5);
+  EXPECT_EQ(settings.percept_gain[2], 0);
+  EXPECT_THAT(give(5, 7, 0.004), HasSubstr("no joint 7"));
+}
+
+TEST(MasterAdapter, ADragFieldOfAnotherLawIsRefused) {
+  auto field = good_field();
+  field.mode(msg::DRAG_COUPLED);
+  EXPECT_THAT(refusal(field, expected()), HasSubstr("not separable, which this master renders"));
+  EXPECT_EQ(refusal(field, expected(teleop::DragMode::kCoupled)), nullptr);
+  field.mode(msg::DRAG_SEPARABLE);
+  EXPECT_THAT(refusal(field, expected(teleop::DragMode::kCoupled)), HasSubstr("not coupled"));
+  EXPECT_EQ(refusal(field, expected()), nullptr);
+  EXPECT_EQ(static_cast<int>(teleop::DragMode::kCoupled), static_cast<int>(msg::DRAG_COUPLED));
 }
 
 TEST(MasterAdapter, ThePhantomsContactIsItsWorstSensorAtASurface) {
@@ -225,7 +266,7 @@ TEST(MasterAdapter, ThePhantomsContactIsItsWorstSensorAtASurface) {
 TEST(MasterAdapter, TheReportBecomesAMessageFieldByField) {
   MasterReport report;
   report.outputs.state = teleop::LinkState::kCoupled;
-  report.outputs.stop_cause = teleop::StopCause::kEmergency;
+  report.outputs.stop = {44, teleop::StopCause::kEmergency};
   report.outputs.percept_Nm[0] = -1;
   report.outputs.feedback_Nm[1] = 2;
   report.outputs.percept_gain = 11;
@@ -233,7 +274,7 @@ TEST(MasterAdapter, TheReportBecomesAMessageFieldByField) {
   report.outputs.percept_enabled = true;
   report.outputs.damping_limited = true;
   report.outputs.law = teleop::BilateralLaw::kPfff;
-  report.outputs.feedback_damped = report.outputs.force_missing = true;
+  report.outputs.feedback_damped = report.outputs.force_missing = report.outputs.feedback_limited = true;
   report.position[2] = 0.3;
   report.velocity[3] = 0.4;
   report.operator_Nm[4] = 0.5;
@@ -244,8 +285,10 @@ TEST(MasterAdapter, TheReportBecomesAMessageFieldByField) {
   const auto master = to_message(report, 7);
   EXPECT_EQ(master.state(), msg::LINK_COUPLED);
   EXPECT_EQ(master.stop_cause(), msg::STOP_EMERGENCY);
+  EXPECT_EQ(master.stop(), 44U);
   EXPECT_EQ(master.law(), msg::LAW_PFFF);
   EXPECT_TRUE(master.feedback_damped());
+  EXPECT_TRUE(master.feedback_limited());
   EXPECT_TRUE(master.force_missing());
   EXPECT_EQ(master.joint_count(), 7U);
   EXPECT_EQ(master.percept_torque_Nm()[0], -1);

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "common/core/errors.hpp"
+#include "common/teleop/tests/stop_store.hpp"
 #include "components/master_io/desk_decode.hpp"
 #include "components/master_io/desk_input.hpp"
 #include "components/master_io/servo.hpp"
@@ -111,7 +112,8 @@ TEST(Desk, TheStickMovesTheMasterOnlyWhileCoupledAndDragSlowsIt) {
     ASSERT_EQ(config.driver, Driver::kDesk);
     Inbox inbox;
     SimulatedDevice device(config, shipped_arm().home);
-    Servo servo(config, shipped_arm().home, device, inbox);
+    teleop::MemoryStopStore stops;
+    Servo servo(config, shipped_arm().home, device, inbox, 1, stops);
     servo.desk.write({.axes = {0.0, 1.0, 0.0, 0.0}, .alive = true});
     core::Nanoseconds now_ns = core::kNsPerSecond;
     MasterReport last;
@@ -153,7 +155,7 @@ TEST(Desk, AMissingDeviceIsNamed) {
     DeskConfig config = three_joints();
     config.device = device;
     try {
-      DeskInput input(config, state, {[] {}, [] {}, [](const std::string&) {}});
+      DeskInput input(config, state, {[] {}, [] {}, [](const std::string&) {}}, 0);
     } catch (const core::MissingError& missing) {
       return missing.what();
     }
@@ -173,7 +175,7 @@ TEST(Desk, ReadsEventsAndTellsWhenTheDeviceIsGone) {
   config.device = path.string();
   DeskState now;
   {
-    DeskInput input(config, state, {[&] { ++stops; }, [] {}, [](const std::string&) {}});
+    DeskInput input(config, state, {[&] { ++stops; }, [] {}, [](const std::string&) {}}, 0);
     std::ofstream device(path, std::ios::binary);
     for (const auto& e : {event(EV_KEY, KEY_UP, 1), event(EV_KEY, KEY_ESC, 1)})
       device.write(reinterpret_cast<const char*>(&e), sizeof e);

@@ -23,7 +23,7 @@ inline const ArmModel& shipped_arm() {
   return model;
 }
 inline Config shipped_config(const Choices& choices = {}) {
-  return load_config(kShipped, hot_cell().file, shipped_arm().arm, choices);
+  return load_config(kShipped, hot_cell().file, shipped_arm().arm, shipped_arm().home, choices);
 }
 
 /// A file, if no other is named the shipped one, with one piece of text replaced.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "common/teleop/tests/stop_store.hpp"
 #include "components/master_io/tests/fixture.hpp"
 #include "tests/support/heap_guard.hpp"
 
@@ -18,7 +19,7 @@ constexpr double kDt = 0.001;
 /// same.
 struct Bench {
   explicit Bench(const Config& config = shipped_config())
-      : device(config, shipped_arm().home), servo(config, shipped_arm().home, device, inbox) {
+      : device(config, shipped_arm().home), servo(config, shipped_arm().home, device, inbox, 1, stops) {
     slave.motion.position = shipped_arm().home;
     slave.state = LinkState::kCoupled;
     drag.drag.valid = true;
@@ -49,6 +50,7 @@ struct Bench {
 
   Inbox inbox;
   SimulatedDevice device;
+  teleop::MemoryStopStore stops;
   Servo servo;
   SlaveSample slave;
   DragSample drag;

@@ -122,7 +122,8 @@ TEST(Uinput, AGamepadIsFoundReadAndRumblesUntilItIsPulledOut) {
                    [&](const std::string& what) {
                      const std::lock_guard lock(mutex);
                      told += what + '\n';
-                   }});
+                   }},
+                  0);
   EXPECT_EQ(input.name().rfind("Test gamepad (/dev/input/event", 0), 0U) << input.name();
   DeskState now;
   const auto axis_is = [&](std::size_t axis, double value) {
