@@ -2,9 +2,15 @@
 
 #include <spdlog/spdlog.h>
 
+#include "common/core/thread_place.hpp"
+
 namespace phantom::phantom_sensing {
 
-AlertRelay::AlertRelay(PerceptSink& next) : next_(next), thread_([this] { work(); }) {}
+AlertRelay::AlertRelay(PerceptSink& next, int servo_priority)
+    : next_(next), thread_([this, servo_priority] {
+        core::take_place(core::ThreadRole::kAlerts, servo_priority);
+        work();
+      }) {}
 
 AlertRelay::~AlertRelay() { end(); }
 
@@ -24,6 +30,7 @@ void AlertRelay::work() {
   std::uint64_t told = 0;
   Event event;
   for (bool last = false; !last;) {
+    progress_.tick();
     last = stop_.load(std::memory_order_acquire);
     while (waiting_.take(event)) next_.on_alert(event.alert, event.cleared);
     if (const std::uint64_t now = left_out(); now != told) {
@@ -32,6 +39,7 @@ void AlertRelay::work() {
     }
     if (!last) wake_.wait(kLook_s);
   }
+  progress_.end();
 }
 
 }  // namespace phantom::phantom_sensing

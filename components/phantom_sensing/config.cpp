@@ -141,6 +141,7 @@ Config load_config(const std::filesystem::path& path) {
   config.skin.max_sensors =
       static_cast<std::size_t>(skin.integer("max_sensors", 100'000, {1, 2'000'000, "sensors"}));
   percept.threads = static_cast<std::size_t>(file.integer("threads", 0, {0, 64, "threads"}));
+  config.servo_priority = file.integer("fifo_priority", config.servo_priority, {0, 99, ""});
   config.percept_rate_hz = file.number("percept_rate_hz", config.percept_rate_hz, {1, 1000, "Hz"});
   config.staleness_s = file.number("staleness_s", config.staleness_s, {0.002, 10, "s"});
   read_workspace(file.optional_section("workspace"), config);

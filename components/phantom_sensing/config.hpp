@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string>
 
+#include "common/core/thread_place.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
 
 namespace phantom::phantom_sensing {
@@ -17,6 +18,7 @@ struct Config {
   double staleness_s = 0.1;               ///< slave_state older than this makes the percept invalid
   double workspace_behind_after_s = 1.0;  ///< a version announced and not whole for so long marks the percept
   double workspace_stale_after_s = 5.0;   ///< and for so long ends it
+  int servo_priority = core::kServoPriority;  ///< SCHED_FIFO of the servos that this serves; 0: do not ask
 };
 
 /// Reads and checks the parameters. Throws ConfigError (file, line, key, value, what is allowed).

@@ -2,12 +2,15 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <atomic>
-#include <deque>
 #include <map>
 #include <mutex>
 #include <optional>
+#include <utility>
+#include <vector>
 
+#include "common/dds/command_service.hpp"
 #include "common/dds/refusal_log.hpp"
 #include "common/dds/source_guard.hpp"
 #include "common/dds/status_reporter.hpp"
@@ -16,15 +19,17 @@
 namespace phantom::phantom_sensing {
 namespace {
 
-constexpr std::size_t kMostWaiting = 64, kMostRemembered = 64;  // commands; replies
+using Commands = dds::CommandService<msg::SensingCommand, msg::SensingReply>;
+
+/// A server that was killed is taken to be there until DDS gives it up, 5 s after its last announcement: only
+/// who is there for longer beside another is a second one.
+constexpr core::Nanoseconds kSecondServerAfter_ns = 7 * core::kNsPerSecond;
 
 Answer carry_out(const msg::SensingCommand& command, const DdsAdapter::Handlers& handlers) {
-  if (command.stamp().sequence_number() == 0)
-    return {false, "stamp.sequence_number is 0; allowed: 1 or more"};
   switch (command.request()) {
     case msg::SENSING_ALLOW_CONTACT:
     case msg::SENSING_FORBID_CONTACT:
-      return handlers.contact(wish_of(command));
+      return handlers.contact(contact_request_of(command));
     case msg::SENSING_SELF_TEST:
       return handlers.self_test();
     case msg::SENSING_LIST_CONTACTS:
@@ -34,6 +39,13 @@ Answer carry_out(const msg::SensingCommand& command, const DdsAdapter::Handlers&
                          "; allowed: to allow, forbid or list contacts, or a self-test"};
   }
 }
+
+/// What one wva_server has told of its objects.
+struct NamedObjects {
+  dds::GuidPrefix server;
+  std::map<std::uint16_t, std::string> names = {};
+  bool gone = false;
+};
 
 }  // namespace
 
@@ -46,7 +58,6 @@ struct DdsAdapter::Impl {
     dds::Reader<msg::WorkspaceVersion> version;
     dds::Reader<msg::WorkspaceBrick> brick;
     dds::Reader<msg::WorkspaceObject> object;
-    dds::Reader<msg::SensingCommand> command;
   };
 
   Impl(const core::NetworkOptions& network, const PhantomModel& phantom)
@@ -58,51 +69,48 @@ struct DdsAdapter::Impl {
         alert_stamper(participant),
         interest_stamper(participant),
         skin_stamper(participant),
-        reply_stamper(participant),
         drag_writer(participant, dds::kDragField),
         percept_writer(participant, dds::kPercept),
         alert_writer(participant, dds::kHitAlert),
         interest_writer(participant, dds::kInterestPoints),
         skin_writer(participant, dds::kSkinPercept),
-        reply_writer(participant, dds::kSensingReply) {}
-
-  /// A wish that comes again gets the reply it got.
-  const msg::SensingReply* given_before(const msg::Stamp& stamp) const {
-    for (const msg::SensingReply& reply : given) {
-      if (reply.command().session() == stamp.session() &&
-          reply.command().sequence_number() == stamp.sequence_number())
-        return &reply;
-    }
-    return nullptr;
-  }
+        commands(participant, dds::kSensingCommand, dds::kSensingReply,
+                 {.refused = [](const msg::SensingCommand& command, const std::string& why) {
+                   return reply_to(command, {false, why});
+                 }}) {}
 
   bool has_rival() {
     const std::lock_guard lock(readers_mutex);
     return readers && readers->source.has_rival(core::monotonic_ns());
   }
 
+  void take_object(const msg::WorkspaceObject& sample, const dds::GuidPrefix& server);
+  void server_gone(const dds::GuidPrefix& server);
+  bool second_server(core::Nanoseconds now_ns);
+
   const PhantomModel& model;
   dds::Participant participant;
   dds::StatusReporter status;
-  dds::Stamper drag_stamper, percept_stamper, alert_stamper, interest_stamper, skin_stamper, reply_stamper;
+  dds::Stamper drag_stamper, percept_stamper, alert_stamper, interest_stamper, skin_stamper;
   dds::Writer<msg::DragField> drag_writer;
   dds::Writer<msg::Percept> percept_writer;
   dds::Writer<msg::HitAlert> alert_writer;
   dds::Writer<msg::InterestPoints> interest_writer;
   dds::Writer<msg::SkinPercept> skin_writer;
-  dds::Writer<msg::SensingReply> reply_writer;
   msg::DragField drag;
   msg::Percept percept;
   msg::HitAlert alert;
   msg::InterestPoints interest;
   core::Snapshot<SlaveSample> newest_slave;
-  std::deque<msg::SensingReply> given;  // handle_commands() only
-  mutable std::mutex inbox_mutex;       // commands, objects
-  std::deque<msg::SensingCommand> commands;
-  std::map<std::uint16_t, std::string> objects;
+  mutable std::mutex objects_mutex;
+  std::vector<NamedObjects> objects;  // by the server that told them, in the order in which they were heard
   dds::RefusalLog slave_refusals{"slave_state"}, workspace_refusals{"workspace_brick, workspace_version"};
   std::mutex readers_mutex;  // between stop_reading() and the keeper's thread
   std::unique_ptr<Readers> readers;
+  WorkspaceKeeper* keeper = nullptr;         // while there are readers; under readers_mutex
+  core::Nanoseconds contested_since_ns = 0;  // publish_status() only; 0: one server at most
+  bool contest_told = false;
+  Commands commands;
 };
 
 DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeeper& workspace)
@@ -123,30 +131,67 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
                 owner.slave_refusals.refused(why);
               }
             }),
-      version(owner.participant, dds::kWorkspaceVersion,
-              [&workspace, &loop](const msg::WorkspaceVersion& sample, const dds::SampleInfo&) {
-                loop.workspace_watch().announced(sample.version());
-                workspace.commit(description_of(sample));
-              }),
+      version(
+          owner.participant, dds::kWorkspaceVersion,
+          [&workspace](const msg::WorkspaceVersion& sample, const dds::SampleInfo& info) {
+            workspace.commit(info.writer, description_of(sample));
+          },
+          [&workspace](const dds::GuidPrefix& server) { workspace.gone(server); }),
       brick(owner.participant, dds::kWorkspaceBrick,
-            [&workspace](const msg::WorkspaceBrick& sample, const dds::SampleInfo&) {
-              workspace.put_brick({sample.bx(), sample.by(), sample.bz()}, sample.version(),
+            [&workspace](const msg::WorkspaceBrick& sample, const dds::SampleInfo& info) {
+              workspace.put_brick(info.writer, {sample.bx(), sample.by(), sample.bz()}, sample.version(),
                                   sample.voxels_zstd());
             }),
-      object(owner.participant, dds::kWorkspaceObject,
-             [&owner](const msg::WorkspaceObject& sample, const dds::SampleInfo&) {
-               const std::lock_guard lock(owner.inbox_mutex);
-               if (sample.mesh_hash() == 0) {  // removed
-                 owner.objects.erase(sample.id());
-               } else {
-                 owner.objects[sample.id()] = sample.name().to_string();
-               }
-             }),
-      command(owner.participant, dds::kSensingCommand,
-              [&owner](const msg::SensingCommand& sample, const dds::SampleInfo&) {
-                const std::lock_guard lock(owner.inbox_mutex);
-                if (owner.commands.size() < kMostWaiting) owner.commands.push_back(sample);
-              }) {}
+      object(
+          owner.participant, dds::kWorkspaceObject,
+          [&owner](const msg::WorkspaceObject& sample, const dds::SampleInfo& info) {
+            owner.take_object(sample, info.writer);
+          },
+          [&owner](const dds::GuidPrefix& server) { owner.server_gone(server); }) {}
+
+void DdsAdapter::Impl::take_object(const msg::WorkspaceObject& sample, const dds::GuidPrefix& server) {
+  const std::lock_guard lock(objects_mutex);
+  auto told = std::find_if(objects.begin(), objects.end(),
+                           [&](const NamedObjects& each) { return each.server == server; });
+  if (told == objects.end()) {
+    if (objects.size() >= voxel::WorkspaceSources::kMost)
+      std::erase_if(objects, [](const NamedObjects& each) { return each.gone; });
+    if (objects.size() >= voxel::WorkspaceSources::kMost) return;
+    told = objects.insert(objects.end(), NamedObjects{server});
+  }
+  told->gone = false;
+  if (sample.mesh_hash() == 0) {  // removed
+    told->names.erase(sample.id());
+  } else {
+    told->names[sample.id()] = sample.name().to_string();
+  }
+}
+
+void DdsAdapter::Impl::server_gone(const dds::GuidPrefix& server) {
+  const std::lock_guard lock(objects_mutex);
+  for (NamedObjects& each : objects) {
+    if (each.server == server) each.gone = true;
+  }
+}
+
+/// Whether a second server is there; logs it once for each time that one comes.
+bool DdsAdapter::Impl::second_server(core::Nanoseconds now_ns) {
+  bool contested = false;
+  {
+    const std::lock_guard lock(readers_mutex);
+    contested = keeper != nullptr && keeper->contested();
+  }
+  if (!contested) {
+    contested_since_ns = 0;
+    contest_told = false;
+    return false;
+  }
+  if (contested_since_ns == 0) contested_since_ns = now_ns;
+  if (now_ns - contested_since_ns < kSecondServerAfter_ns) return false;
+  if (!std::exchange(contest_told, true))
+    spdlog::warn("two processes send workspace_version: only the first is heeded; end one of them");
+  return true;
+}
 
 DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const PhantomModel& model)
     : impl_(std::make_unique<Impl>(network, model)) {}
@@ -155,6 +200,7 @@ DdsAdapter::~DdsAdapter() = default;
 void DdsAdapter::start_reading(SensingLoop& loop, WorkspaceKeeper& workspace) {
   const std::lock_guard lock(impl_->readers_mutex);
   impl_->readers = std::make_unique<Impl::Readers>(*impl_, loop, workspace);
+  impl_->keeper = &workspace;
   impl_->readers->ready.store(true, std::memory_order_release);
 }
 
@@ -163,6 +209,7 @@ void DdsAdapter::stop_reading() {
   {
     const std::lock_guard lock(impl_->readers_mutex);
     ended = std::move(impl_->readers);
+    impl_->keeper = nullptr;
   }
 }
 
@@ -178,29 +225,25 @@ bool DdsAdapter::workspace_attended() const {
 }
 
 std::map<std::uint16_t, std::string> DdsAdapter::objects() const {
-  const std::lock_guard lock(impl_->inbox_mutex);
-  return impl_->objects;
+  std::optional<voxel::SourceId> in_force;
+  {
+    const std::lock_guard lock(impl_->readers_mutex);
+    if (impl_->keeper != nullptr) in_force = impl_->keeper->source();
+  }
+  const std::lock_guard lock(impl_->objects_mutex);
+  const NamedObjects* best = nullptr;
+  for (const NamedObjects& each : impl_->objects) {
+    if (in_force == each.server) return each.names;
+    if (best == nullptr || (best->gone && !each.gone)) best = &each;
+  }
+  return best != nullptr ? best->names : std::map<std::uint16_t, std::string>();
 }
 
 void DdsAdapter::handle_commands(const Handlers& handlers) {
-  std::deque<msg::SensingCommand> commands;
-  {
-    const std::lock_guard lock(impl_->inbox_mutex);
-    commands.swap(impl_->commands);
-  }
-  for (const msg::SensingCommand& command : commands) {
-    msg::SensingReply reply;
-    if (const msg::SensingReply* before = impl_->given_before(command.stamp())) {
-      reply = *before;
-    } else {
-      const Answer answer = carry_out(command, handlers);
-      spdlog::info("{} asked: {}", command.requester().to_string(), answer.message);
-      reply = reply_to(command, answer);
-      impl_->given.push_back(reply);
-      if (impl_->given.size() > kMostRemembered) impl_->given.pop_front();
-    }
-    reply.stamp(impl_->reply_stamper.next());
-    impl_->reply_writer.write(reply);
+  while (const auto command = impl_->commands.next()) {
+    const Answer answer = carry_out(*command, handlers);
+    spdlog::info("{} asked: {}", command->requester().to_string(), answer.message);
+    impl_->commands.complete(dds::id_of(command->stamp()), reply_to(*command, answer));
   }
 }
 
@@ -214,7 +257,11 @@ void DdsAdapter::publish_skin(const SkinView& view) {
 }
 
 void DdsAdapter::publish_status(const core::Health& health) {
-  impl_->status.publish(impl_->has_rival() ? dds::with_rival(health, "slave_state") : health);
+  core::Health told = health;
+  if (impl_->has_rival()) told = dds::with_rival(std::move(told), "slave_state");
+  if (impl_->second_server(core::monotonic_ns()))
+    told = dds::with_rival(std::move(told), "workspace_version");
+  impl_->status.publish(told);
 }
 
 void DdsAdapter::on_drag(const StepOutputs& outputs, const TickInfo& info) {

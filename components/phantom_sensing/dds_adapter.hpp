@@ -8,7 +8,7 @@
 #include "common/core/health.hpp"
 #include "common/core/network.hpp"
 #include "common/robot/skin_patches.hpp"
-#include "components/phantom_sensing/contact_desk.hpp"
+#include "components/phantom_sensing/contact_register.hpp"
 #include "components/phantom_sensing/sensing_loop.hpp"
 #include "components/phantom_sensing/workspace_keeper.hpp"
 
@@ -31,7 +31,8 @@ struct SkinView {
 /// once in five seconds per topic.
 class DdsAdapter : public PerceptSink {
  public:
-  /// Joins the data space with writers only. Throws DdsError.
+  /// Joins the data space with writers, and takes commands in; other readers follow with start_reading().
+  /// Throws DdsError.
   DdsAdapter(const core::NetworkOptions& network, const PhantomModel& model);
   ~DdsAdapter() override;
 
@@ -40,11 +41,11 @@ class DdsAdapter : public PerceptSink {
   void stop_reading();
   /// Whether a wva_server is there now. Thread-safe.
   bool workspace_attended() const;
-  /// The objects that have been announced, by id. Thread-safe.
+  /// The objects that have been announced by the wva_server whose workspace is in use, by id. Thread-safe.
   std::map<std::uint16_t, std::string> objects() const;
   /// Who carries out what sensing_command asks for.
   struct Handlers {
-    std::function<Answer(const ContactWish&)> contact;
+    std::function<Answer(const ContactRequest&)> contact;
     std::function<Answer()> list_contacts;
     std::function<Answer()> self_test;
   };

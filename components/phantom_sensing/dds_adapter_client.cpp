@@ -16,9 +16,9 @@ struct CommandClient::Impl {
 CommandClient::CommandClient(const core::NetworkOptions& network) : impl_(std::make_unique<Impl>(network)) {}
 CommandClient::~CommandClient() = default;
 
-std::optional<Answer> CommandClient::ask(const SensingWish& wish, double timeout_s) {
+std::optional<Answer> CommandClient::ask(const SensingRequest& request, double timeout_s) {
   std::optional<Answer> answer;
-  impl_->requester.ask(to_message(wish, dds::requester_name("phantom_sensing command")), timeout_s,
+  impl_->requester.ask(to_message(request, dds::requester_name("phantom_sensing command")), timeout_s,
                        [&answer](const msg::SensingReply& reply) {
                          answer = {reply.done(), reply.message().to_string()};
                          return true;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "common/robot/joint_values.hpp"
+
 namespace phantom::phantom_sensing {
 namespace {
 
@@ -67,6 +69,10 @@ msg::PerceptCondition condition_of(PerceptCondition condition) {
   return msg::PERCEPT_SELF_TEST_FAILED;
 }
 
+msg::DragMode mode_of(robot::DragMode mode) {
+  return mode == robot::DragMode::kCoupled ? msg::DRAG_COUPLED : msg::DRAG_SEPARABLE;
+}
+
 template <class... Parts>
 std::string text(const Parts&... parts) {
   std::ostringstream stream;
@@ -86,10 +92,9 @@ std::string refusal(const msg::SlaveState& state, const robot::SerialArm& arm) {
     const double q = state.position_rad()[i], v = state.velocity_rad_s()[i];
     if (!std::isfinite(q)) return text("position_rad[", i, "] (", joint.name, ") is not finite");
     if (!std::isfinite(v)) return text("velocity_rad_s[", i, "] (", joint.name, ") is not finite");
-    const double tolerance = kRangeTolerance * (joint.upper - joint.lower);
-    if (std::isfinite(tolerance) && (q < joint.lower - tolerance || q > joint.upper + tolerance)) {
+    if (!robot::near_limits(q, joint.lower, joint.upper)) {
       return text("position_rad[", i, "] (", joint.name, ") is ", q, "; allowed: ", joint.lower, " to ",
-                  joint.upper, " and 5 % of that range beyond");
+                  joint.upper, " and ", 100.0 * robot::kLimitMarginShare, " % of that range beyond");
     }
   }
   return {};
@@ -126,6 +131,7 @@ void fill(msg::DragField& message, const StepOutputs& outputs, const TickInfo& i
   message.slave_echo(dds::echo_of(info.slave.id));
   message.master_echo(dds::echo_of(info.slave.master_echo));
   message.workspace_version(outputs.workspace_version);
+  message.mode(mode_of(outputs.drag_mode));
   message.joint_count(static_cast<std::uint32_t>(joint_count));
   message.coefficient_plus(outputs.drag.plus);
   message.coefficient_minus(outputs.drag.minus);
@@ -221,33 +227,32 @@ void fill(msg::HitAlert& message, const percept::Alert& alert, bool cleared, con
                 : model.interest_points[static_cast<std::size_t>(point)].name.substr(0, kPointNameBound));
 }
 
-ContactWish wish_of(const msg::SensingCommand& command) {
+ContactRequest contact_request_of(const msg::SensingCommand& command) {
   return {command.request() == msg::SENSING_ALLOW_CONTACT, command.object().to_string(), command.id(),
           command.link().to_string(), command.duration_s()};
 }
 
-msg::SensingCommand to_message(const SensingWish& wish, const std::string& requester) {
+msg::SensingCommand to_message(const SensingRequest& request, const std::string& requester) {
   constexpr std::size_t kNameBound = 64;  // idl
-  for (const std::string& name : {wish.contact.object, wish.contact.link}) {
+  for (const std::string& name : {request.contact.object, request.contact.link}) {
     if (name.size() > kNameBound)
       throw core::ConfigError("'" + name + "': allowed: a name of at most 64 bytes");
   }
   msg::SensingCommand command;
   command.requester(requester.substr(0, kNameBound));
-  command.request(wish.what == SensingWish::What::kSelfTest       ? msg::SENSING_SELF_TEST
-                  : wish.what == SensingWish::What::kListContacts ? msg::SENSING_LIST_CONTACTS
-                  : wish.contact.allow                            ? msg::SENSING_ALLOW_CONTACT
-                                                                  : msg::SENSING_FORBID_CONTACT);
-  command.object(wish.contact.object);
-  command.id(wish.contact.id);
-  command.link(wish.contact.link);
-  command.duration_s(wish.contact.duration_s);
+  command.request(request.what == SensingRequest::What::kSelfTest       ? msg::SENSING_SELF_TEST
+                  : request.what == SensingRequest::What::kListContacts ? msg::SENSING_LIST_CONTACTS
+                  : request.contact.allow                               ? msg::SENSING_ALLOW_CONTACT
+                                                                        : msg::SENSING_FORBID_CONTACT);
+  command.object(request.contact.object);
+  command.id(request.contact.id);
+  command.link(request.contact.link);
+  command.duration_s(request.contact.duration_s);
   return command;
 }
 
 msg::SensingReply reply_to(const msg::SensingCommand& command, const Answer& answer) {
   msg::SensingReply reply;
-  reply.command(dds::echo_of(dds::id_of(command.stamp())));
   reply.requester(command.requester());
   reply.request(command.request());
   reply.done(answer.done);

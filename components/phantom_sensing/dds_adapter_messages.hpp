@@ -9,15 +9,12 @@
 #include "common/dds/topics.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "common/voxel/workspace_assembler.hpp"
-#include "components/phantom_sensing/contact_desk.hpp"
+#include "components/phantom_sensing/contact_register.hpp"
 #include "components/phantom_sensing/dds_adapter.hpp"
 #include "components/phantom_sensing/dds_adapter_client.hpp"
 #include "components/phantom_sensing/sensing_loop.hpp"
 
 namespace phantom::phantom_sensing {
-
-/// Share of a joint's range by which a reported position may lie outside it (idl: joint limits ± 5 %).
-inline constexpr double kRangeTolerance = 0.05;
 
 /// Why a slave_state cannot be used, naming the field and what is allowed; empty if it can. Does not look at
 /// its order.
@@ -34,10 +31,10 @@ void fill(msg::InterestPoints& message, const StepOutputs& outputs, const TickIn
 void fill(msg::SkinPercept& message, const SkinView& view);
 void fill(msg::HitAlert& message, const percept::Alert& alert, bool cleared, const PhantomModel& model);
 
-ContactWish wish_of(const msg::SensingCommand& command);
-/// The command for a wish, but for the stamp. Throws core::ConfigError for a name that does not fit.
-msg::SensingCommand to_message(const SensingWish& wish, const std::string& requester);
-/// The reply to a command, but for the stamp.
+ContactRequest contact_request_of(const msg::SensingCommand& command);
+/// The command for a request, but for the stamp. Throws core::ConfigError for a name that does not fit.
+msg::SensingCommand to_message(const SensingRequest& request, const std::string& requester);
+/// The reply to a command, but for stamp and echo.
 msg::SensingReply reply_to(const msg::SensingCommand& command, const Answer& answer);
 
 }  // namespace phantom::phantom_sensing

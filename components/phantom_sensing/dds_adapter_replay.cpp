@@ -45,8 +45,8 @@ bool is_same(const std::vector<std::uint8_t>& made, const std::vector<std::uint8
 
 class Replay {
  public:
-  Replay(const PhantomModel& model, const PerceptSettings& settings, ContactDesk desk)
-      : model_(model), settings_(settings), desk_(std::move(desk)) {}
+  Replay(const PhantomModel& model, const PerceptSettings& settings, ContactRegister contacts)
+      : model_(model), settings_(settings), contacts_(std::move(contacts)) {}
 
   void take(const std::string& topic, const recording::Message& message) {
     if (topic == dds::kSlaveState.name) {
@@ -126,7 +126,7 @@ class Replay {
     const bool contact =
         reply.request() == msg::SENSING_ALLOW_CONTACT || reply.request() == msg::SENSING_FORBID_CONTACT;
     if (reply.done() && contact && command != commands_.end())
-      desk_.handle(wish_of(command->second), reply.stamp().monotonic_ns());
+      contacts_.handle(contact_request_of(command->second), reply.stamp().monotonic_ns());
   }
 
   void work_off(const msg::DragField& field, const Output& output) {
@@ -181,11 +181,11 @@ class Replay {
     const SensedWorkspace workspace = version_of(version);
     if ((name.second != 0 && state == states_.end()) || (version != 0 && workspace.voxels == nullptr))
       return false;
-    desk_.end_old(stamp.monotonic_ns());
+    contacts_.end_old(stamp.monotonic_ns());
     StepInputs inputs;
     inputs.workspace = workspace;
     inputs.state_valid = valid;
-    inputs.allowed = desk_.permits().at(stamp.monotonic_ns());
+    inputs.allowed = contacts_.permits().at(stamp.monotonic_ns());
     info_ = {};
     if (state != states_.end()) info_.slave = state->second;
     info_.allowed_contacts = inputs.allowed.size();
@@ -233,7 +233,7 @@ class Replay {
   };
   const PhantomModel& model_;
   const PerceptSettings& settings_;
-  ContactDesk desk_;
+  ContactRegister contacts_;
   std::optional<PhantomSensing> sensing_;
   voxel::WorkspaceAssembler assembler_;
   std::deque<Version> versions_;
@@ -257,8 +257,8 @@ void print(const char* topic, const ReplayedTopic& counts) {
 }  // namespace
 
 ReplayReport replay_recording(const std::vector<std::filesystem::path>& files, const PhantomModel& model,
-                              const PerceptSettings& settings, ContactDesk desk) {
-  Replay replay(model, settings, std::move(desk));
+                              const PerceptSettings& settings, ContactRegister contacts) {
+  Replay replay(model, settings, std::move(contacts));
   for (const auto& file : files) {
     const auto reader = recording::McapReader::open(file);
     if (!reader && reader.status().code() == core::ErrorCode::kNotFound)
@@ -282,7 +282,7 @@ int run_replay(const ReplayRequest& request, Config config) {
   const auto cell = runtime::load_cell(request.cell);
   const auto model = load_model(cell, config);
   const ReplayReport report =
-      replay_recording(request.recordings, model, config.percept, contact_desk(cell, config, model));
+      replay_recording(request.recordings, model, config.percept, contacts_of_cell(cell, config, model));
   std::cout << (report.ok() ? "as recorded\n" : "not as recorded\n");
   print("drag_field", report.drag_field);
   print("percept", report.percept);

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "components/phantom_sensing/config.hpp"
-#include "components/phantom_sensing/contact_desk.hpp"
+#include "components/phantom_sensing/contact_register.hpp"
 
 namespace CLI {
 class App;
@@ -41,11 +41,11 @@ struct ReplayReport {
 /// Feeds the recorded slave_state, workspace and contacts through the step, tick by tick as the recorded
 /// drag_field names them, and holds what comes out against what was recorded: all bytes. What the running
 /// component measures (the age of the state, the time of a tick, stamps, what the workspace rests on) is
-/// taken from the recording. `desk` holds the contacts that the cell allows. interest_points may differ at
-/// first where the recording began during an alert. Throws MissingError and ConfigError for files that are
+/// taken from the recording. `contacts` holds the contacts that the cell allows. interest_points may differ
+/// at first where the recording began during an alert. Throws MissingError and ConfigError for files that are
 /// not there or no recordings.
 ReplayReport replay_recording(const std::vector<std::filesystem::path>& files, const PhantomModel& model,
-                              const PerceptSettings& settings, ContactDesk desk);
+                              const PerceptSettings& settings, ContactRegister contacts);
 
 void add_options(CLI::App& app, ReplayRequest& request);
 /// The whole command: prints what was found. Returns the exit code, 1 if something differs; throws

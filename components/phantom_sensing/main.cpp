@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
+#include <optional>
 
 #include "common/dds/participant.hpp"
 #include "common/runtime/process.hpp"
@@ -13,7 +14,7 @@
 int main(int argc, char** argv) {
   using namespace phantom;
   phantom_sensing::ProbeRequest request;
-  phantom_sensing::CommandRequest wish;
+  phantom_sensing::CommandRequest command_arguments;
   phantom_sensing::ReplayRequest recorded;
   CLI::App *probe = nullptr, *command = nullptr, *replay = nullptr;
   runtime::ProcessDescription description;
@@ -40,14 +41,19 @@ int main(int argc, char** argv) {
     replay = add("replay",
                  "make the percepts of a recording again, and compare them with those that were recorded",
                  recorded);
-    command = add("command", "tell the running phantom_sensing what may be touched, or to test itself", wish);
+    command = add("command", "tell the running phantom_sensing what may be touched, or to test itself",
+                  command_arguments);
   };
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto config = phantom_sensing::load_config(options.config);
+    std::optional<runtime::EndsAtOnce> batch;
+    if (probe->parsed() || replay->parsed()) batch.emplace(runtime::kExitFailed);
     if (probe->parsed()) return phantom_sensing::run_probe(request, config);
     if (replay->parsed()) return phantom_sensing::run_replay(recorded, config);
     const auto deployment = runtime::load_deployment(options);
-    if (command->parsed()) return phantom_sensing::run_command(wish, deployment.network, std::cout);
+    if (command->parsed())
+      return phantom_sensing::run_command(command_arguments, deployment.network, std::cout);
+    std::optional<runtime::EndsAtOnce> starting(std::in_place);
     const auto cell = runtime::load_cell(deployment.cell);
     const auto model = phantom_sensing::load_model(cell, config);
     phantom_sensing::allowed_contact(cell, config, model);
@@ -61,6 +67,7 @@ int main(int argc, char** argv) {
                 << phantom_sensing::words_for(phantom_sensing::predict_tick(cell, config, model)) << '\n';
       return static_cast<int>(runtime::kExitDone);
     }
+    starting.reset();
     return phantom_sensing::run_service(options, deployment, cell, config, model);
   };
   return runtime::process_main(argc, argv, description);

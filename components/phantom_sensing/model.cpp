@@ -9,7 +9,7 @@
 #include "common/runtime/cell_bodies.hpp"
 #include "common/voxel/live_workspace.hpp"
 #include "common/voxel/palette.hpp"
-#include "components/phantom_sensing/contact_desk.hpp"
+#include "components/phantom_sensing/contact_register.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {
@@ -51,22 +51,23 @@ PhantomModel load_model(const runtime::CellConfig& cell, const Config& config) {
   return {std::move(arm), std::move(skin), std::move(points)};
 }
 
-ContactDesk contact_desk(const runtime::CellConfig& cell, const Config& config, const PhantomModel& model) {
-  ContactDesk desk(model.arm);
+ContactRegister contacts_of_cell(const runtime::CellConfig& cell, const Config& config,
+                                 const PhantomModel& model) {
+  ContactRegister contacts(model.arm);
   std::map<std::uint16_t, std::string> names;
   for (std::size_t i = 0; i < cell.objects.size(); ++i)
     names[static_cast<std::uint16_t>(i + 1)] = cell.objects[i].name;
-  desk.know_objects(std::move(names));
+  contacts.know_objects(std::move(names));
   for (const auto& contact : cell.arm(config.arm).allowed_contact) {
-    const Answer answer = desk.handle({.allow = true, .object = contact.object, .link = contact.link}, 0);
+    const Answer answer = contacts.handle({.allow = true, .object = contact.object, .link = contact.link}, 0);
     if (!answer.done) throw ConfigError(cell.file.string() + ": allowed_contact: " + answer.message);
   }
-  return desk;
+  return contacts;
 }
 
 percept::AllowedContact allowed_contact(const runtime::CellConfig& cell, const Config& config,
                                         const PhantomModel& model) {
-  return contact_desk(cell, config, model).permits().at(0);
+  return contacts_of_cell(cell, config, model).permits().at(0);
 }
 
 TickTime predict_tick(const runtime::CellConfig& cell, const Config& config, const PhantomModel& model) {

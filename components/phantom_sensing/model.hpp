@@ -3,7 +3,7 @@
 #include "common/core/network.hpp"
 #include "common/runtime/cell.hpp"
 #include "components/phantom_sensing/config.hpp"
-#include "components/phantom_sensing/contact_desk.hpp"
+#include "components/phantom_sensing/contact_register.hpp"
 #include "components/phantom_sensing/tick_time.hpp"
 
 namespace phantom::phantom_sensing {
@@ -12,9 +12,10 @@ namespace phantom::phantom_sensing {
 /// Logs what was left out or is coarser than the rule.
 PhantomModel load_model(const runtime::CellConfig& cell, const Config& config);
 
-/// A desk that allows what the cell's file allows the arm `config.arm`, and knows the file's objects. Throws
-/// ConfigError as allowed_contact(). The model outlives it.
-ContactDesk contact_desk(const runtime::CellConfig& cell, const Config& config, const PhantomModel& model);
+/// A contacts that allows what the cell's file allows the arm `config.arm`, and knows the file's objects.
+/// Throws ConfigError as allowed_contact(). The model outlives it.
+ContactRegister contacts_of_cell(const runtime::CellConfig& cell, const Config& config,
+                                 const PhantomModel& model);
 
 /// The contacts that the cell's file allows the arm `config.arm`. Throws ConfigError naming an object or link
 /// that is not there.

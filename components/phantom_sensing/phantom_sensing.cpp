@@ -125,6 +125,7 @@ void PhantomSensing::forget() noexcept {
 
 void PhantomSensing::step(const StepInputs& inputs, StepOutputs& outputs) noexcept {
   outputs = {};
+  outputs.drag_mode = settings_.mode;
   outputs.interest = interest_;
   const bool known = inputs.workspace.voxels != nullptr;
   if (known) outputs.workspace_version = inputs.workspace.voxels->version;

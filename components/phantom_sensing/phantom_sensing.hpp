@@ -95,7 +95,8 @@ struct StepOutputs {
   bool valid = false;
   std::uint64_t workspace_version = 0;  ///< 0: none
   std::size_t active_sensors = 0;
-  robot::DragCoefficients drag;  ///< all zero if invalid
+  robot::DragCoefficients drag;                             ///< all zero if invalid
+  robot::DragMode drag_mode = robot::DragMode::kSeparable;  ///< how they become torque
   SkinPercept percept;
   percept::AlertEvents alerts;                ///< of the whole skin
   std::size_t muted_sensors = 0;              ///< sensors that meet fluid of an object that they may touch

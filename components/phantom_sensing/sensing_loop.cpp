@@ -5,6 +5,7 @@
 #include <ctime>
 
 #include "common/core/elapsed.hpp"
+#include "common/core/thread_place.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {
@@ -40,6 +41,8 @@ void SensingLoop::stop() noexcept {
 }
 
 void SensingLoop::run() {
+  core::take_place(core::ThreadRole::kSensing, config_.servo_priority);
+  progress_.begin();
   while (!stop_.load(std::memory_order_relaxed)) {
     const core::Nanoseconds until = core::monotonic_ns() + watchdog_ns_;
     const timespec due{until / core::kNsPerSecond, until % core::kNsPerSecond};
@@ -48,7 +51,9 @@ void SensingLoop::run() {
     while (sem_trywait(&wake_) == 0) {
     }  // several states may have come: only the newest counts
     turn(core::monotonic_ns());
+    progress_.tick();
   }
+  progress_.end();
   publish_figures();
 }
 
@@ -74,6 +79,7 @@ void SensingLoop::turn(core::Nanoseconds now_ns) {
   if (fresh) counted_.state_seen = true;
   permits_inbox_.read(permits_);
   const SensedWorkspace workspace = workspace_.newest();
+  watch_.announced(workspace_.announced());
   const PerceptCondition condition =
       judge(workspace.voxels != nullptr ? workspace.voxels->version : 0, now_ns);
   const bool valid = is_valid(condition);

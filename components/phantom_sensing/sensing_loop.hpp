@@ -7,6 +7,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/core/histogram.hpp"
+#include "common/core/progress.hpp"
 #include "common/core/sample_id.hpp"
 #include "common/core/snapshot.hpp"
 #include "components/phantom_sensing/config.hpp"
@@ -75,7 +76,7 @@ class SensingLoop {
 
   /// Gives it a state; one thread. Real-time safe: yes.
   void offer(const SlaveSample& sample) noexcept;
-  /// Works until stop(), on the calling thread.
+  /// Works until stop(), on the calling thread, which takes its place among the process's threads.
   void run();
   void stop() noexcept;  ///< thread-safe
   /// Contacts that are allowed from now on. One thread.
@@ -88,6 +89,8 @@ class SensingLoop {
 
   /// Newest figures, at most half a second old; one reader thread.
   LoopFigures figures();
+  /// How run() gets on: it takes a turn at least once in a watchdog period. Thread-safe.
+  const core::Progress& progress() const noexcept { return progress_; }
   core::Nanoseconds watchdog_period_ns() const noexcept { return watchdog_ns_; }
 
  private:
@@ -114,6 +117,7 @@ class SensingLoop {
   StepOutputs outputs_;
   core::Nanoseconds last_invalid_ns_ = -core::kNsPerSecond, next_percept_ns_ = 0, next_figures_ns_ = 0;
   core::DurationHistogram tick_times_;
+  core::Progress progress_{"sensing"};
   LoopFigures counted_, read_;
   core::Snapshot<LoopFigures> published_;
 };

@@ -3,13 +3,14 @@
 #include <spdlog/spdlog.h>
 
 #include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "common/core/errors.hpp"
 #include "common/runtime/process.hpp"
 #include "components/phantom_sensing/alert_relay.hpp"
-#include "components/phantom_sensing/contact_desk.hpp"
+#include "components/phantom_sensing/contact_register.hpp"
 #include "components/phantom_sensing/dds_adapter.hpp"
 #include "components/phantom_sensing/hit_log.hpp"
 #include "components/phantom_sensing/self_test.hpp"
@@ -130,33 +131,33 @@ class Service {
         adapter_(adapter),
         workspace_(workspace),
         loop_(loop),
-        desk_(model.arm),
+        contacts_(model.arm),
         patches_(model.arm, model.skin) {
     know_objects();
     for (const auto& contact : cell.arm(config.arm).allowed_contact) {
-      ContactWish wish;
-      wish.allow = true;
-      wish.object = contact.object;
-      wish.link = contact.link;
-      const Answer answer = desk_.handle(wish, core::monotonic_ns());
+      ContactRequest request;
+      request.allow = true;
+      request.object = contact.object;
+      request.link = contact.link;
+      const Answer answer = contacts_.handle(request, core::monotonic_ns());
       if (!answer.done) throw core::ConfigError(cell.file.string() + ": allowed_contact: " + answer.message);
       spdlog::info("{}", answer.message);
     }
-    loop_.permit(desk_.permits());
+    loop_.permit(contacts_.permits());
   }
 
-  std::string object_name(std::uint16_t id) const { return desk_.object_name(id); }
+  std::string object_name(std::uint16_t id) const { return contacts_.object_name(id); }
 
   /// Once in kPoll_s.
   void poll() {
     know_objects();
     loop_.workspace_watch().attended(adapter_.workspace_attended());
     if (!tested_ && workspace_.version() != 0) self_test();
-    adapter_.handle_commands({[this](const ContactWish& wish) { return handle(wish); },
-                              [this] { return desk_.list(core::monotonic_ns()); },
+    adapter_.handle_commands({[this](const ContactRequest& request) { return handle(request); },
+                              [this] { return contacts_.list(core::monotonic_ns()); },
                               [this] { return self_test(); }});
-    for (const std::string& said : desk_.end_old(core::monotonic_ns())) spdlog::info("{}", said);
-    loop_.permit(desk_.permits());
+    for (const std::string& said : contacts_.end_old(core::monotonic_ns())) spdlog::info("{}", said);
+    loop_.permit(contacts_.permits());
   }
 
   /// What the whole skin feels, for eyes. Once in kPoll_s.
@@ -172,7 +173,7 @@ class Service {
     skin_.greatest_mu = figures.greatest_neighbour_mu;
     skin_.felt.clear();
     if (skin_.valid) {
-      const percept::AllowedContact allowed = desk_.permits().at(now_ns);
+      const percept::AllowedContact allowed = contacts_.permits().at(now_ns);
       skin_.felt = patches_.sense(
           skin_.slave.position, *workspace,
           [&allowed](std::size_t link, std::uint16_t object) { return allowed.mutes(link, object); });
@@ -181,8 +182,8 @@ class Service {
   }
 
   Situation situation(core::Nanoseconds now_ns) {
-    Situation now{loop_.figures(),        workspace_.version(), 0.0,
-                  desk_.permits().size(), self_tests_,          tested_as_};
+    Situation now{loop_.figures(), workspace_.version(), 0.0, contacts_.permits().size(), self_tests_,
+                  tested_as_};
     if (now_ns > before_ns_ && before_ns_ != 0)
       now.tick_rate_hz =
           static_cast<double>(now.figures.ticks - ticks_before_) / core::seconds(now_ns - before_ns_);
@@ -199,12 +200,12 @@ class Service {
       for (std::size_t i = 0; i < cell_.objects.size(); ++i)
         names[static_cast<std::uint16_t>(i + 1)] = cell_.objects[i].name;
     }
-    desk_.know_objects(std::move(names));
+    contacts_.know_objects(std::move(names));
   }
 
-  Answer handle(const ContactWish& wish) {
-    const Answer answer = desk_.handle(wish, core::monotonic_ns());
-    loop_.permit(desk_.permits());
+  Answer handle(const ContactRequest& request) {
+    const Answer answer = contacts_.handle(request, core::monotonic_ns());
+    loop_.permit(contacts_.permits());
     return answer;
   }
 
@@ -225,7 +226,7 @@ class Service {
   DdsAdapter& adapter_;
   WorkspaceKeeper& workspace_;
   SensingLoop& loop_;
-  ContactDesk desk_;
+  ContactRegister contacts_;
   robot::SkinPatches patches_;
   SkinView skin_;
   bool tested_ = false;
@@ -266,11 +267,14 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
                 const runtime::CellConfig& cell, const Config& config, const PhantomModel& model) {
   if (const SelfTestResult tested = test_step(config.percept); !tested.passed)
     throw std::runtime_error(tested.message);
-  DdsAdapter adapter(deployment.network, model);
+  DdsAdapter adapter(core::in_haptic_path(deployment.network, config.servo_priority), model);
   WorkspaceKeeper workspace([&adapter](const std::string& why) { adapter.count_refused_workspace(why); });
   HitLog hits(adapter, model);
-  AlertRelay relay(hits);
-  SensingLoop loop(model, config, workspace, relay);
+  AlertRelay relay(hits, config.servo_priority);
+  std::unique_ptr<SensingLoop> sensing_loop;  // its workers inherit the place that its thread will have
+  core::run_in_place(core::ThreadRole::kSensing, config.servo_priority,
+                     [&] { sensing_loop = std::make_unique<SensingLoop>(model, config, workspace, relay); });
+  SensingLoop& loop = *sensing_loop;
   Service service(cell, config, model, adapter, workspace, loop);
   const auto object_name = [&service](std::uint16_t id) { return service.object_name(id); };
   spdlog::info("{} sensors and {} interest points on {} joints; waiting for workspace and slave_state",
@@ -278,6 +282,9 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
   const core::Nanoseconds start_ns = core::monotonic_ns();
   Sensing sensing(adapter, loop);
   sensing.begin(workspace);
+  if (const std::string refused = core::take_place(core::ThreadRole::kControl, config.servo_priority);
+      !refused.empty())
+    spdlog::warn("{}", refused);
 
   core::Nanoseconds next_status_ns = start_ns;
   PerceptCondition said = PerceptCondition::kNoWorkspace;
@@ -289,7 +296,9 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
     if (now_ns < next_status_ns) continue;
     next_status_ns = now_ns + core::from_seconds(kStatusPeriod_s);
     const Situation now = service.situation(now_ns);
-    const core::Health health = health_of(now, model);
+    core::Health health = health_of(now, model);
+    health.loops = {loop.progress().statistics(), relay.progress().statistics(),
+                    workspace.progress().statistics()};
     if (now.figures.condition != said)
       spdlog::info("{}", health.message.empty() ? "sensing" : health.message);
     said = now.figures.condition;

@@ -2,6 +2,8 @@
 
 #include <chrono>
 
+#include "common/core/thread_place.hpp"
+
 namespace phantom::phantom_sensing {
 
 WorkspaceKeeper::WorkspaceKeeper(std::function<void(const std::string&)> on_refused)
@@ -24,30 +26,37 @@ void WorkspaceKeeper::enqueue(Job job) {
   wake_.notify_one();
 }
 
-void WorkspaceKeeper::put_brick(voxel::BrickKey key, std::uint64_t version, std::vector<std::uint8_t> bytes) {
-  enqueue(Brick{key, version, std::move(bytes)});
+void WorkspaceKeeper::put_brick(const voxel::SourceId& source, voxel::BrickKey key, std::uint64_t version,
+                                std::vector<std::uint8_t> bytes) {
+  enqueue(Brick{source, key, version, std::move(bytes)});
 }
-void WorkspaceKeeper::commit(voxel::VersionDescription description) { enqueue(std::move(description)); }
+void WorkspaceKeeper::commit(const voxel::SourceId& source, voxel::VersionDescription description) {
+  enqueue(Version{source, std::move(description)});
+}
+void WorkspaceKeeper::gone(const voxel::SourceId& source) { enqueue(Gone{source}); }
 
-void WorkspaceKeeper::apply(const Job& job) {
-  core::Status status;
-  if (const auto* brick = std::get_if<Brick>(&job)) {
-    status = assembler_.put_brick(brick->key, brick->version, brick->bytes);
-  } else {
-    status = assembler_.commit(std::get<voxel::VersionDescription>(job));
-  }
-  if (!status) on_refused_(status.message());
+core::Status WorkspaceKeeper::apply(const Brick& brick) {
+  return sources_.put_brick(brick.source, brick.key, brick.version, brick.bytes);
+}
+core::Status WorkspaceKeeper::apply(const Version& version) {
+  return sources_.commit(version.source, version.description);
+}
+core::Status WorkspaceKeeper::apply(const Gone& gone) {
+  sources_.gone(gone.source);
+  return core::Status::ok();
 }
 
 void WorkspaceKeeper::hand_over() {
-  const auto& current = assembler_.current();
+  announced_.store(sources_.announced(), std::memory_order_release);
+  contested_.store(sources_.contested(), std::memory_order_relaxed);
+  const auto& current = sources_.current();
   if (!current || (!alive_.empty() && alive_.back().workspace == current)) return;
   const std::uint64_t generation = alive_.empty() ? 1 : alive_.back().generation + 1;
   {
     const std::lock_guard lock(alive_mutex_);
-    alive_.push_back({current, generation});
+    alive_.push_back({current, generation, *sources_.in_force()});
   }
-  handed_over_.write({{current.get(), assembler_.greatest_neighbour_mu()}, generation});
+  handed_over_.write({{current.get(), sources_.greatest_neighbour_mu()}, generation});
   version_.store(current->version, std::memory_order_relaxed);
 }
 
@@ -65,28 +74,38 @@ std::shared_ptr<const voxel::Workspace> WorkspaceKeeper::share() const {
   return alive_.empty() ? nullptr : alive_.back().workspace;
 }
 
+std::optional<voxel::SourceId> WorkspaceKeeper::source() const {
+  const std::lock_guard lock(alive_mutex_);
+  return alive_.empty() ? std::nullopt : std::optional(alive_.back().source);
+}
+
 void WorkspaceKeeper::work() {
+  core::take_place(core::ThreadRole::kWorkspace);
   std::unique_lock lock(mutex_);
   while (!stop_) {
     // Wakes by itself now and then only while an old version waits to be let go.
     const auto something = [this] { return stop_ || !jobs_.empty(); };
+    progress_.rest();
     if (alive_.size() > 1) {
       wake_.wait_for(lock, std::chrono::milliseconds(100), something);
     } else {
       wake_.wait(lock, something);
     }
+    progress_.tick();
     std::deque<Job> jobs;
     jobs.swap(jobs_);
     lock.unlock();
     let_go();
     for (const Job& job : jobs) {
-      apply(job);
+      const core::Status status = std::visit([this](const auto& each) { return apply(each); }, job);
+      if (!status) on_refused_(status.message());
       hand_over();
+      progress_.tick();
     }
     lock.lock();
     if (!stop_ && jobs_.empty() && alive_.size() < 2) {  // time to make the next version cheap
       lock.unlock();
-      assembler_.prepare();
+      sources_.prepare();
       lock.lock();
     }
   }

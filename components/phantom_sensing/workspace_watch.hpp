@@ -33,18 +33,16 @@ class WorkspaceWatch {
       : behind_after_ns_(core::from_seconds(behind_after_s)),
         stale_after_ns_(core::from_seconds(stale_after_s)) {}
 
-  void announced(std::uint64_t version) noexcept {
-    announced_.store(version, std::memory_order_relaxed);
-  }                                                                                          ///< thread-safe
+  /// Newest version there is to be had, 0: none; on the thread of judge(). Real-time safe: yes.
+  void announced(std::uint64_t version) noexcept { announced_ = version; }
   void attended(bool there) noexcept { attended_.store(there, std::memory_order_relaxed); }  ///< thread-safe
 
   /// `in_use`: version that the tick uses, 0: none. One thread. Real-time safe: yes.
   PerceptCondition judge(std::uint64_t in_use, core::Nanoseconds now_ns) noexcept {
     if (in_use == 0) return PerceptCondition::kNoWorkspace;
-    const std::uint64_t announced = announced_.load(std::memory_order_relaxed);
-    if (announced == 0 || announced == in_use || in_use != last_in_use_) behind_since_ns_ = -1;
+    if (announced_ == 0 || announced_ == in_use || in_use != last_in_use_) behind_since_ns_ = -1;
     last_in_use_ = in_use;
-    if (announced != 0 && announced != in_use) {
+    if (announced_ != 0 && announced_ != in_use) {
       if (behind_since_ns_ < 0) behind_since_ns_ = now_ns;
       const core::Nanoseconds behind_ns = now_ns - behind_since_ns_;
       if (behind_ns > stale_after_ns_) return PerceptCondition::kWorkspaceStale;
@@ -56,9 +54,8 @@ class WorkspaceWatch {
 
  private:
   core::Nanoseconds behind_after_ns_, stale_after_ns_;
-  std::atomic<std::uint64_t> announced_{0};
   std::atomic<bool> attended_{true};
-  std::uint64_t last_in_use_ = 0;
+  std::uint64_t announced_ = 0, last_in_use_ = 0;
   core::Nanoseconds behind_since_ns_ = -1;  // −1: not behind
 };
 

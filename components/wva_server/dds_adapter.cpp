@@ -7,7 +7,8 @@
 #include <stdexcept>
 
 #include "common/core/parallel.hpp"
-#include "common/dds/endpoint.hpp"
+#include "common/dds/command_service.hpp"
+#include "common/dds/source_guard.hpp"
 #include "common/dds/status_reporter.hpp"
 #include "common/voxel/brick_codec.hpp"
 #include "components/wva_server/dds_adapter_convert.hpp"
@@ -24,17 +25,46 @@ void write(dds::Writer<T>& writer, const T& sample, const char* topic) {
     throw std::runtime_error(std::string("topic ") + topic + ": Fast DDS did not take a sample");
 }
 
+using Commands = dds::CommandService<msg::WorkspaceCommand, msg::WorkspaceReply>;
+
+msg::WorkspaceReply at_once(const msg::WorkspaceCommand& command, Outcome outcome,
+                            const std::string& message) {
+  const Request request = to_request(command);
+  Reply reply;
+  reply.outcome = outcome;
+  reply.object = request.command.object;
+  reply.object_id = request.command.id;
+  reply.message = message;
+  return to_message(request, reply);
+}
+
+Commands::Rules rules(bool accept_commands) {
+  return {.refusal =
+              [accept_commands](const msg::WorkspaceCommand& command) {
+                std::string why = refusal(command);
+                if (why.empty() && !accept_commands)
+                  why = "this wva_server takes no commands (accept_commands is false in its configuration)";
+                return why;
+              },
+          .refused = [](const msg::WorkspaceCommand& command,
+                        const std::string& why) { return at_once(command, Outcome::kRefused, why); },
+          .accepted =
+              [](const msg::WorkspaceCommand& command, std::size_t before) {
+                return at_once(
+                    command, Outcome::kAccepted,
+                    before == 0 ? "taken up" : "waits for " + std::to_string(before) + " commands before it");
+              }};
+}
+
 }  // namespace
 
 struct DdsAdapter::Impl {
   Impl(const core::NetworkOptions& network, bool accept)
-      : accept_commands(accept), participant("wva_server", network) {}
+      : participant("wva_server", network),
+        commands(participant, dds::kWorkspaceCommand, dds::kWorkspaceReply, rules(accept)) {}
 
   void publish_mesh(const ServedObject& object, std::size_t chunk_bytes);
-  void take_in(const msg::WorkspaceCommand& message);
-  void send(const Request& request, const Reply& reply);
 
-  bool accept_commands;
   dds::Participant participant;
   dds::Writer<msg::WorkspaceBrick> bricks{participant, dds::kWorkspaceBrick};
   dds::Writer<msg::WorkspaceVersion> versions{participant, dds::kWorkspaceVersion};
@@ -42,15 +72,20 @@ struct DdsAdapter::Impl {
   dds::Writer<msg::MeshChunk> chunks{participant, dds::kMeshChunk};
   dds::StatusReporter status{participant};
   std::set<std::uint64_t> meshes;  // published, by content hash
-
-  CommandDesk desk;
-  std::mutex sending;  // replies come from the reader's thread, too
-  dds::Stamper stamper{participant};
-  dds::Writer<msg::WorkspaceReply> replies{participant, dds::kWorkspaceReply};
-  // Last: its callback uses what stands above.
-  dds::Reader<msg::WorkspaceCommand> commands{
-      participant, dds::kWorkspaceCommand,
-      [this](const msg::WorkspaceCommand& message, const dds::SampleInfo&) { take_in(message); }};
+  Commands commands;
+  mutable std::mutex others_mutex;
+  std::set<dds::GuidPrefix> others;  // that publish a workspace here, too
+  dds::Reader<msg::WorkspaceVersion> other_versions{
+      participant, dds::kWorkspaceVersion,
+      [this](const msg::WorkspaceVersion&, const dds::SampleInfo& info) {
+        if (info.writer == dds::prefix_of(participant)) return;
+        const std::lock_guard lock(others_mutex);
+        others.insert(info.writer);
+      },
+      [this](const dds::GuidPrefix& server) {
+        const std::lock_guard lock(others_mutex);
+        others.erase(server);
+      }};
 };
 
 void DdsAdapter::Impl::publish_mesh(const ServedObject& object, std::size_t chunk_bytes) {
@@ -66,25 +101,6 @@ void DdsAdapter::Impl::publish_mesh(const ServedObject& object, std::size_t chun
     write(chunks, message, "mesh_chunk");
   }
   meshes.insert(object.mesh_hash);
-}
-
-void DdsAdapter::Impl::take_in(const msg::WorkspaceCommand& message) {
-  Request request = to_request(message);
-  Reply reply;
-  reply.outcome = Outcome::kRefused;
-  reply.object = request.command.object;
-  reply.message = refusal(message);
-  if (reply.message.empty() && !accept_commands)
-    reply.message = "this wva_server takes no commands (accept_commands is false in its configuration)";
-  if (reply.message.empty()) reply = desk.take_in(request);
-  send(request, reply);
-}
-
-void DdsAdapter::Impl::send(const Request& request, const Reply& reply) {
-  msg::WorkspaceReply message = to_message(request, reply);
-  const std::lock_guard lock(sending);
-  message.stamp(stamper.next());
-  replies.write(message);  // who does not hear it asks again
 }
 
 DdsAdapter::DdsAdapter(const core::NetworkOptions& network, bool accept_commands)
@@ -133,13 +149,22 @@ void DdsAdapter::publish_change(const LiveCell& cell, const voxel::WorkspaceChan
         "workspace_version");
 }
 
-void DdsAdapter::report(const core::Health& health) { impl_->status.publish(health); }
+bool DdsAdapter::has_rival() const {
+  const std::lock_guard lock(impl_->others_mutex);
+  return !impl_->others.empty();
+}
 
-std::optional<Request> DdsAdapter::next_command(double wait_s) { return impl_->desk.next(wait_s); }
+void DdsAdapter::report(const core::Health& health) {
+  impl_->status.publish(has_rival() ? dds::with_rival(health, "workspace_version") : health);
+}
+
+std::optional<Request> DdsAdapter::next_command(double wait_s) {
+  const auto command = impl_->commands.next(wait_s);
+  return command ? std::optional(to_request(*command)) : std::nullopt;
+}
 
 void DdsAdapter::reply(const Request& request, const Reply& reply) {
-  impl_->desk.replied(request.id, reply);
-  impl_->send(request, reply);
+  impl_->commands.complete(request.id, to_message(request, reply));
 }
 
 }  // namespace phantom::wva_server

@@ -5,13 +5,13 @@
 
 #include "common/core/health.hpp"
 #include "common/core/network.hpp"
-#include "components/wva_server/command_desk.hpp"
+#include "components/wva_server/cell_request.hpp"
 
 namespace phantom::wva_server {
 
 /// The component's ends in the data space: workspace_brick, workspace_version, workspace_object, mesh_chunk,
-/// workspace_reply and component_status out, workspace_command in. What was published stays with the writers,
-/// so that late joiners get all of it. One thread.
+/// workspace_reply and component_status out, workspace_command in, and workspace_version, to notice another
+/// server. What was published stays with the writers, so that late joiners get all of it. One thread.
 class DdsAdapter {
  public:
   /// `accept_commands`: else every command is refused. Throws dds::DdsError.
@@ -25,7 +25,9 @@ class DdsAdapter {
   /// What a change made of the workspace: changed bricks, removed ones, then the version that commits them.
   /// Bricks are compressed on `threads` threads.
   void publish_change(const LiveCell& cell, const voxel::WorkspaceChange& change, int threads);
-  /// Publishes component_status.
+  /// Whether another process publishes a workspace here, too: consumers keep to the first. Thread-safe.
+  bool has_rival() const;
+  /// Publishes component_status, degraded while there is another server.
   void report(const core::Health& health);
 
   /// The next command, waiting for one at most `wait_s`. Each was told that it is accepted, and waits for

@@ -25,7 +25,6 @@ CommandClient::~CommandClient() = default;
 std::optional<Reply> CommandClient::ask(const CellCommand& command, double timeout_s,
                                         const std::function<void(const Reply&)>& on_accepted) {
   std::optional<Reply> last;
-  std::string said;
   impl_->requester.ask(to_message(command, dds::requester_name("wva_server command")), timeout_s,
                        [&](const msg::WorkspaceReply& reply) {
                          const Reply heard = to_reply(reply);
@@ -33,8 +32,7 @@ std::optional<Reply> CommandClient::ask(const CellCommand& command, double timeo
                            last = heard;
                            return true;
                          }
-                         if (heard.message != said) on_accepted(heard);
-                         said = heard.message;
+                         on_accepted(heard);
                          return false;
                        });
   return last;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/core/network.hpp"
-#include "components/wva_server/command_desk.hpp"
+#include "components/wva_server/cell_request.hpp"
 
 namespace phantom::wva_server {
 
@@ -26,7 +26,7 @@ struct Listing {
   std::vector<ListedObject> objects;
 };
 
-/// The other end of workspace_command: for who wishes a change. One thread.
+/// The other end of workspace_command: for who asks for a change. One thread.
 class CommandClient {
  public:
   /// Joins the data space. Throws dds::DdsError.

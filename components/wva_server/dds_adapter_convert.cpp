@@ -81,7 +81,6 @@ msg::WorkspaceVersion version_message(const std::string& cell, const voxel::Work
 }
 
 std::string refusal(const msg::WorkspaceCommand& message) {
-  if (message.stamp().sequence_number() == 0) return "stamp.sequence_number is 0; allowed: 1 or more";
   const auto operation = static_cast<std::uint32_t>(message.operation());
   if (operation > static_cast<std::uint32_t>(msg::WORKSPACE_REMOVE))
     return fmt::format("operation is {}; allowed: 0 (add), 1 (move), 2 (remove)", operation);
@@ -98,8 +97,7 @@ std::string refusal(const msg::WorkspaceCommand& message) {
 
 Request to_request(const msg::WorkspaceCommand& message) {
   Request request;
-  request.id = {message.stamp().session(), message.stamp().sequence_number()};
-  request.monotonic_ns = message.stamp().monotonic_ns();
+  request.id = dds::id_of(message.stamp());
   request.requester = message.requester().c_str();
   CellCommand& command = request.command;
   command.operation = static_cast<Operation>(message.operation());
@@ -134,9 +132,6 @@ msg::WorkspaceCommand to_message(const CellCommand& command, const std::string& 
 
 msg::WorkspaceReply to_message(const Request& request, const Reply& reply) {
   msg::WorkspaceReply message;
-  message.command().session(request.id.session);
-  message.command().sequence_number(request.id.number);
-  message.command().monotonic_ns(request.monotonic_ns);
   message.requester(request.requester.substr(0, kNameBound));
   message.operation(static_cast<msg::WorkspaceOperation>(request.command.operation));
   message.object(reply.object.substr(0, kNameBound));

@@ -8,7 +8,7 @@
 #include "common/dds/stamp.hpp"
 #include "common/dds/topics.hpp"
 #include "common/voxel/workspace_assembler.hpp"
-#include "components/wva_server/command_desk.hpp"
+#include "components/wva_server/cell_request.hpp"
 
 namespace phantom::wva_server {
 
@@ -25,6 +25,7 @@ std::string refusal(const msg::WorkspaceCommand& message);
 Request to_request(const msg::WorkspaceCommand& message);
 /// All but the stamp.
 msg::WorkspaceCommand to_message(const CellCommand& command, const std::string& requester);
+/// All but stamp and echo.
 msg::WorkspaceReply to_message(const Request& request, const Reply& reply);
 Reply to_reply(const msg::WorkspaceReply& message);
 

@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <future>
 #include <iostream>
+#include <optional>
 
 #include "common/dds/participant.hpp"
 #include "common/runtime/deployment.hpp"
@@ -51,6 +52,7 @@ int main(int argc, char** argv) {
     if (activate->parsed()) return wva_server::run_activate(request, config, std::cout);
     const auto deployment = runtime::load_deployment(options);
     if (command->parsed()) return wva_server::run_change(change, deployment.network, std::cout);
+    std::optional<runtime::EndsAtOnce> starting(std::in_place);
     // Fast DDS needs as long for the profiles as the cell for its meshes: both at once.
     auto profiles = std::async(std::launch::async, dds::check_qos_profiles, deployment.network.qos_profiles);
     auto served = wva_server::load_served_cell(deployment.cell, changes_file, config.mesh_import);
@@ -60,6 +62,7 @@ int main(int argc, char** argv) {
                 << served.cell.name << '\n';
       return static_cast<int>(runtime::kExitDone);
     }
+    starting.reset();
     served.report_dir = options.report_dir;
     wva_server::run_service(config, deployment.network, std::move(served));
     return static_cast<int>(runtime::kExitDone);

@@ -14,7 +14,7 @@
 
 namespace phantom::wva_server {
 
-/// A wish to change the cell while it is served.
+/// A command that changes the cell while it is served.
 enum class Operation { kAdd, kMove, kRemove };
 struct CellCommand {
   Operation operation = Operation::kMove;

@@ -23,14 +23,16 @@ using testing::HasSubstr;
 class Answering {
  public:
   explicit Answering(const core::NetworkOptions& network)
-      : adapter_(network, model_), loop_(model_, config_, keeper_, adapter_), desk_(model_.arm) {
-    desk_.know_objects({{1, "wall"}, {2, "vice"}});
+      : adapter_(network, model_), loop_(model_, config_, keeper_, adapter_), contacts_(model_.arm) {
+    contacts_.know_objects({{1, "wall"}, {2, "vice"}});
     adapter_.start_reading(loop_, keeper_);
     thread_ = std::jthread([this](const std::stop_token& stop) {
       while (!stop.stop_requested()) {
         adapter_.handle_commands(
-            {[this](const ContactWish& wish) { return desk_.handle(wish, core::monotonic_ns()); },
-             [this] { return desk_.list(core::monotonic_ns()); },
+            {[this](const ContactRequest& request) {
+               return contacts_.handle(request, core::monotonic_ns());
+             },
+             [this] { return contacts_.list(core::monotonic_ns()); },
              [this] {
                return Answer{sound.load(), sound ? "self-test passed" : "self-test failed: a layer"};
              }});
@@ -52,7 +54,7 @@ class Answering {
   DdsAdapter adapter_;
   WorkspaceKeeper keeper_{[](const std::string&) {}};
   SensingLoop loop_;
-  ContactDesk desk_;
+  ContactRegister contacts_;
   std::jthread thread_;
 };
 

@@ -1,8 +1,8 @@
-// Intended contact: permits, what the desk says of them, and what the step makes of them.
+// Intended contact: permits, what the contacts says of them, and what the step makes of them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "components/phantom_sensing/contact_desk.hpp"
+#include "components/phantom_sensing/contact_register.hpp"
 #include "components/phantom_sensing/tests/rig.hpp"
 #include "tests/support/heap_guard.hpp"
 
@@ -36,45 +36,46 @@ TEST(ContactPermits, AreRenewedNotDoubledAndBounded) {
   EXPECT_TRUE(permits.allow({99}));
 }
 
-class Desk : public testing::Test {
+class Register : public testing::Test {
  protected:
-  Desk() { desk_.know_objects({{1, "wall"}, {2, "vice"}}); }
-  Answer wish(bool allow, const std::string& object, const std::string& link = "", double duration_s = 0.0) {
-    return desk_.handle({.allow = allow, .object = object, .link = link, .duration_s = duration_s}, 5);
+  Register() { contacts_.know_objects({{1, "wall"}, {2, "vice"}}); }
+  Answer request(bool allow, const std::string& object, const std::string& link = "",
+                 double duration_s = 0.0) {
+    return contacts_.handle({.allow = allow, .object = object, .link = link, .duration_s = duration_s}, 5);
   }
   PhantomModel model_ = test::suspended_model();
-  ContactDesk desk_{model_.arm};
+  ContactRegister contacts_{model_.arm};
 };
 
-TEST_F(Desk, AllowsAndForbidsByNameOrId) {
+TEST_F(Register, AllowsAndForbidsByNameOrId) {
   const std::string tip = model_.arm.links().back().name;
-  const Answer answer = wish(true, "vice", tip, 1.5);
+  const Answer answer = request(true, "vice", tip, 1.5);
   EXPECT_TRUE(answer.done);
   EXPECT_EQ(answer.message, "contact allowed: vice by " + tip + " for 1.5 s");
-  EXPECT_TRUE(desk_.permits().at(5).mutes(model_.arm.joint_count(), 2));
-  EXPECT_FALSE(desk_.permits().at(5).mutes(1, 2));
-  EXPECT_FALSE(desk_.permits().at(5 + core::from_seconds(1.5)).mutes(model_.arm.joint_count(), 2));
-  EXPECT_TRUE(desk_.handle({.allow = true, .id = 7}, 5).done);
-  EXPECT_TRUE(desk_.permits().at(5).mutes(1, 7));
-  EXPECT_TRUE(wish(false, "vice", tip).done);
-  EXPECT_THAT(wish(false, "vice", tip).message, HasSubstr("not allowed before"));
-  EXPECT_TRUE(desk_.handle({}, 5).done);
-  EXPECT_EQ(desk_.permits().size(), 0U);
+  EXPECT_TRUE(contacts_.permits().at(5).mutes(model_.arm.joint_count(), 2));
+  EXPECT_FALSE(contacts_.permits().at(5).mutes(1, 2));
+  EXPECT_FALSE(contacts_.permits().at(5 + core::from_seconds(1.5)).mutes(model_.arm.joint_count(), 2));
+  EXPECT_TRUE(contacts_.handle({.allow = true, .id = 7}, 5).done);
+  EXPECT_TRUE(contacts_.permits().at(5).mutes(1, 7));
+  EXPECT_TRUE(request(false, "vice", tip).done);
+  EXPECT_THAT(request(false, "vice", tip).message, HasSubstr("not allowed before"));
+  EXPECT_TRUE(contacts_.handle({}, 5).done);
+  EXPECT_EQ(contacts_.permits().size(), 0U);
 }
 
-TEST_F(Desk, RefusesNamingWhatIsAllowed) {
-  EXPECT_THAT(wish(true, "vise").message, HasSubstr("no object is called 'vise'; allowed: wall, vice"));
-  EXPECT_THAT(wish(true, "vice", "tentacle").message, HasSubstr("no moving link called 'tentacle'"));
-  EXPECT_THAT(wish(true, "vice", "", -1.0).message, HasSubstr("0 (until it is forbidden) to 86400"));
-  EXPECT_FALSE(wish(true, "vice", "", std::nan("")).done);
-  EXPECT_FALSE(desk_.handle({.allow = true}, 5).done);
-  EXPECT_EQ(desk_.permits().size(), 0U);
+TEST_F(Register, RefusesNamingWhatIsAllowed) {
+  EXPECT_THAT(request(true, "vise").message, HasSubstr("no object is called 'vise'; allowed: wall, vice"));
+  EXPECT_THAT(request(true, "vice", "tentacle").message, HasSubstr("no moving link called 'tentacle'"));
+  EXPECT_THAT(request(true, "vice", "", -1.0).message, HasSubstr("0 (until it is forbidden) to 86400"));
+  EXPECT_FALSE(request(true, "vice", "", std::nan("")).done);
+  EXPECT_FALSE(contacts_.handle({.allow = true}, 5).done);
+  EXPECT_EQ(contacts_.permits().size(), 0U);
 }
 
-TEST_F(Desk, SaysWhatHasEnded) {
-  wish(true, "vice", "", 1.0);
-  EXPECT_TRUE(desk_.end_old(6).empty());
-  const auto said = desk_.end_old(10 * core::kNsPerSecond);
+TEST_F(Register, SaysWhatHasEnded) {
+  request(true, "vice", "", 1.0);
+  EXPECT_TRUE(contacts_.end_old(6).empty());
+  const auto said = contacts_.end_old(10 * core::kNsPerSecond);
   ASSERT_EQ(said.size(), 1U);
   EXPECT_THAT(said[0], HasSubstr("vice by the whole arm"));
 }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -101,6 +102,13 @@ TEST_F(Validation, MessagesSayWhatTheStepGave) {
   EXPECT_EQ(drag.joint_count(), 7U);
   EXPECT_EQ(drag.coefficient_plus(), out.drag.plus);
   EXPECT_EQ(drag.coupled(), out.drag.coupled);
+  EXPECT_EQ(drag.mode(), msg::DRAG_SEPARABLE);
+  PerceptSettings coupled_settings;
+  coupled_settings.mode = robot::DragMode::kCoupled;
+  StepOutputs coupled;
+  PhantomSensing(model_, coupled_settings).step(test::hanging(0.2, 0.3), coupled);
+  fill(drag, coupled, info, 7);
+  EXPECT_EQ(drag.mode(), msg::DRAG_COUPLED);
   EXPECT_EQ(drag.workspace_version(), 1U);
   msg::Percept percept;
   fill(percept, out, info, 7);
@@ -152,12 +160,12 @@ TEST(OverDds, CommandsAreCarriedOutOnceAndAnsweredEachTime) {
   int carried_out = 0, tests = 0;
   msg::SensingCommand command;
   const auto replies_now = [&] {
-    adapter.handle_commands({[&](const ContactWish& wish) {
+    adapter.handle_commands({[&](const ContactRequest& request) {
                                ++carried_out;
-                               EXPECT_TRUE(wish.allow);
-                               EXPECT_EQ(wish.object, "vice");
-                               EXPECT_EQ(wish.link, "hand");
-                               EXPECT_EQ(wish.duration_s, 2.5);
+                               EXPECT_TRUE(request.allow);
+                               EXPECT_EQ(request.object, "vice");
+                               EXPECT_EQ(request.link, "hand");
+                               EXPECT_EQ(request.duration_s, 2.5);
                                return Answer{true, "so be it"};
                              },
                              [] {
@@ -249,6 +257,131 @@ TEST(OverDds, ASecondSlaveIsToldInTheStatus) {
   adapter.stop_reading();
 }
 
+/// Sends the wall, as a wva_server would.
+class Server {
+ public:
+  Server(const core::NetworkOptions& network, std::uint64_t version, const std::string& object)
+      : participant_("wva_server", network) {
+    const voxel::Workspace& wall = test::wall();
+    for (const voxel::BrickKey key : wall.bricks()) {
+      msg::WorkspaceBrick brick;
+      brick.bx(key.x);
+      brick.by(key.y);
+      brick.bz(key.z);
+      brick.version(version);
+      brick.voxels_zstd(voxel::encode_brick(wall.brick(key)));
+      bricks_.write(brick);
+    }
+    msg::WorkspaceObject named;
+    named.id(1);
+    named.name(object);
+    named.mesh_hash(5);
+    objects_.write(named);
+    commit(version, wall.grid().voxel_size_m);
+  }
+  void commit(std::uint64_t number, double voxel_size_m) {
+    const voxel::Workspace& wall = test::wall();
+    msg::WorkspaceVersion version;
+    version.cell("wall");
+    version.version(number);
+    version.origin_m().x(wall.grid().origin_m.x());
+    version.origin_m().y(wall.grid().origin_m.y());
+    version.origin_m().z(wall.grid().origin_m.z());
+    version.voxel_size_m(voxel_size_m);
+    version.size_x_vox(static_cast<std::uint32_t>(wall.grid().size_vox[0]));
+    version.size_y_vox(static_cast<std::uint32_t>(wall.grid().size_vox[1]));
+    version.size_z_vox(static_cast<std::uint32_t>(wall.grid().size_vox[2]));
+    version.palette(wall.palette());
+    version.brick_count(static_cast<std::uint32_t>(wall.brick_count()));
+    version.content_hash(wall.content_hash());
+    versions_.write(version);
+  }
+
+ private:
+  dds::Participant participant_;
+  dds::Writer<msg::WorkspaceBrick> bricks_{participant_, dds::kWorkspaceBrick};
+  dds::Writer<msg::WorkspaceVersion> versions_{participant_, dds::kWorkspaceVersion};
+  dds::Writer<msg::WorkspaceObject> objects_{participant_, dds::kWorkspaceObject};
+};
+
+TEST(OverDds, TheWorkspaceIsThatOfOneServerAndASecondIsTold) {
+  const core::NetworkOptions network = dds::test_network();
+  const PhantomModel model = test::suspended_model();
+  const Config config;
+  DdsAdapter adapter(network, model);
+  std::atomic<int> refused{0};
+  WorkspaceKeeper keeper([&](const std::string&) { ++refused; });
+  SensingLoop loop(model, config, keeper, adapter);
+  adapter.start_reading(loop, keeper);
+  std::atomic<bool> sound{false}, told{false};
+  dds::Participant outside("outside", network);
+  dds::Reader<msg::ComponentStatus> status(
+      outside, dds::kComponentStatus, [&](const msg::ComponentStatus& s, const dds::SampleInfo&) {
+        const bool second = s.state() == msg::COMPONENT_DEGRADED &&
+                            s.message().to_string().find("two processes send workspace_version") == 0;
+        (second ? told : sound) = true;
+      });
+
+  auto first = std::make_unique<Server>(network, 10, "vice");
+  ASSERT_TRUE(dds::eventually([&] { return keeper.version() == 10 && adapter.objects().size() == 1; }));
+  first->commit(11, std::nan(""));
+  EXPECT_TRUE(dds::eventually([&] { return refused == 1; }));
+  EXPECT_EQ(keeper.announced(), 10U);
+
+  const Server second(network, 20, "lathe");
+  ASSERT_TRUE(dds::eventually([&] { return keeper.contested(); }));
+  EXPECT_TRUE(dds::eventually([&] {
+    adapter.publish_status({});
+    return told.load();
+  }));
+  EXPECT_TRUE(sound) << "not told before it could be a successor";
+  EXPECT_EQ(keeper.version(), 10U);
+  EXPECT_EQ(keeper.announced(), 10U);
+  EXPECT_EQ(adapter.objects().at(1), "vice");
+  first.reset();
+  EXPECT_TRUE(dds::eventually([&] { return keeper.version() == 20; }));
+  EXPECT_TRUE(dds::eventually([&] { return adapter.objects().at(1) == "lathe"; }));
+  sound = false;
+  EXPECT_TRUE(dds::eventually([&] {
+    adapter.publish_status({});
+    return sound.load();
+  }));
+  adapter.stop_reading();
+}
+
+TEST(OverDds, TheSixtyFifthCommandIsRefusedAloud) {
+  const core::NetworkOptions network = dds::test_network();
+  const PhantomModel model = test::suspended_model();
+  DdsAdapter adapter(network, model);  // and nobody carries out
+  dds::Participant outside("outside", network);
+  dds::Writer<msg::SensingCommand> commands(outside, dds::kSensingCommand);
+  std::mutex mutex;
+  std::map<std::uint64_t, std::string> refused;  // by the command's number
+  dds::Reader<msg::SensingReply> reader(
+      outside, dds::kSensingReply, [&](const msg::SensingReply& reply, const dds::SampleInfo&) {
+        const std::lock_guard lock(mutex);
+        EXPECT_FALSE(reply.done());
+        refused[reply.command().sequence_number()] = reply.message().to_string();
+      });
+  ASSERT_TRUE(dds::eventually([&] { return commands.matched() > 0 && reader.matched() > 0; }));
+  msg::SensingCommand command;
+  command.request(msg::SENSING_LIST_CONTACTS);
+  command.stamp().session(outside.session());
+  const auto send = [&](std::uint64_t number) {
+    command.stamp().sequence_number(number);
+    commands.write(command);
+  };
+  for (std::uint64_t i = 1; i <= 64; ++i) send(i);
+  EXPECT_TRUE(dds::eventually([&] {
+    send(65);  // again: the first reply may come before its writer knows us
+    const std::lock_guard lock(mutex);
+    return refused.contains(65);
+  }));
+  const std::lock_guard lock(mutex);
+  EXPECT_THAT(refused[65], HasSubstr("64 commands are waiting already; send it again later"));
+  EXPECT_EQ(refused.size(), 1U);
+}
+
 /// The component's insides on one side of a data space, a slave, a workspace server and a listener on the
 /// other.
 TEST(OverDds, StatesBecomeDragAndBadOnesAreCounted) {
@@ -263,8 +396,6 @@ TEST(OverDds, StatesBecomeDragAndBadOnesAreCounted) {
 
   dds::Participant outside("outside", network);
   dds::Writer<msg::SlaveState> slave(outside, dds::kSlaveState);
-  dds::Writer<msg::WorkspaceBrick> bricks(outside, dds::kWorkspaceBrick);
-  dds::Writer<msg::WorkspaceVersion> versions(outside, dds::kWorkspaceVersion);
   std::atomic<bool> valid_seen{false}, invalid_seen{false}, alert_raised{false}, alert_cleared{false},
       percept_seen{false};
   std::atomic<std::uint64_t> refused{0};
@@ -291,30 +422,7 @@ TEST(OverDds, StatesBecomeDragAndBadOnesAreCounted) {
                                            });
 
   EXPECT_TRUE(dds::eventually([&] { return invalid_seen.load(); })) << "invalid results from the start on";
-  const voxel::Workspace& wall = test::wall();
-  for (const voxel::BrickKey key : wall.bricks()) {
-    msg::WorkspaceBrick brick;
-    brick.bx(key.x);
-    brick.by(key.y);
-    brick.bz(key.z);
-    brick.version(1);
-    brick.voxels_zstd(voxel::encode_brick(wall.brick(key)));
-    bricks.write(brick);
-  }
-  msg::WorkspaceVersion version;
-  version.cell("wall");
-  version.version(1);
-  version.origin_m().x(wall.grid().origin_m.x());
-  version.origin_m().y(wall.grid().origin_m.y());
-  version.origin_m().z(wall.grid().origin_m.z());
-  version.voxel_size_m(wall.grid().voxel_size_m);
-  version.size_x_vox(static_cast<std::uint32_t>(wall.grid().size_vox[0]));
-  version.size_y_vox(static_cast<std::uint32_t>(wall.grid().size_vox[1]));
-  version.size_z_vox(static_cast<std::uint32_t>(wall.grid().size_vox[2]));
-  version.palette(wall.palette());
-  version.brick_count(static_cast<std::uint32_t>(wall.brick_count()));
-  version.content_hash(wall.content_hash());
-  versions.write(version);
+  const Server server(network, 1, "wall");
 
   dds::Stamper stamper(outside);
   msg::SlaveState state = good_state(model.arm);

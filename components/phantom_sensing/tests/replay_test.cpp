@@ -101,13 +101,13 @@ class RecordedSession : public testing::Test {
       brick.version(world.version);
       brick.voxels_zstd(voxel::encode_brick(world.brick(key)));
       tape.put(dds::kWorkspaceBrick, brick);
-      keeper.put_brick(key, world.version, brick.voxels_zstd());
+      keeper.put_brick({}, key, world.version, brick.voxels_zstd());
       ++bricks;
     }
     version.brick_count(bricks);
     version.content_hash(world.content_hash());
     tape.put(dds::kWorkspaceVersion, version);
-    keeper.commit(description_of(version));
+    keeper.commit({}, description_of(version));
     while (keeper.version() == 0) usleep(1000);
   }
 
@@ -143,7 +143,7 @@ class RecordedSession : public testing::Test {
     EXPECT_GT(sink.alerts, 0);
   }
   ReplayReport replayed(const PerceptSettings& settings) {
-    return replay_recording({path}, model, settings, ContactDesk(model.arm));
+    return replay_recording({path}, model, settings, ContactRegister(model.arm));
   }
 
   PhantomModel model = test::suspended_model();

@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <limits>
 #include <thread>
 
@@ -43,12 +44,13 @@ struct Seen : PerceptSink {
 };
 
 /// Sends a workspace as its topics would.
-void send(const voxel::Workspace& world, std::uint64_t version, WorkspaceKeeper& keeper) {
+void send(const voxel::Workspace& world, std::uint64_t version, WorkspaceKeeper& keeper,
+          const voxel::SourceId& source = {}) {
   for (const voxel::BrickKey key : world.bricks()) {
-    keeper.put_brick(key, version, voxel::encode_brick(world.brick(key)));
+    keeper.put_brick(source, key, version, voxel::encode_brick(world.brick(key)));
   }
-  keeper.commit({version, world.grid(), world.palette(), static_cast<std::uint32_t>(world.brick_count()),
-                 world.content_hash()});
+  keeper.commit(source, {version, world.grid(), world.palette(),
+                         static_cast<std::uint32_t>(world.brick_count()), world.content_hash()});
 }
 
 /// Waits for the keeper's thread; the deadline is only there so that a broken build ends.
@@ -202,7 +204,6 @@ TEST_F(Loop, SaysWhyThereIsNoPercept) {
 
 TEST_F(Loop, APerceptFromAStaleWorkspaceIsMarkedAndThenEnds) {
   give_workspace(1);
-  loop_.workspace_watch().announced(1);
   std::uint64_t number = 0;
   const auto at = [&](double t_s) {
     offer(++number, core::from_seconds(t_s));
@@ -210,7 +211,8 @@ TEST_F(Loop, APerceptFromAStaleWorkspaceIsMarkedAndThenEnds) {
     return seen_.conditions.back();
   };
   EXPECT_EQ(at(1.0), PerceptCondition::kFresh);
-  loop_.workspace_watch().announced(2);  // and its bricks do not come
+  keeper_.commit({}, {2, test::wall().grid(), test::wall().palette(), 1000, 77});
+  ASSERT_TRUE(eventually([&] { return keeper_.announced() == 2; }));  // and its bricks do not come
   EXPECT_EQ(at(2.0), PerceptCondition::kFresh);
   EXPECT_EQ(at(2.9), PerceptCondition::kFresh);
   EXPECT_EQ(at(3.1), PerceptCondition::kWorkspaceBehind);
@@ -220,7 +222,7 @@ TEST_F(Loop, APerceptFromAStaleWorkspaceIsMarkedAndThenEnds) {
   EXPECT_FALSE(seen_.drags.back().valid);
   EXPECT_EQ(seen_.drags.back().coefficient, 0.0);
   EXPECT_EQ(seen_.drags.back().version, 1U);
-  give_workspace(2);
+  give_workspace(3);
   EXPECT_EQ(at(8.0), PerceptCondition::kFresh);
   EXPECT_TRUE(seen_.drags.back().valid);
 }
@@ -305,10 +307,48 @@ TEST_F(Loop, AnOldWorkspaceIsLetGoOnlyWhenTheTickHasMovedOn) {
 
 TEST_F(Loop, ABrickThatIsNoneIsRefusedAndTheWorkspaceStays) {
   give_workspace(1);
-  keeper_.put_brick({0, 0, 0}, 2, {1, 2, 3});
+  keeper_.put_brick({}, {0, 0, 0}, 2, {1, 2, 3});
   send(test::wall(), 3, keeper_);
   ASSERT_TRUE(eventually([&] { return keeper_.version() == 3; }));
   EXPECT_TRUE(eventually([&] { return refused_ == 1; }));
+}
+
+TEST_F(Loop, AVersionThatIsRefusedTakesNoPerceptAway) {
+  give_workspace(4);
+  voxel::VersionDescription bad{5, test::wall().grid(), test::wall().palette(), 1, 1};
+  bad.grid.voxel_size_m = std::nan("");
+  keeper_.commit({}, bad);
+  bad = {3, test::wall().grid(), test::wall().palette(), 1, 1};  // lower than what its server said before
+  keeper_.commit({}, bad);
+  ASSERT_TRUE(eventually([&] { return refused_ == 2; }));
+  for (std::uint64_t i = 1; i <= 20; ++i) {
+    const core::Nanoseconds now_ns = core::from_seconds(static_cast<double>(i));
+    offer(i, now_ns);
+    loop_.turn(now_ns);
+    ASSERT_EQ(seen_.conditions.back(), PerceptCondition::kFresh) << i << " s";
+  }
+}
+
+TEST_F(Loop, ASecondServerIsSetAsideWhileTheFirstIsThere) {
+  constexpr voxel::SourceId kOther{7};
+  give_workspace(4);
+  send(test::wall(), 9, keeper_, kOther);
+  ASSERT_TRUE(eventually([&] { return keeper_.contested(); }));
+  send(test::wall(), 5, keeper_);
+  ASSERT_TRUE(eventually([&] { return keeper_.version() == 5; }));
+  EXPECT_EQ(keeper_.announced(), 5U);
+  EXPECT_EQ(keeper_.source(), voxel::SourceId{});
+  for (std::uint64_t i = 1; i <= 20; ++i) {
+    const core::Nanoseconds now_ns = core::from_seconds(static_cast<double>(i));
+    offer(i, now_ns);
+    loop_.turn(now_ns);
+    ASSERT_EQ(seen_.conditions.back(), PerceptCondition::kFresh) << i << " s";
+    ASSERT_EQ(seen_.drags.back().version, 5U);
+  }
+  keeper_.gone({});
+  EXPECT_TRUE(eventually([&] { return keeper_.version() == 9; }));
+  EXPECT_EQ(keeper_.source(), kOther);
+  EXPECT_FALSE(keeper_.contested());
 }
 
 }  // namespace

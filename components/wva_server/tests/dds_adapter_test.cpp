@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 #include <zstd.h>
 
+#include <atomic>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <thread>
 #include <utility>
 
@@ -272,7 +274,7 @@ TEST(WorkspaceCommands, ComeInOrderAndAreAnswered) {
   adapter.reply(*request, done);
   msg::WorkspaceCommand again = move_command();
   again.stamp().session(request->id.session);
-  again.stamp().sequence_number(request->id.number);
+  again.stamp().sequence_number(request->id.sequence_number);
   EXPECT_TRUE(dds::eventually([&] { return asker.ask(again).outcome() == msg::WORKSPACE_DONE; }));
   EXPECT_EQ(asker.ask(again).version(), 77U);
   EXPECT_FALSE(adapter.next_command(0.0)) << "what is sent again is not carried out again";
@@ -312,6 +314,37 @@ TEST(WorkspaceCommands, AServerThatTakesNoneSaysSo) {
   EXPECT_EQ(reply.outcome(), msg::WORKSPACE_REFUSED);
   EXPECT_THAT(reply.message().to_string(), testing::HasSubstr("accept_commands"));
   EXPECT_FALSE(adapter.next_command(0.0));
+}
+
+TEST_F(DdsAdapterTest, ASecondServerIsNoticedByBoth) {
+  const LiveCell live = activated(cell(), 41);
+  auto first = std::make_unique<DdsAdapter>(dds::test_network(), true);
+  publish(*first, live);
+  DdsAdapter second(dds::test_network(), true);
+  EXPECT_TRUE(dds::eventually([&] { return second.has_rival(); }));
+  EXPECT_FALSE(first->has_rival()) << "the second has published nothing yet, and its own does not count";
+  publish(second, live);
+  EXPECT_TRUE(dds::eventually([&] { return first->has_rival(); }));
+
+  dds::Participant outside("outside", dds::test_network());
+  std::atomic<bool> told{false}, sound{false};
+  dds::Reader<msg::ComponentStatus> statuses(
+      outside, dds::kComponentStatus, [&](const msg::ComponentStatus& status, const dds::SampleInfo&) {
+        const bool rival = status.state() == msg::COMPONENT_DEGRADED &&
+                           status.message().to_string().find("two processes send workspace_version") == 0;
+        (rival ? told : sound) = true;
+      });
+  EXPECT_TRUE(dds::eventually([&] {
+    second.report({core::ComponentState::kRunning, "", {}, {}});
+    return told.load();
+  }));
+  first.reset();
+  EXPECT_TRUE(dds::eventually([&] { return !second.has_rival(); }));
+  sound = false;
+  EXPECT_TRUE(dds::eventually([&] {
+    second.report({core::ComponentState::kRunning, "", {}, {}});
+    return sound.load();
+  }));
 }
 
 TEST_F(DdsAdapterTest, TheClientHearsTheLastWordAndListsWhatIsServed) {

@@ -9,8 +9,8 @@
 
 namespace phantom::phantom_sensing {
 
-/// A wish about intended contact, as it came (idl SensingCommand).
-struct ContactWish {
+/// A request about intended contact, as it came (idl SensingCommand).
+struct ContactRequest {
   bool allow = false;       ///< else forbid
   std::string object;       ///< name; empty: by id
   std::uint16_t id = 0;     ///< 0 and no name: all that is allowed (forbid only)
@@ -24,14 +24,14 @@ struct Answer {
 };
 
 /// Keeps the list of contacts that are allowed, and speaks of them by name. Not thread-safe.
-class ContactDesk {
+class ContactRegister {
  public:
   /// The arm outlives this.
-  explicit ContactDesk(const robot::SerialArm& arm) : arm_(arm) {}
+  explicit ContactRegister(const robot::SerialArm& arm) : arm_(arm) {}
   /// Which objects there are, by id; newest knowledge replaces the one before.
   void know_objects(std::map<std::uint16_t, std::string> names) { names_ = std::move(names); }
 
-  Answer handle(const ContactWish& wish, core::Nanoseconds now_ns);
+  Answer handle(const ContactRequest& request, core::Nanoseconds now_ns);
   /// Tells what is allowed, and for how long still.
   Answer list(core::Nanoseconds now_ns) const;
   /// Ends the permits whose time is over; a sentence for each.
@@ -40,7 +40,7 @@ class ContactDesk {
   std::string object_name(std::uint16_t id) const;
 
  private:
-  Answer allow(const ContactWish& wish, std::uint16_t id, std::size_t link, core::Nanoseconds now_ns);
+  Answer allow(const ContactRequest& request, std::uint16_t id, std::size_t link, core::Nanoseconds now_ns);
   std::string describe(const ContactPermit& permit) const;
 
   const robot::SerialArm& arm_;

@@ -1,4 +1,4 @@
-#include "components/phantom_sensing/contact_desk.hpp"
+#include "components/phantom_sensing/contact_register.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,61 +13,62 @@ Answer refused(const std::string& why) { return {false, why}; }
 
 }  // namespace
 
-std::string ContactDesk::object_name(std::uint16_t id) const {
+std::string ContactRegister::object_name(std::uint16_t id) const {
   const auto found = names_.find(id);
   return found != names_.end() ? found->second : "object " + std::to_string(id);
 }
 
-std::string ContactDesk::describe(const ContactPermit& permit) const {
+std::string ContactRegister::describe(const ContactPermit& permit) const {
   const bool whole = permit.link == percept::AllowedContact::kWholeArm;
   return object_name(permit.object) + " by " + (whole ? "the whole arm" : arm_.links()[permit.link].name);
 }
 
-Answer ContactDesk::allow(const ContactWish& wish, std::uint16_t id, std::size_t link,
-                          core::Nanoseconds now_ns) {
-  if (!(wish.duration_s >= 0.0 && wish.duration_s <= kLongest_s))
+Answer ContactRegister::allow(const ContactRequest& request, std::uint16_t id, std::size_t link,
+                              core::Nanoseconds now_ns) {
+  if (!(request.duration_s >= 0.0 && request.duration_s <= kLongest_s))
     return refused("duration_s is not from 0 (until it is forbidden) to 86400");
   ContactPermit permit{id, link};
-  if (wish.duration_s > 0.0) permit.until_ns = now_ns + core::from_seconds(wish.duration_s);
+  if (request.duration_s > 0.0) permit.until_ns = now_ns + core::from_seconds(request.duration_s);
   if (!permits_.allow(permit)) {
     return refused("there are " + std::to_string(ContactPermits::kMost) +
                    " allowed contacts already; allowed: no more, forbid one first");
   }
   std::ostringstream message;
   message << "contact allowed: " << describe(permit);
-  if (wish.duration_s > 0.0) message << " for " << wish.duration_s << " s";
+  if (request.duration_s > 0.0) message << " for " << request.duration_s << " s";
   return {true, message.str()};
 }
 
-Answer ContactDesk::handle(const ContactWish& wish, core::Nanoseconds now_ns) {
-  if (wish.object.empty() && wish.id == 0) {
-    if (wish.allow) return refused("no object is named; allowed: its name, or its id from 1 to 65534");
+Answer ContactRegister::handle(const ContactRequest& request, core::Nanoseconds now_ns) {
+  if (request.object.empty() && request.id == 0) {
+    if (request.allow) return refused("no object is named; allowed: its name, or its id from 1 to 65534");
     const std::size_t count = permits_.size();
     permits_.forbid_all();
     return {true, "all contact is felt again (" + std::to_string(count) + " had been allowed)"};
   }
-  std::uint16_t id = wish.id;
-  if (!wish.object.empty()) {
+  std::uint16_t id = request.id;
+  if (!request.object.empty()) {
     id = 0;
     std::string known;
     for (const auto& [candidate, name] : names_) {
-      if (name == wish.object) id = candidate;
+      if (name == request.object) id = candidate;
       known += (known.empty() ? "" : ", ") + name;
     }
-    if (id == 0) return refused("no object is called '" + wish.object + "'; allowed: " + known);
+    if (id == 0) return refused("no object is called '" + request.object + "'; allowed: " + known);
   }
   std::size_t link = percept::AllowedContact::kWholeArm;
-  if (!wish.link.empty()) {
-    const auto frame = arm_.find_frame(wish.link);
-    if (!frame || frame->first == 0) return refused("the arm has no moving link called '" + wish.link + "'");
+  if (!request.link.empty()) {
+    const auto frame = arm_.find_frame(request.link);
+    if (!frame || frame->first == 0)
+      return refused("the arm has no moving link called '" + request.link + "'");
     link = frame->first;
   }
-  if (wish.allow) return allow(wish, id, link, now_ns);
+  if (request.allow) return allow(request, id, link, now_ns);
   if (!permits_.forbid(id, link)) return refused("not allowed before: " + describe({id, link}));
   return {true, "contact felt again: " + describe({id, link})};
 }
 
-Answer ContactDesk::list(core::Nanoseconds now_ns) const {
+Answer ContactRegister::list(core::Nanoseconds now_ns) const {
   std::ostringstream message;
   message << (permits_.size() == 0 ? "no contact is allowed" : "allowed:");
   const char* before = " ";
@@ -81,7 +82,7 @@ Answer ContactDesk::list(core::Nanoseconds now_ns) const {
   return {true, message.str()};
 }
 
-std::vector<std::string> ContactDesk::end_old(core::Nanoseconds now_ns) {
+std::vector<std::string> ContactRegister::end_old(core::Nanoseconds now_ns) {
   std::vector<std::string> said;
   for (const ContactPermit& permit : permits_.take_ended(now_ns))
     said.push_back("contact felt again, its time is over: " + describe(permit));
