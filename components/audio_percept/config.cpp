@@ -120,7 +120,7 @@ AudioPerceptConfig load_config(const std::filesystem::path& path) {
   config.device = output.text("device", "");
   config.retry_s = output.number("retry_s", config.retry_s, {0.5, 3600, "s"});
   config.layout = read_layout(output);
-  config.fifo_priority = output.integer("fifo_priority", config.fifo_priority, {0, 99, ""});
+  config.servo_priority = output.integer("fifo_priority", config.servo_priority, {0, 99, ""});
   file.finish();
   return config;
 }

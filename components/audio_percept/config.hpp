@@ -31,7 +31,8 @@ struct AudioPerceptConfig {
   std::string device;    ///< OpenAL's name of a playback device; empty: the default one
   double retry_s = 5.0;  ///< between attempts to open a device, while there is none
   Layout layout = Layout::kStereo;
-  int fifo_priority = 0;  ///< SCHED_FIFO priority of the audio thread and of OpenAL's; 0: do not ask
+  int servo_priority = 0;  ///< SCHED_FIFO priority of the servos, to which the audio thread's and OpenAL's
+                           ///< are relative; 0: do not ask
 };
 
 /// Reads and checks a configuration. Throws runtime::ConfigError (file, line, key, value, what is allowed).

@@ -2,6 +2,7 @@
 
 #include <atomic>
 
+#include "common/core/clock.hpp"
 #include "common/dds/endpoint.hpp"
 #include "common/dds/status_reporter.hpp"
 #include "components/audio_percept/dds_adapter_convert.hpp"
@@ -13,9 +14,11 @@ namespace {
 template <class Message, class Converter, class Sample>
 class Intake {
  public:
+  template <class... Parts>
   Intake(dds::Participant& participant, const dds::TopicSpec<Message>& topic,
-         core::Snapshot<Sample>& snapshot)
-      : reader_(participant, topic, [this, &snapshot](const Message& message, const dds::SampleInfo& info) {
+         core::Snapshot<Sample>& snapshot, const Parts&... converter_parts)
+      : converter_(converter_parts...),
+        reader_(participant, topic, [this, &snapshot](const Message& message, const dds::SampleInfo& info) {
           Sample sample;
           if (converter_.accept(message, info.received_ns, sample)) {
             snapshot.write(sample);
@@ -25,6 +28,7 @@ class Intake {
         }) {
     ready_ = true;
   }
+  const Converter& converter() const { return converter_; }
 
  private:
   std::atomic<bool> ready_{false};  // samples may come while reader_ is still being made
@@ -40,7 +44,7 @@ struct DdsAdapter::Impl {
         percept(participant, dds::kPercept, inbox.percept),
         master(participant, dds::kMasterState, inbox.master),
         slave(participant, dds::kSlaveState, inbox.slave),
-        alerts(participant, dds::kHitAlert, inbox.alerts),
+        alerts(participant, dds::kHitAlert, inbox.alerts, &percept.converter().followed()),
         command(participant, dds::kOperatorCommand, inbox.command),
         view(participant, dds::kViewPose, inbox.view),
         status(participant) {}
@@ -59,6 +63,17 @@ DdsAdapter::DdsAdapter(const core::NetworkOptions& network, Inbox& inbox)
     : impl_(std::make_unique<Impl>(network, inbox)) {}
 DdsAdapter::~DdsAdapter() = default;
 
-void DdsAdapter::report(const core::Health& health) { impl_->status.publish(health); }
+void DdsAdapter::report(const core::Health& health) {
+  const core::Nanoseconds now_ns = core::monotonic_ns();
+  core::Health told = health;
+  const auto tell = [&](const auto& intake, const char* topic) {
+    if (intake.converter().has_second(now_ns)) told = dds::with_rival(std::move(told), topic);
+  };
+  tell(impl_->percept, "percept");
+  tell(impl_->master, "master_state");
+  tell(impl_->slave, "slave_state");
+  tell(impl_->view, "view_pose");
+  impl_->status.publish(told);
+}
 
 }  // namespace phantom::audio_percept

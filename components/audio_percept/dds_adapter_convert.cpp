@@ -54,9 +54,10 @@ bool PerceptConverter::accept(const msg::Percept& message, core::Nanoseconds rec
   const auto model = model_of(message.condition());
   if (!in_range(message.closeness(), 0.0, 1.0) || !in_range(message.speed_m_s(), 0.0, kFastest_m_s) ||
       !is_finite(message.position_m()) || !model || !joint_count_is_possible(message.joint_count()) ||
-      !guard_.accept(message.stamp())) {
+      !source_.accept(message.stamp(), received_ns)) {
     return false;
   }
+  followed_.heard(message.stamp(), received_ns);
   out = {received_ns,
          message.valid(),
          message.closeness(),
@@ -89,7 +90,7 @@ bool LinkConverter::accept(const msg::Stamp& stamp, msg::LinkState state, msg::S
     default:
       return false;
   }
-  if (!guard_.accept(stamp)) return false;
+  if (!source_.accept(stamp, received_ns)) return false;
   out = {received_ns, link};
   return true;
 }
@@ -97,6 +98,7 @@ bool LinkConverter::accept(const msg::Stamp& stamp, msg::LinkState state, msg::S
 bool AlertConverter::accept(const msg::HitAlert& message, core::Nanoseconds received_ns, AlertSample& out) {
   constexpr std::size_t kMostActive = 1000;
   const std::uint64_t session = message.stamp().session();
+  if (phantom_ != nullptr && phantom_->is_rival(message.stamp(), received_ns)) return false;
   if (message.alert() == 0 || !guard_.accept(message.stamp())) return false;
   if (session != session_) active_.clear();
   session_ = session;
@@ -117,7 +119,7 @@ bool ViewConverter::accept(const msg::ViewPose& message, core::Nanoseconds recei
   constexpr double kNormTolerance = 1e-3;
   if (!(std::abs(q.norm() - 1) <= kNormTolerance) || message.node() > percept::kNodeCount ||
       message.view() > msg::VIEW_HIT || !is_finite(pose.position_m()) || !is_finite(message.look_at_m()) ||
-      !guard_.accept(message.stamp())) {
+      !source_.accept(message.stamp(), received_ns)) {
     return false;
   }
   const Eigen::Matrix3d R_WC = q.normalized().toRotationMatrix();  // columns: right, up, backward in W

@@ -4,7 +4,8 @@
 
 #include <set>
 
-#include "common/dds/stamp.hpp"
+#include "common/dds/followed_source.hpp"
+#include "common/dds/sole_source.hpp"
 #include "components/audio_percept/audio_percept.hpp"
 #include "phantom_idl/percept.h"
 #include "phantom_idl/teleoperation.h"
@@ -12,13 +13,18 @@
 namespace phantom::audio_percept {
 
 /// Converts the samples of one topic. `accept` returns false for what must be refused, and then leaves `out`
-/// alone.
+/// alone: also what another process sends than the one that the topic is taken from, as long as that one is
+/// heard. has_second() tells of it, to any thread.
 class PerceptConverter {
  public:
   bool accept(const msg::Percept& message, core::Nanoseconds received_ns, PerceptSample& out);
+  bool has_second(core::Nanoseconds now_ns) const { return source_.has_second(now_ns); }
+  /// The process that the percept is taken from, for its alerts.
+  const dds::FollowedSource& followed() const { return followed_; }
 
  private:
-  dds::SequenceGuard guard_;
+  dds::SoleSource source_;
+  dds::FollowedSource followed_;
 };
 
 class LinkConverter {
@@ -29,19 +35,24 @@ class LinkConverter {
     return accept(message.stamp(), message.state(), message.stop_cause(), message.joint_count(), received_ns,
                   out);
   }
+  bool has_second(core::Nanoseconds now_ns) const { return source_.has_second(now_ns); }
 
  private:
   bool accept(const msg::Stamp& stamp, msg::LinkState state, msg::StopCause cause, std::uint32_t joint_count,
               core::Nanoseconds received_ns, LinkSample& out);
-  dds::SequenceGuard guard_;
+  dds::SoleSource source_;
 };
 
-/// Keeps the alerts that are not over; a restarted sender's earlier ones are.
+/// Keeps the alerts that are not over; a restarted sender's earlier ones are. Between two alerts nothing
+/// tells whether their sender is still there: they are those of the phantom whose percept is heard.
 class AlertConverter {
  public:
+  /// `phantom` must outlive the converter. Without it alerts of any sender are taken.
+  explicit AlertConverter(const dds::FollowedSource* phantom = nullptr) : phantom_(phantom) {}
   bool accept(const msg::HitAlert& message, core::Nanoseconds received_ns, AlertSample& out);
 
  private:
+  const dds::FollowedSource* phantom_;
   dds::SequenceGuard guard_;
   std::uint64_t session_ = 0;
   std::set<std::uint32_t> active_;
@@ -51,9 +62,10 @@ class AlertConverter {
 class ViewConverter {
  public:
   bool accept(const msg::ViewPose& message, core::Nanoseconds received_ns, ViewSample& out);
+  bool has_second(core::Nanoseconds now_ns) const { return source_.has_second(now_ns); }
 
  private:
-  dds::SequenceGuard guard_;
+  dds::SoleSource source_{core::kNsPerSecond};  // 10 Hz
 };
 
 /// Keeps what of the operator's commands concerns the ear; the others are accepted and pass.

@@ -21,7 +21,7 @@ Engine::Engine(const AudioPerceptConfig& config, std::unique_ptr<AudioSink> devi
       has_device_(device_ != nullptr),
       inbox_(inbox),
       recording_(recording),
-      loop_("audio", kTurnPeriod_s, {.fifo_priority = config.fifo_priority}) {}
+      loop_("audio", kTurnPeriod_s, core::ThreadRole::kAudio, {.servo_priority = config.servo_priority}) {}
 
 Engine::~Engine() {
   stop();

@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
+#include <optional>
 
 #include "common/dds/participant.hpp"
 #include "common/runtime/deployment.hpp"
@@ -32,6 +33,7 @@ int main(int argc, char** argv) {
     const auto config = audio_percept::load_config(options.config);
     if (render->parsed()) return audio_percept::run_render(request, config);
     const auto deployment = runtime::load_deployment(options);
+    std::optional<runtime::EndsAtOnce> starting(std::in_place);  // a sound server may not answer
     dds::check_qos_profiles(deployment.network.qos_profiles);
     auto sink = audio_percept::open_sink(config);
     if (options.check) {
@@ -39,6 +41,7 @@ int main(int argc, char** argv) {
                 << (sink.notice.empty() ? "" : " (" + sink.notice + ")") << '\n';
       return static_cast<int>(runtime::kExitDone);
     }
+    starting.reset();
     audio_percept::run_session(config, deployment.network, std::move(sink), options.report_dir);
     return static_cast<int>(runtime::kExitDone);
   };

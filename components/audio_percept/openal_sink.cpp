@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "common/core/thread_place.hpp"
 #include "components/audio_percept/audio_percept.hpp"
 #include "components/audio_percept/openal.hpp"
 #include "components/audio_percept/sink.hpp"
@@ -166,7 +167,7 @@ class OpenAlSink final : public AudioSink {
 }  // namespace
 
 std::unique_ptr<AudioSink> open_live_sink(const AudioPerceptConfig& config, std::string& reason) {
-  prepare_openal(config.layout, config.fifo_priority);
+  prepare_openal(config.layout, core::fifo_priority(core::ThreadRole::kAudio, config.servo_priority));
   const QuietStderr quiet;
   // Our sound is already filtered for a head where it is to be, and within full scale: a limiter would but
   // look ahead, 1.5 ms.

@@ -74,6 +74,9 @@ PageConfig read_page(const ConfigReader& page) {
   config.enabled = page.flag("enabled", config.enabled);
   config.address = page.text("address", config.address);
   config.port = page.integer("port", config.port, {0, 65535, ""});
+  config.stream_port = page.integer("stream_port", config.stream_port, {0, 65535, ""});
+  if (config.stream_port != 0 && config.stream_port == config.port)
+    throw page.error("stream_port", "must not be page.port itself: pictures must not hold up a stop");
   config.allow_commands = page.flag("allow_commands", config.allow_commands);
   config.max_streams = page.integer("max_streams", config.max_streams, {2, 200, ""});
   return config;

@@ -38,6 +38,7 @@ struct PageConfig {
   bool enabled = true;
   std::string address = "127.0.0.1";
   int port = 8080;             ///< 0: any free one
+  int stream_port = 0;         ///< of pictures and events; 0: any free one
   bool allow_commands = true;  ///< whether the page may command the system
   int max_streams = 24;        ///< pictures and events that may be followed at once, all pages together
 };

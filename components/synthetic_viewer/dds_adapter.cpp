@@ -8,11 +8,19 @@
 #include <type_traits>
 #include <utility>
 
+#include "common/dds/followed_source.hpp"
+#include "common/dds/operator_client.hpp"
+#include "common/dds/sole_source.hpp"
 #include "common/dds/stamp.hpp"
 #include "common/dds/status_reporter.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
+
+constexpr double kStopAnswer_s = core::seconds(core::kStopConfirmedWithin_ns) + 0.05;  // the network, twice
+constexpr double kAnswer_s = 0.5;
+constexpr core::Nanoseconds kStatusHold_ns = 3 * core::kNsPerSecond / 2;  // component_status comes at 2 Hz
+constexpr core::Nanoseconds kSkinHold_ns = core::kNsPerSecond;            // skin_percept at 20 Hz
 
 /// A reader that its own callback can name: samples may come before its constructor has returned.
 template <class T>
@@ -30,27 +38,37 @@ struct Input {
   }
 };
 
+bool is_for_views(CommandKind kind) {
+  return kind == CommandKind::kViewHold || kind == CommandKind::kViewNode;
+}
+
+/// Of viewers, recorders and what sounds there may be several.
+bool may_run_once(const std::string& component) {
+  return component == "master_io" || component == "slave_io" || component == "phantom_sensing" ||
+         component == "wva_server";
+}
+
 }  // namespace
 
 struct DdsAdapter::Impl {
   Inbox& inbox;
   ArmShape shape;
   dds::Participant participant;
-  dds::Stamper stamper;
-  std::mutex sending;
-  dds::Writer<msg::OperatorCommand> commands;
+  dds::OperatorClient operator_client;
   std::optional<dds::Writer<msg::ViewPose>> view_poses;
   dds::Stamper view_stamper;
   dds::StatusReporter status;
 
   // Each belongs to the thread of its reader's callbacks.
-  dds::SequenceGuard arm_order, master_order, percept_order, hit_order, skin_order;
+  dds::SoleSource arm_source, master_source, percept_source, skin_source{kSkinHold_ns};
+  dds::FollowedSource phantom;  // the process that percept is taken from
+  dds::SequenceGuard hit_order;
   std::uint64_t arm_arrived = 0;
-  core::Snapshot<ArmSample> arm_for_hits;                     // read by the thread of hits alone
-  core::Snapshot<PerceptSample> percept_for_hits;             // likewise
-  ArmSample newest_arm;                                       // that thread's
-  PerceptSample newest_percept;                               // likewise
-  std::map<std::string, dds::SequenceGuard> component_order;  // by name and host
+  core::Snapshot<ArmSample> arm_for_hits;                   // read by the thread of hits alone
+  core::Snapshot<PerceptSample> percept_for_hits;           // likewise
+  ArmSample newest_arm;                                     // that thread's
+  PerceptSample newest_percept;                             // likewise
+  std::map<std::string, dds::SoleSource> component_source;  // by name and host
 
   // Last, so that their callbacks end before what they use.
   Input<msg::SlaveState> arm;
@@ -68,8 +86,9 @@ struct DdsAdapter::Impl {
       : inbox(viewer_inbox),
         shape(arm_shape),
         participant("synthetic_viewer", network),
-        stamper(participant),
-        commands(participant, dds::kOperatorCommand),
+        operator_client(
+            participant,
+            [this](const std::optional<core::CommandAnswers>& stop) { inbox.stops.take_request(stop); }),
         view_stamper(participant),
         status(participant) {
     open_states();
@@ -77,18 +96,38 @@ struct DdsAdapter::Impl {
     open_workspace();
   }
 
-  /// Newest state: to a snapshot, if it is sound and newer than the last.
+  /// Whether the sample is newer than the last one of the process that the topic is taken from. Tells of
+  /// others.
+  bool take(dds::SoleSource& source, const msg::Stamp& stamp, const std::string& topic,
+            core::Nanoseconds received_ns) {
+    const bool accepted = source.accept(stamp, received_ns);
+    if (source.has_second(received_ns)) inbox.stops.take_second(topic, received_ns);
+    return accepted;
+  }
+  void take_side(core::Side side, const auto& sample, const msg::Stamp& stamp) {
+    inbox.stops.take_state(side, sample.state, sample.stop_cause, sample.stop, sample.received_ns);
+    operator_client.take_state(side, stamp.session(), sample.state == LinkState::kStopped ? sample.stop : 0,
+                               sample.received_ns);
+  }
+  msg::OperatorCommand message_of(const Command& command) const;
+
+  /// Newest state: to a snapshot, if it is sound, newer than the last, and of the process that is followed.
   template <class T, class Sample>
-  auto to_snapshot(Input<T>& input, dds::SequenceGuard& order, core::Snapshot<Sample>& snapshot) {
-    return [this, &input, &order, &snapshot](const T& message, const dds::SampleInfo& info) {
+  auto to_snapshot(Input<T>& input, dds::SoleSource& source, const char* topic,
+                   core::Snapshot<Sample>& snapshot) {
+    return [this, &input, &source, topic, &snapshot](const T& message, const dds::SampleInfo& info) {
       auto sample = convert(message, shape);
-      if (!sample || !order.accept(message.stamp())) return input.refuse();
+      if (!sample || !take(source, message.stamp(), topic, info.received_ns)) return input.refuse();
       sample->received_ns = info.received_ns;
       if constexpr (std::is_same_v<Sample, ArmSample>) {
         sample->arrived = ++arm_arrived;
-        sample->lost = order.lost();
+        sample->lost = source.lost();
         arm_for_hits.write(*sample);
+        take_side(core::Side::kSlave, *sample, message.stamp());
+      } else if constexpr (std::is_same_v<Sample, MasterSample>) {
+        take_side(core::Side::kMaster, *sample, message.stamp());
       } else if constexpr (std::is_same_v<Sample, PerceptSample>) {
+        phantom.heard(message.stamp(), info.received_ns);
         percept_for_hits.write(*sample);
       }
       snapshot.write(*sample);
@@ -100,15 +139,17 @@ struct DdsAdapter::Impl {
 };
 
 void DdsAdapter::Impl::open_states() {
-  arm.open(participant, dds::kSlaveState, to_snapshot(arm, arm_order, inbox.arm));
-  master.open(participant, dds::kMasterState, to_snapshot(master, master_order, inbox.master));
-  percept.open(participant, dds::kPercept, to_snapshot(percept, percept_order, inbox.percept));
+  arm.open(participant, dds::kSlaveState, to_snapshot(arm, arm_source, "slave_state", inbox.arm));
+  master.open(participant, dds::kMasterState,
+              to_snapshot(master, master_source, "master_state", inbox.master));
+  percept.open(participant, dds::kPercept, to_snapshot(percept, percept_source, "percept", inbox.percept));
 }
 
 void DdsAdapter::Impl::open_events() {
   hits.open(participant, dds::kHitAlert, [this](const msg::HitAlert& message, const dds::SampleInfo& info) {
     auto hit = convert(message, shape);
-    if (!hit || !hit_order.accept(message.stamp())) return hits.refuse();
+    const bool foreign = phantom.is_rival(message.stamp(), info.received_ns);
+    if (!hit || foreign || !hit_order.accept(message.stamp())) return hits.refuse();
     hit->received_ns = info.received_ns;
     arm_for_hits.read(newest_arm);
     percept_for_hits.read(newest_percept);
@@ -119,7 +160,8 @@ void DdsAdapter::Impl::open_events() {
   skin.open(participant, dds::kSkinPercept,
             [this](const msg::SkinPercept& message, const dds::SampleInfo& info) {
               auto sample = convert(message, shape);
-              if (!sample || !skin_order.accept(message.stamp())) return skin.refuse();
+              if (!sample || !take(skin_source, message.stamp(), "skin_percept", info.received_ns))
+                return skin.refuse();
               sample->received_ns = info.received_ns;
               inbox.put(std::move(*sample));
             });
@@ -127,8 +169,11 @@ void DdsAdapter::Impl::open_events() {
                   [this](const msg::ComponentStatus& message, const dds::SampleInfo& info) {
                     auto component = convert(message);
                     if (!component) return components.refuse();
-                    auto& order = component_order[component->name + "@" + component->host];
-                    if (!order.accept(message.stamp())) return components.refuse();
+                    const std::string key = component->name + "@" + component->host;
+                    auto& source = component_source.try_emplace(key, kStatusHold_ns).first->second;
+                    if (!source.accept(message.stamp(), info.received_ns)) return components.refuse();
+                    if (source.has_second(info.received_ns) && may_run_once(component->name))
+                      inbox.stops.take_second("component_status as " + key, info.received_ns);
                     component->received_ns = info.received_ns;
                     inbox.put(std::move(*component));
                   });
@@ -137,7 +182,7 @@ void DdsAdapter::Impl::open_events() {
                 // Many may write commands, so their numbers say nothing about order between them.
                 const auto command = convert(message);
                 if (!command) return wishes.refuse();
-                inbox.put(*command);
+                if (is_for_views(command->kind)) inbox.put(*command);
               });
 }
 
@@ -170,15 +215,32 @@ DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const ArmShape& shap
 
 DdsAdapter::~DdsAdapter() = default;
 
-core::Status DdsAdapter::send(const Command& command) {
+msg::OperatorCommand DdsAdapter::Impl::message_of(const Command& command) const {
   msg::OperatorCommand message;
   message.kind(static_cast<msg::CommandKind>(command.kind));
   message.value(command.value);
+  message.joint(-1);  // gains: of all joints
   message.issuer("operator's page");
-  const std::lock_guard lock(impl_->sending);
-  message.stamp(impl_->stamper.next());
-  if (impl_->commands.write(message)) return core::Status::ok();
-  return {core::ErrorCode::kUnavailable, "the command could not be published"};
+  if (command.kind == CommandKind::kReset) {
+    message.master_stop(inbox.stops.stop_of(core::Side::kMaster));
+    message.slave_stop(inbox.stops.stop_of(core::Side::kSlave));
+  }
+  return message;
+}
+
+CommandOutcome DdsAdapter::ask(const Command& command) {
+  using Kind = CommandOutcome::Kind;
+  const bool stop = command.kind == CommandKind::kEmergencyStop;
+  const core::CommandAnswers answers =
+      impl_->operator_client.ask(impl_->message_of(command), stop ? kStopAnswer_s : kAnswer_s);
+  return {answers.done()      ? Kind::kDone
+          : answers.refused() ? Kind::kRefused
+                              : Kind::kUnanswered,
+          stop ? core::stop_words(answers) : core::command_words(answers)};
+}
+
+void DdsAdapter::send(const Command& command) {
+  impl_->operator_client.send(impl_->message_of(command), kAnswer_s);
 }
 
 void DdsAdapter::publish(const ViewPoseSample& view) {

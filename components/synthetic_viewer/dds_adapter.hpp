@@ -34,15 +34,20 @@ std::optional<ComponentSample> convert(const msg::ComponentStatus& message);
 std::optional<Command> convert(const msg::OperatorCommand& message);
 
 /// The viewer's place in the data space: fills the inbox from the topics (checked, in order), sends what the
-/// page commands, and tells how the viewer is. Its callbacks never wait for a picture.
+/// page commands, and tells how the viewer is. Of each topic that one process sends it keeps to the first,
+/// for as long as that one is heard, and tells of a second. Its callbacks never wait for a picture.
 class DdsAdapter {
  public:
   /// Joins the domain. Throws dds::DdsError.
   DdsAdapter(const core::NetworkOptions& network, const ArmShape& shape, Inbox& inbox);
   ~DdsAdapter();
 
-  /// Publishes an operator_command. Thread-safe. May block for some milliseconds.
-  core::Status send(const Command& command);
+  /// Sends an operator_command, again and again until those who must answer it have, and waits for that: a
+  /// third of a second for a stop (which is sent on after it, until it is confirmed), half a second for
+  /// others. A reset names the stops that the newest states name. Thread-safe.
+  CommandOutcome ask(const Command& command);
+  /// The same without waiting: what becomes of a stop shows on the inbox's StopBoard. Thread-safe.
+  void send(const Command& command);
   /// Publishes view_pose. One thread.
   void publish(const ViewPoseSample& view);
   /// Publishes component_status. One thread.

@@ -41,7 +41,7 @@ std::optional<ArmSample> convert(const msg::SlaveState& message, const ArmShape&
   sample.position = message.position_rad();
   sample.velocity = message.velocity_rad_s();
   const auto state = enumerator(message.state(), LinkState::kStopped);
-  const auto stop_cause = enumerator(message.stop_cause(), StopCause::kDriveFault);
+  const auto stop_cause = enumerator(message.stop_cause(), StopCause::kPartner);
   if (!is_stamped(message.stamp()) || !state || !stop_cause || message.joint_count() != shape.joint_count ||
       !all_finite(sample.position) || !all_finite(sample.velocity) || !is_place(message.contact_point_m()) ||
       !finite({message.contact_force_N(), message.tool_speed_m_s()})) {
@@ -49,6 +49,7 @@ std::optional<ArmSample> convert(const msg::SlaveState& message, const ArmShape&
   }
   sample.state = *state;
   sample.stop_cause = *stop_cause;
+  sample.stop = message.stop();
   sample.contact = message.contact();
   sample.contact_force_N = message.contact_force_N();
   sample.contact_object = message.contact_object();
@@ -62,7 +63,7 @@ std::optional<MasterSample> convert(const msg::MasterState& message, const ArmSh
   sample.percept_torque_Nm = message.percept_torque_Nm();
   sample.feedback_torque_Nm = message.feedback_torque_Nm();
   const auto state = enumerator(message.state(), LinkState::kStopped);
-  const auto stop_cause = enumerator(message.stop_cause(), StopCause::kDriveFault);
+  const auto stop_cause = enumerator(message.stop_cause(), StopCause::kPartner);
   if (!is_stamped(message.stamp()) || !state || !stop_cause || message.law() > msg::LAW_PEFF ||
       message.joint_count() != shape.joint_count || !all_finite(sample.percept_torque_Nm) ||
       !all_finite(sample.feedback_torque_Nm) || !(message.percept_gain() >= 0) ||
@@ -72,6 +73,7 @@ std::optional<MasterSample> convert(const msg::MasterState& message, const ArmSh
   }
   sample.state = *state;
   sample.stop_cause = *stop_cause;
+  sample.stop = message.stop();
   sample.percept_gain = message.percept_gain();
   sample.feedback_gain = message.feedback_gain();
   sample.percept_enabled = message.percept_enabled();
@@ -196,12 +198,12 @@ std::optional<ComponentSample> convert(const msg::ComponentStatus& message) {
   sample.state = *state;
   for (const msg::LoopStatistics& loop : message.loops()) {
     if (!finite({loop.period_s(), loop.rate_hz(), loop.wakeup_p50_us(), loop.wakeup_p99_us(),
-                 loop.wakeup_max_us(), loop.work_p50_us(), loop.work_max_us()})) {
+                 loop.wakeup_max_us(), loop.work_p50_us(), loop.work_max_us(), loop.idle_s()})) {
       return std::nullopt;
     }
     sample.loops.push_back({loop.name().c_str(), loop.period_s(), loop.rate_hz(), loop.wakeup_p50_us(),
                             loop.wakeup_p99_us(), loop.wakeup_max_us(), loop.work_p50_us(),
-                            loop.work_max_us(), loop.ticks(), loop.slips()});
+                            loop.work_max_us(), loop.ticks(), loop.slips(), loop.idle_s()});
   }
   for (const msg::Figure& figure : message.figures()) {
     sample.figures.push_back({figure.name().c_str(), figure.value(), figure.unit().c_str()});

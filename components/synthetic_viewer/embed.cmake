@@ -1,7 +1,7 @@
 # cmake -DFOLDER=web -DOUT=web_files.cpp -P embed.cmake: writes the page's files as string constants.
 set(code "// Made from web/ by embed.cmake.\n#include \"components/synthetic_viewer/web_files.hpp\"\n\n")
 string(APPEND code "namespace phantom::synthetic_viewer::web {\n")
-foreach(pair "index.html|kIndexHtml" "page.css|kPageCss" "page.js|kPageJs")
+foreach(pair "index.html|kIndexHtml" "page.css|kPageCss" "page.js|kPageJs" "stop.js|kStopJs")
   string(REPLACE "|" ";" pair "${pair}")
   list(GET pair 0 file)
   list(GET pair 1 name)

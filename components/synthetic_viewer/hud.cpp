@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <sstream>
 #include <stdexcept>
 
 namespace phantom::synthetic_viewer {
@@ -21,7 +22,8 @@ cv::Mat wrap(const Image& image) {
 /// Lengths in units of a picture 720 high.
 class Brush {
  public:
-  explicit Brush(cv::Mat picture) : picture_(picture), unit_(std::max(0.72, picture.rows / 720.0)) {}
+  explicit Brush(cv::Mat picture) : Brush(picture, std::max(0.72, picture.rows / 720.0)) {}
+  Brush(cv::Mat picture, double unit_px) : picture_(picture), unit_(unit_px) {}
 
   int px(double units) const { return static_cast<int>(std::lround(units * unit_)); }
   int width() const { return picture_.cols; }
@@ -110,6 +112,22 @@ void draw_gauges(Brush& brush, const Hud& hud) {
   write_pair(brush, right -= brush.px(125), "SLAVE", hud.link_state, kText);
 }
 
+/// The lines of `text` over the picture's width, the first one largest; as small as they must be to fit.
+void draw_banner(Brush& brush, const std::string& text, int top) {
+  if (text.empty()) return;
+  std::istringstream lines(text);
+  double size = 34;
+  for (std::string line; std::getline(lines, line); size = 24) {
+    const double widest = brush.width() - 2.0 * brush.px(12);
+    const double fitting = size * std::min(1.0, widest / std::max(1, brush.size_of(line, size).width));
+    const int height = brush.px(2.18 * size), width = brush.size_of(line, fitting).width;
+    brush.shade({0, top, brush.width(), height}, cv::Scalar(24, 20, 120), 0.78);
+    brush.write(line, {(brush.width() - width) / 2, top + brush.px(1.44 * size)}, fitting,
+                cv::Scalar(255, 255, 255));
+    top += height;
+  }
+}
+
 void draw_titles(Brush& brush, const Hud& hud) {
   const int x = brush.px(22);
   if (!hud.title.empty()) {
@@ -119,12 +137,7 @@ void draw_titles(Brush& brush, const Hud& hud) {
     brush.write(hud.title, {x, brush.px(31)}, 21, hud.alarm ? kRed : kText);
     if (!hud.subtitle.empty()) brush.write(hud.subtitle, {x, brush.px(56)}, 15, kFaint);
   }
-  if (hud.banner.empty()) return;
-  const cv::Size size = brush.size_of(hud.banner, 34);
-  const int top = brush.height() / 5;
-  brush.shade({0, top, brush.width(), brush.px(74)}, cv::Scalar(24, 20, 120), 0.78);
-  brush.write(hud.banner, {(brush.width() - size.width) / 2, top + brush.px(49)}, 34,
-              cv::Scalar(255, 255, 255));
+  draw_banner(brush, hud.banner, brush.height() / 5);
 }
 
 std::string encode(const Image& image, const char* kind, const std::vector<int>& parameters) {
@@ -143,6 +156,19 @@ void draw_hud(Image& image, const Hud& hud) {
   draw_titles(brush, hud);
   if (hud.recording) brush.dot({image.width_px - brush.px(28), brush.px(28)}, brush.px(9), kRed);
   if (hud.alarm) brush.frame(kRed, brush.px(4));
+}
+
+Image banner_image(const std::string& text, int width_px, bool alarm) {
+  const cv::Scalar ground = alarm ? cv::Scalar(30, 24, 190) : cv::Scalar(24, 20, 120);
+  const auto lines = 1 + std::count(text.begin(), text.end(), '\n');
+  Image image{width_px, static_cast<int>(74 + 53 * (lines - 1)), {}};
+  image.bgr.resize(static_cast<std::size_t>(3 * image.width_px * image.height_px));
+  cv::Mat picture = wrap(image);
+  picture.setTo(ground);
+  // As large as on a picture of this width.
+  Brush brush(picture, 1.0);
+  draw_banner(brush, text, 0);
+  return image;
 }
 
 std::string encode_jpeg(const Image& image, int quality) {

@@ -12,7 +12,7 @@ struct Hud {
   std::string title;             ///< top left: which view
   std::string subtitle;          ///< below it
   bool alarm = false;            ///< red frame around the picture and a red title
-  std::string banner;            ///< large, across the middle: what must not be missed
+  std::string banner;            ///< large, across the middle: what must not be missed; lines by '\n'
   bool gauges = false;           ///< the strip at the bottom:
   double closeness = 0.0;        ///<   bar, 0…1
   bool closeness_known = false;  ///<   false: an empty, crossed bar
@@ -30,6 +30,9 @@ struct Hud {
 
 /// Writes on the picture. Sizes follow the picture's height. Pure.
 void draw_hud(Image& image, const Hud& hud);
+
+/// A picture of a banner alone, as wide as given: for a window, which must not wait for the next picture.
+Image banner_image(const std::string& text, int width_px, bool alarm);
 
 /// The picture as a file's content. Quality 1…100. Throws std::runtime_error if the encoder fails.
 std::string encode_jpeg(const Image& image, int quality);

@@ -10,6 +10,7 @@
 #include "common/core/snapshot.hpp"
 #include "components/synthetic_viewer/camera_control.hpp"
 #include "components/synthetic_viewer/samples.hpp"
+#include "components/synthetic_viewer/stop_board.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -24,6 +25,7 @@ class Inbox {
   core::Snapshot<ArmSample> arm;
   core::Snapshot<PerceptSample> percept;
   core::Snapshot<MasterSample> master;
+  StopBoard stops;  ///< any thread
 
   /// Any thread. An alert that is raised is urgent. False if the queue is full: the event is lost (and
   /// counted).

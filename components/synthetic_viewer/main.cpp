@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
+#include <optional>
 
 #include "common/dds/participant.hpp"
 #include "common/runtime/arm_model.hpp"
@@ -35,7 +36,10 @@ int main(int argc, char** argv) {
   };
   description.run = [&](const runtime::ProcessOptions& options) {
     ViewerConfig config = load_config(options.config);
+    std::optional<runtime::EndsAtOnce> starting;
+    if (sheet_command->parsed()) starting.emplace(runtime::kExitFailed);
     if (sheet_command->parsed()) return run_sheet(sheet, config);
+    starting.emplace();
     const runtime::Deployment deployment = runtime::load_deployment(options);
     dds::check_qos_profiles(deployment.network.qos_profiles);
     const runtime::CellConfig cell = runtime::load_cell(deployment.cell);
@@ -47,6 +51,7 @@ int main(int argc, char** argv) {
       std::cout << "configuration is valid; graphics: " << graphics.description() << '\n';
       return static_cast<int>(runtime::kExitDone);
     }
+    starting.reset();
     run_session(std::move(config), cell, deployment.network, options.report_dir);
     return static_cast<int>(runtime::kExitDone);
   };

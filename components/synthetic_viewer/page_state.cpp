@@ -101,6 +101,7 @@ Json loops_json(const ComponentSample& component) {
                      {"nominal_hz", number_or_null(1 / loop.period_s)},
                      {"p50_us", loop.wakeup_p50_us},
                      {"p99_us", loop.wakeup_p99_us},
+                     {"idle_s", loop.idle_s},
                      {"slips", loop.slips}});
   }
   return loops;
@@ -123,14 +124,43 @@ Json components_json(const ViewerState& state, const Staleness& staleness, core:
   return components;
 }
 
+const char* name_of(SideView::Level level) {
+  switch (level) {
+    case SideView::Level::kQuiet:
+      return "quiet";
+    case SideView::Level::kWaiting:
+      return "waiting";
+    case SideView::Level::kStopped:
+      return "stopped";
+    case SideView::Level::kAlarm:
+      return "alarm";
+  }
+  return "quiet";
+}
+
 }  // namespace
+
+std::string stop_json(const StopView& view) {
+  Json sides = Json::object();
+  for (const core::Side side : core::kSides) {
+    const SideView& words = view.sides[static_cast<std::size_t>(side)];
+    sides[side == core::Side::kMaster ? "master" : "slave"] = {{"level", name_of(words.level)},
+                                                               {"text", words.text}};
+  }
+  const Json json{{"in_force", view.in_force},
+                  {"alarm", view.alarm},
+                  {"headline", view.headline},
+                  {"sides", sides},
+                  {"notices", view.notices}};
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
 
 std::string page_state_json(const ViewerState& state, const CellScene& scene, const HitView& view,
                             const Staleness& staleness, const PageFacts& facts, core::Nanoseconds now_ns) {
   const Json json{
       {"t", core::seconds(now_ns - facts.start_ns)},
       {"cell", facts.cell},
-      {"banner", banner_text(state, staleness, now_ns)},
+      {"banner", condition_text(state, staleness, now_ns)},
       {"link", link_json(state, now_ns)},
       {"percept", percept_json(state, scene, staleness, now_ns)},
       {"joints", joints_json(state, scene)},

@@ -24,4 +24,8 @@ struct PageFacts {
 std::string page_state_json(const ViewerState& state, const CellScene& scene, const HitView& view,
                             const Staleness& staleness, const PageFacts& facts, core::Nanoseconds now_ns);
 
+/// What GET /stop gives: who is stopped, by each side's own word, and which topics a second process sends.
+/// Pure.
+std::string stop_json(const StopView& view);
+
 }  // namespace phantom::synthetic_viewer

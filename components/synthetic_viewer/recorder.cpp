@@ -12,6 +12,7 @@
 #include <opencv2/videoio.hpp>
 
 #include "common/core/clock.hpp"
+#include "common/core/thread_place.hpp"
 #include "components/synthetic_viewer/frame_pace.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -65,6 +66,7 @@ void Recorder::begin(View view, Broadcast<Image>& source) {
   }
   source.followers.fetch_add(1);
   thread_ = std::thread([this, view, &source] {
+    core::take_place(core::ThreadRole::kFilm);
     setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNiceness);
     try {
       work(view, source);

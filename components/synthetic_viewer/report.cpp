@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "common/core/errors.hpp"
+#include "common/core/thread_place.hpp"
 #include "components/synthetic_viewer/hud.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -68,7 +69,10 @@ class Report::Writer {
   std::condition_variable changed_;
   std::deque<std::pair<std::filesystem::path, Image>> waiting_;
   bool ended_ = false;
-  std::thread thread_{[this] { work(); }};
+  std::thread thread_{[this] {
+    core::take_place(core::ThreadRole::kPictures);
+    work();
+  }};
 };
 
 Report::Report(std::filesystem::path folder, int most_hit_pictures)

@@ -18,8 +18,8 @@ namespace phantom::synthetic_viewer {
 using Vector3 = std::array<double, 3>;
 
 enum class LinkState { kInit, kReady, kAligned, kCoupled, kDegraded, kStopped };
-/// Why a side is stopped; of two causes the emergency stop.
-enum class StopCause { kNone, kEmergency, kDriveFault };
+/// Why a side is stopped; of several causes the first.
+enum class StopCause { kNone, kEmergency, kDriveFault, kPartner };
 enum class MotionClass { kNone, kSafe, kNeutral, kDangerous };
 enum class HitRule { kNone, kVeryClose, kModerateMoving, kFarNearing };
 
@@ -27,6 +27,7 @@ struct ArmSample {  // slave_state
   core::Nanoseconds received_ns = 0;
   LinkState state = LinkState::kInit;
   StopCause stop_cause = StopCause::kNone;
+  std::uint64_t stop = 0;       ///< names the stop in force; 0: none
   core::JointArray position{};  ///< rad or m
   core::JointArray velocity{};  ///< rad/s or m/s
   bool contact = false;
@@ -55,6 +56,7 @@ struct MasterSample {
   core::Nanoseconds received_ns = 0;
   LinkState state = LinkState::kInit;
   StopCause stop_cause = StopCause::kNone;
+  std::uint64_t stop = 0;  ///< names the stop in force; 0: none
   core::JointArray percept_torque_Nm{}, feedback_torque_Nm{};
   double percept_gain = 0.0, feedback_gain = 0.0;
   std::uint32_t law = 0;  ///< case a…e of Table 5.1 as 0…4
@@ -147,6 +149,17 @@ enum class CommandKind {
 struct Command {
   CommandKind kind = CommandKind::kEmergencyStop;
   double value = 0.0;
+};
+
+/// What became of a command, for the one who gave it.
+struct CommandOutcome {
+  enum class Kind {
+    kDone,       ///< by the word of everyone who must carry it out; sent, where nobody has to answer
+    kRefused,    ///< by one of them: `message` says why, and what is allowed
+    kUnanswered  ///< not by everyone within the time
+  };
+  Kind kind = Kind::kDone;
+  std::string message;
 };
 
 }  // namespace phantom::synthetic_viewer

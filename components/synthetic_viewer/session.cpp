@@ -1,15 +1,16 @@
 #include "components/synthetic_viewer/session.hpp"
 
 #include <spdlog/spdlog.h>
-
-#include <iostream>
+#include <unistd.h>
 
 #include "common/core/errors.hpp"
 #include "common/runtime/arm_model.hpp"
+#include "common/runtime/line_writer.hpp"
 #include "common/runtime/process.hpp"
 #include "components/synthetic_viewer/dds_adapter.hpp"
 #include "components/synthetic_viewer/publishing_schedule.hpp"
 #include "components/synthetic_viewer/viewer_loop.hpp"
+#include "components/synthetic_viewer/web_server.hpp"
 #include "components/synthetic_viewer/window.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -42,26 +43,30 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
   ViewerLoop viewer(config, cell, std::move(arm), std::move(arm_meshes), inbox, content,
                     Report(report_dir, config.report_pictures));
   DdsAdapter adapter(network, shape, inbox);
-  const auto command = [&adapter](const Command& wish) { return adapter.send(wish); };
+  content.stops = [&inbox] { return inbox.stops.at(core::monotonic_ns()); };
   const auto move = [&inbox](const ViewRequest& wish) {
     return inbox.put(wish)
                ? core::Status::ok()
                : core::Status(core::ErrorCode::kUnavailable, "the viewer is too busy to take this");
   };
+  runtime::LineWriter out(STDOUT_FILENO);
   std::unique_ptr<WebServer> server;
   if (config.page.enabled) {
-    server = std::make_unique<WebServer>(config.page, content, command, move);
-    std::cout << "operator's page: " << server->url() << std::endl;
+    server = std::make_unique<WebServer>(
+        config.page, content, [&adapter](const Command& wish) { return adapter.ask(wish); }, move);
+    out.put("operator's page: " + server->url() + '\n');
+    spdlog::info("its live pictures and events: port {}", server->stream_port());
   }
   viewer.start();
   // Who sits at the window sits at the operator's desk; whether he may command is said in one place.
   WindowActions actions;
   actions.move = move;
   actions.switches = [&viewer] { return viewer.switches(); };
+  actions.stops = content.stops;
   actions.command = [&](const Command& wish) {
     if (!config.page.allow_commands)
       return spdlog::warn("this viewer only shows: page.allow_commands is false");
-    if (const core::Status sent = command(wish); !sent.is_ok()) spdlog::warn("{}", sent.message());
+    adapter.send(wish);
   };
   std::unique_ptr<Window> window = open_window(config, cell.name, content, std::move(actions));
   PublishingSchedule schedule(config.page.allow_commands, config.frame_rate_hz);

@@ -48,20 +48,13 @@ double age_s(core::Nanoseconds received_ns, core::Nanoseconds now_ns) noexcept {
   return received_ns == 0 ? std::numeric_limits<double>::infinity() : core::seconds(now_ns - received_ns);
 }
 
-namespace {
-
-std::string stopped_text(const ViewerState& state) {
-  const auto stopped_by = [&](StopCause cause) {
-    return state.arm.stop_cause == cause || state.master.stop_cause == cause;
-  };
-  if (!stopped_by(StopCause::kDriveFault) || stopped_by(StopCause::kEmergency)) return "EMERGENCY STOP";
-  return state.arm.stop_cause == StopCause::kDriveFault ? "STOPPED: the arm's drives are in fault"
-                                                        : "STOPPED: the master's drives are in fault";
+std::string banner_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
+  if (state.stops.in_force) return state.stops.headline + "\n" + sides_text(state.stops);
+  if (!state.stops.notices.empty()) return state.stops.notices.front();
+  return condition_text(state, staleness, now_ns);
 }
 
-}  // namespace
-
-std::string banner_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
+std::string condition_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) {
   const double slave_age_s = age_s(state.arm.received_ns, now_ns);
   if (state.arm.received_ns == 0) return "NO SLAVE: waiting for its first state";
   if (slave_age_s > staleness.slave_s) {
@@ -69,8 +62,6 @@ std::string banner_text(const ViewerState& state, const Staleness& staleness, co
     std::string number = std::to_string(shown_s);
     return "LINK LOST: the arm's pose is " + number.substr(0, number.find('.') + 2) + " s old";
   }
-  if (state.arm.state == LinkState::kStopped || state.master.state == LinkState::kStopped)
-    return stopped_text(state);
   if (state.arm.state == LinkState::kDegraded) return "LINK DEGRADED: the slave holds";
   if (age_s(state.percept.received_ns, now_ns) > staleness.percept_s)
     return "NO PERCEPT: the phantom is silent";

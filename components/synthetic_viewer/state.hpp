@@ -6,6 +6,7 @@
 
 #include "components/synthetic_viewer/camera_control.hpp"
 #include "components/synthetic_viewer/samples.hpp"
+#include "components/synthetic_viewer/stop_board.hpp"
 #include "components/synthetic_viewer/view_choice.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -64,6 +65,7 @@ struct ViewerState {
   bool hold = false;
   CameraControl cameras;
   RecordingState recording;
+  StopView stops;
   std::uint64_t total_hits = 0;
 
   static constexpr std::size_t kMaxHits = 40;
@@ -77,9 +79,12 @@ struct ViewerState {
 /// Seconds since `received_ns`; infinite if nothing was received.
 double age_s(core::Nanoseconds received_ns, core::Nanoseconds now_ns) noexcept;
 
-/// What must be said in large letters; empty if all is well. In order of urgency: emergency stop, lost or
-/// missing slave, degraded link, phantom silent or without a valid model.
+/// What a picture must say in large letters, in one or two lines; empty if all is well: a stop and who has
+/// not confirmed it, else two processes in one's place, else condition_text().
 std::string banner_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
+
+/// In order of urgency: lost or missing slave, degraded link, phantom silent or without a valid model.
+std::string condition_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
 
 /// "table" or "object 7" if the name is not known; "free space" for 0.
 std::string object_name(const ViewerState& state, std::uint16_t id);

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "components/synthetic_viewer/compositor.hpp"
+#include "components/synthetic_viewer/page_content.hpp"
 #include "components/synthetic_viewer/renderer.hpp"
-#include "components/synthetic_viewer/web_server.hpp"
 
 namespace phantom::synthetic_viewer {
 

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <functional>
 
+#include "common/core/thread_place.hpp"
+
 namespace phantom::synthetic_viewer {
 namespace {
 
@@ -66,8 +68,22 @@ void ViewerLoop::finish(const std::string& page_url) {
 }
 
 core::Health ViewerLoop::health() {
-  const std::lock_guard lock(shared_mutex_);
-  return health_;
+  core::Health health;
+  {
+    const std::lock_guard lock(shared_mutex_);
+    health = health_;
+  }
+  core::LoopStatistics loop = progress_.statistics();  // also while the loop hangs, and before its first turn
+  if (!health.loops.empty()) {
+    const core::LoopStatistics& told = health.loops.front();
+    loop.wakeup_p50_us = told.wakeup_p50_us;
+    loop.wakeup_p99_us = told.wakeup_p99_us;
+    loop.wakeup_max_us = told.wakeup_max_us;
+    loop.work_p50_us = told.work_p50_us;
+    loop.work_max_us = told.work_max_us;
+  }
+  health.loops = {loop};
+  return health;
 }
 
 ViewSwitches ViewerLoop::switches() {
@@ -81,6 +97,8 @@ ViewPoseSample ViewerLoop::view_pose() {
 }
 
 void ViewerLoop::run() {
+  core::take_place(core::ThreadRole::kViewer);
+  progress_.begin();
   // Before the driver starts threads of its own, which inherit it.
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), config_.niceness);
   try {
@@ -89,6 +107,7 @@ void ViewerLoop::run() {
     problem_ = std::current_exception();
   }
   renderer_.reset();
+  progress_.end();
   ended_ = true;
 }
 
@@ -107,6 +126,7 @@ void ViewerLoop::work() {
     const bool whole = tick(dt_s);
     broken_off_ += whole ? 0 : 1;
     work_.record(core::monotonic_ns() - begin_ns);
+    progress_.tick();
     publish_health();
     due_ns = std::max(whole ? due_ns + period_ns() : begin_ns, core::monotonic_ns());
     // A round that was broken off for an alert is followed by one whose views are not: a flood stops none.
@@ -136,6 +156,7 @@ void ViewerLoop::take_news() {
   if (inbox_.arm.read(state_.arm)) state_.link_quality.take(state_.arm, now_ns_);
   inbox_.percept.read(state_.percept);
   inbox_.master.read(state_.master);
+  state_.stops = inbox_.stops.at(now_ns_);
   std::deque<Event> news = inbox_.take_events();
   // Alerts do not queue behind meshes.
   const auto others = std::stable_partition(
@@ -224,7 +245,7 @@ void ViewerLoop::take_chunk(MeshChunkSample chunk) {
 }
 
 void ViewerLoop::publish_state() {
-  if (page_.state_json.followers == 0) return page_.state_json.clear();
+  if (!page_.state_wanted(now_ns_)) return page_.state_json.clear();
   const PageFacts facts{
       cell_name_, config_.page.allow_commands, config_.tool_view.enabled, frames_per_s_, graphics_, start_ns_,
       words()};
@@ -255,14 +276,13 @@ void ViewerLoop::publish_health() {
   health.state = complete && fresh ? core::ComponentState::kRunning : core::ComponentState::kReady;
   if (state_.arm.received_ns != 0 && !fresh) health.state = core::ComponentState::kDegraded;
   health.message = words();
-  const double period_s = 1.0 / config_.frame_rate_hz;
-  const double seconds = std::max(1e-9, core::seconds(now_ns_ - start_ns_));
-  health.loops.push_back({"render", period_s, static_cast<double>(frames_) / seconds,
-                          static_cast<double>(lateness_.quantile_ns(0.5)) / 1e3,
-                          static_cast<double>(lateness_.quantile_ns(0.99)) / 1e3,
-                          static_cast<double>(lateness_.max_ns()) / 1e3,
-                          static_cast<double>(work_.quantile_ns(0.5)) / 1e3,
-                          static_cast<double>(work_.max_ns()) / 1e3, frames_, 0});
+  const auto us = [](core::Nanoseconds ns) { return static_cast<double>(ns) / 1e3; };
+  health.loops.push_back({.name = "render",
+                          .wakeup_p50_us = us(lateness_.quantile_ns(0.5)),
+                          .wakeup_p99_us = us(lateness_.quantile_ns(0.99)),
+                          .wakeup_max_us = us(lateness_.max_ns()),
+                          .work_p50_us = us(work_.quantile_ns(0.5)),
+                          .work_max_us = us(work_.max_ns())});
   health.figures = {
       {"objects", static_cast<double>(state_.objects.size()), ""},
       {"meshes", static_cast<double>(scene_.meshes.size()), ""},

@@ -15,16 +15,17 @@
 
 #include "common/core/health.hpp"
 #include "common/core/histogram.hpp"
+#include "common/core/progress.hpp"
 #include "common/runtime/cell.hpp"
 #include "components/synthetic_viewer/arm_meshes.hpp"
 #include "components/synthetic_viewer/compositor.hpp"
 #include "components/synthetic_viewer/inbox.hpp"
 #include "components/synthetic_viewer/mesh_assembler.hpp"
+#include "components/synthetic_viewer/page_content.hpp"
 #include "components/synthetic_viewer/page_state.hpp"
 #include "components/synthetic_viewer/recorder.hpp"
 #include "components/synthetic_viewer/report.hpp"
 #include "components/synthetic_viewer/view_painter.hpp"
-#include "components/synthetic_viewer/web_server.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -125,6 +126,9 @@ class ViewerLoop {
   std::shared_ptr<const Image> snapshot_;
   std::map<std::uint32_t, std::string> hit_jpegs_;
 
+  // A picture drawn without a graphics card takes long, and so does the driver's start.
+  static constexpr double kHangsAfter_s = 20.0;
+  core::Progress progress_{"render", 1.0 / config_.frame_rate_hz, kHangsAfter_s};
   std::atomic<bool> stop_{false}, ended_{false};
   std::exception_ptr problem_;
   std::thread thread_;

@@ -6,5 +6,6 @@ namespace phantom::synthetic_viewer::web {
 extern const char* const kIndexHtml;
 extern const char* const kPageCss;
 extern const char* const kPageJs;
+extern const char* const kStopJs;
 
 }  // namespace phantom::synthetic_viewer::web

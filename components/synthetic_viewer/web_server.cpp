@@ -1,72 +1,40 @@
 #include "components/synthetic_viewer/web_server.hpp"
 
-#include <arpa/inet.h>
-#include <dirent.h>
-#include <httplib.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-
+#include <algorithm>
 #include <atomic>
-#include <chrono>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
-#include <thread>
 
-#include "common/core/errors.hpp"
+#include "common/core/clock.hpp"
 #include "components/synthetic_viewer/commands.hpp"
+#include "components/synthetic_viewer/page_state.hpp"
+#include "components/synthetic_viewer/stream_server.hpp"
 #include "components/synthetic_viewer/web_files.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
 
-using std::chrono::milliseconds;
+// More than browsers hold idle connections to it: a stop must find one free.
+constexpr int kThreads = 32;
+constexpr int kSnapshotsAtOnce = 4;  // each waits for its picture
 
-constexpr int kSpareThreads = 8;  // for what is no stream, so that a command never queues behind pictures
-constexpr milliseconds kPatience{200};
-constexpr int kRepeatAfter =
-    5;  // patiences: a still picture is sent again, so that a dead connection is noticed
+constexpr int kConflict = 409, kUnavailable = 503, kTimedOut = 504;
 
-bool is_loopback_name(std::string name) {
-  if (const auto colon = name.rfind(':');
-      colon != std::string::npos && name.find(']', colon) == std::string::npos) {
-    name.resize(colon);
+int status_of(CommandOutcome::Kind kind) {
+  switch (kind) {
+    case CommandOutcome::Kind::kDone:
+      return 200;
+    case CommandOutcome::Kind::kRefused:
+      return kConflict;
+    case CommandOutcome::Kind::kUnanswered:
+      return kTimedOut;
   }
-  return name == "localhost" || name == "[::1]" || name.rfind("127.", 0) == 0;
+  return kTimedOut;
 }
 
-bool is_loopback_address(const std::string& address) {
-  return address == "localhost" || address == "::1" || address.rfind("127.", 0) == 0;
-}
-
-/// Local TCP port of a socket; 0 if the descriptor is none.
-int local_port(int descriptor) {
-  sockaddr_storage address{};
-  socklen_t size = sizeof address;
-  if (getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &size) != 0) return 0;
-  if (address.ss_family == AF_INET) return ntohs(reinterpret_cast<sockaddr_in*>(&address)->sin_port);
-  if (address.ss_family == AF_INET6) return ntohs(reinterpret_cast<sockaddr_in6*>(&address)->sin6_port);
-  return 0;
-}
-
-/// The HTTP library waits out the patience of idle connections before it ends. Closing them from this side
-/// spares that.
-void shut_connections(int port) {
-  DIR* folder = opendir("/proc/self/fd");
-  if (folder == nullptr) return;
-  while (const dirent* entry = readdir(folder)) {
-    const int descriptor = std::atoi(entry->d_name);
-    int type = 0;
-    socklen_t size = sizeof type;
-    if (descriptor <= 2 || getsockopt(descriptor, SOL_SOCKET, SO_TYPE, &type, &size) != 0) continue;
-    if (type == SOCK_STREAM && local_port(descriptor) == port) shutdown(descriptor, SHUT_RDWR);
-  }
-  closedir(folder);
-}
-
-void answer(httplib::Response& response, int status, const std::string& message) {
-  response.status = status;
-  response.set_content(nlohmann::json{{"ok", status == 200}, {"message", message}}.dump(),
-                       "application/json");
+bool is_host_name(const std::string& name) {
+  return !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '.' || c == '-' || c == '[' || c == ']' || c == ':';
+  });
 }
 
 }  // namespace
@@ -76,11 +44,9 @@ struct WebServer::Impl {
   PageContent& content;
   OnCommand on_command;
   OnViewRequest on_view_request;
-  httplib::Server server;
-  int port = 0;
-  std::atomic<bool> stopping{false};
-  std::atomic<int> streams{0};
-  std::thread thread;
+  std::atomic<int> snapshots{0};
+  std::unique_ptr<StreamServer> streams;
+  HttpPort http{kThreads};
 
   Impl(const PageConfig& page, PageContent& page_content, OnCommand command, OnViewRequest view_request)
       : config(page),
@@ -89,16 +55,9 @@ struct WebServer::Impl {
         on_view_request(std::move(view_request)) {}
 
   void set_up();
-  void bind();
-  void add_files();
+  void page(const httplib::Request& request, httplib::Response& response) const;
   void add_pictures();
-  void add_streams();
-  /// `write` sends what is new (or repeats, if null) and returns whether the follower is still there.
-  using Source = Broadcast<std::string>;
-  using WriteItem = std::function<bool(httplib::DataSink&, const Source::Content&)>;
-  void stream(httplib::Response& response, const char* type, Source& source, std::string opening,
-              WriteItem write);
-  void motion_jpeg(httplib::Response& response, Source& source);
+  void add_states();
   void command(const httplib::Request& request, httplib::Response& response);
   void view_request(const httplib::Request& request, httplib::Response& response);
   /// Whether a request that may change something may be carried out; if not, it is answered.
@@ -108,146 +67,71 @@ struct WebServer::Impl {
 };
 
 void WebServer::Impl::set_up() {
-  const auto threads = static_cast<std::size_t>(config.max_streams + kSpareThreads);
-  server.new_task_queue = [threads] { return new httplib::ThreadPool(threads); };
-  server.set_tcp_nodelay(true);
-  server.set_keep_alive_max_count(1);  // an idle connection would hold a thread
-  server.set_keep_alive_timeout(2);
-  server.set_read_timeout(2);
-  server.set_write_timeout(2);
-  server.set_payload_max_length(4096);
-  // Not the library's default, which lets two servers share a port unnoticed.
-  server.set_socket_options([](int descriptor) {
-    const int yes = 1;
-    setsockopt(descriptor, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  });
-  server.set_default_headers(
-      {{"Cache-Control", "no-store"},
-       {"X-Content-Type-Options", "nosniff"},
-       {"Content-Security-Policy", "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'"}});
-  server.set_error_handler([](const httplib::Request& request, httplib::Response& response) {
-    if (response.body.empty()) {
-      answer(response, response.status,
-             response.status == 404 ? "unknown path " + request.path : "request refused");
-    }
-  });
-  server.set_exception_handler([](const httplib::Request&, httplib::Response& response, std::exception_ptr) {
-    answer(response, 500, "the viewer could not answer");
-  });
-  add_files();
+  http.server.Get(
+      "/", [this](const httplib::Request& request, httplib::Response& response) { page(request, response); });
+  const auto serve = [this](const char* path, const char* text, const char* type) {
+    http.server.Get(path, [text, type](const httplib::Request&, httplib::Response& response) {
+      response.set_content(text, type);
+    });
+  };
+  serve("/page.css", web::kPageCss, "text/css; charset=utf-8");
+  serve("/page.js", web::kPageJs, "text/javascript; charset=utf-8");
+  serve("/stop.js", web::kStopJs, "text/javascript; charset=utf-8");
   add_pictures();
-  add_streams();
-  server.Post("/command", [this](const httplib::Request& request, httplib::Response& response) {
+  add_states();
+  http.server.Post("/command", [this](const httplib::Request& request, httplib::Response& response) {
     command(request, response);
   });
-  server.Post("/view", [this](const httplib::Request& request, httplib::Response& response) {
+  http.server.Post("/view", [this](const httplib::Request& request, httplib::Response& response) {
     view_request(request, response);
   });
 }
 
-void WebServer::Impl::bind() {
-  if (config.port == 0) {
-    port = server.bind_to_any_port(config.address);
-  } else {
-    port = server.bind_to_port(config.address, config.port) ? config.port : -1;
-  }
-  if (port > 0) return;
-  throw core::MissingError(
-      "the operator's page cannot be served on " + config.address + ":" + std::to_string(config.port) +
-      ": the port is taken or the address is not this host's. Choose another page.port (0: any "
-      "free one) or page.address.");
-}
-
-void WebServer::Impl::add_files() {
-  const auto serve = [this](const char* path, const char* text, const char* type) {
-    server.Get(path, [text, type](const httplib::Request&, httplib::Response& response) {
-      response.set_content(text, type);
-    });
-  };
-  serve("/", web::kIndexHtml, "text/html; charset=utf-8");
-  serve("/page.css", web::kPageCss, "text/css; charset=utf-8");
-  serve("/page.js", web::kPageJs, "text/javascript; charset=utf-8");
+/// Tells the page where its streams are, and the browser that it may take from there and nowhere else.
+void WebServer::Impl::page(const httplib::Request& request, httplib::Response& response) const {
+  const std::string port = std::to_string(streams->port());
+  const std::string host = host_name_of(request.get_header_value("Host"));
+  const std::string from = is_host_name(host) ? " http://" + host + ":" + port : "";
+  response.set_header("Content-Security-Policy", "default-src 'self'; img-src 'self' data:" + from +
+                                                     "; connect-src 'self'" + from +
+                                                     "; frame-ancestors 'none'");
+  std::string text = web::kIndexHtml;
+  const std::string place = "{stream_port}";
+  text.replace(text.find(place), place.size(), port);
+  response.set_content(text, "text/html; charset=utf-8");
 }
 
 void WebServer::Impl::add_pictures() {
-  server.Get("/snapshot/main.png", [this](const httplib::Request&, httplib::Response& response) {
+  http.server.Get("/snapshot/main.png", [this](const httplib::Request&, httplib::Response& response) {
+    struct Place {
+      std::atomic<int>& taken;
+      const bool free = taken.fetch_add(1) < kSnapshotsAtOnce;
+      ~Place() { taken.fetch_sub(1); }
+    } const place{snapshots};
+    if (!place.free) return answer(response, kUnavailable, "too many ask for pictures at once");
     const std::string png = content.main_png ? content.main_png() : std::string();
-    if (png.empty()) return answer(response, 503, "there is no picture yet");
+    if (png.empty()) return answer(response, kUnavailable, "there is no picture yet");
     response.set_content(png, "image/png");
   });
-  server.Get(R"(/hits/(\d{1,9})\.jpg)", [this](const httplib::Request& request, httplib::Response& response) {
-    const auto alert = static_cast<std::uint32_t>(std::stoul(request.matches[1].str()));
-    const std::string jpeg = content.hit_picture ? content.hit_picture(alert) : std::string();
-    if (jpeg.empty()) return answer(response, 404, "there is no picture of alert " + std::to_string(alert));
-    response.set_content(jpeg, "image/jpeg");
+  http.server.Get(R"(/hits/(\d{1,9})\.jpg)",
+                  [this](const httplib::Request& request, httplib::Response& response) {
+                    const auto alert = static_cast<std::uint32_t>(std::stoul(request.matches[1].str()));
+                    const std::string jpeg = content.hit_picture ? content.hit_picture(alert) : std::string();
+                    if (jpeg.empty())
+                      return answer(response, 404, "there is no picture of alert " + std::to_string(alert));
+                    response.set_content(jpeg, "image/jpeg");
+                  });
+}
+
+void WebServer::Impl::add_states() {
+  http.server.Get("/stop", [this](const httplib::Request&, httplib::Response& response) {
+    response.set_content(stop_json(content.stops ? content.stops() : StopView()), "application/json");
   });
-}
-
-void WebServer::Impl::stream(httplib::Response& response, const char* type, Source& source,
-                             std::string opening, WriteItem write) {
-  if (streams.fetch_add(1) >= config.max_streams) {
-    streams.fetch_sub(1);
-    return answer(response, 503,
-                  "all " + std::to_string(config.max_streams) + " streams are taken (page.max_streams)");
-  }
-  source.followers.fetch_add(1);
-  struct Follower {
-    std::uint64_t seen = 0;
-    int idle = 0;
-    std::string opening;
-    Source::Content last;
-  };
-  auto follower = std::make_shared<Follower>();
-  follower->opening = std::move(opening);
-  response.set_content_provider(
-      type,
-      [this, follower, &source, write = std::move(write)](std::size_t, httplib::DataSink& sink) {
-        if (!follower->opening.empty() && !sink.write(follower->opening.data(), follower->opening.size()))
-          return false;
-        follower->opening.clear();
-        if (stopping) {
-          sink.done();
-          return true;
-        }
-        if (auto next = source.next(follower->seen, kPatience)) {
-          follower->last = std::move(next);
-          follower->idle = 0;
-        } else if (++follower->idle % kRepeatAfter != 0 || !follower->last) {
-          return true;
-        }
-        return write(sink, follower->last);
-      },
-      [this, &source](bool) {
-        source.followers.fetch_sub(1);
-        streams.fetch_sub(1);
-      });
-}
-
-void WebServer::Impl::motion_jpeg(httplib::Response& response, Source& source) {
-  // Each part ends with the next boundary: browsers show a picture when they have seen its end.
-  stream(response, "multipart/x-mixed-replace; boundary=picture", source, "--picture\r\n",
-         [](httplib::DataSink& sink, const Source::Content& jpeg) {
-           std::string part =
-               "Content-Type: image/jpeg\r\nContent-Length: " + std::to_string(jpeg->size()) + "\r\n\r\n";
-           part += *jpeg;
-           part += "\r\n--picture\r\n";
-           return sink.write(part.data(), part.size());
-         });
-}
-
-void WebServer::Impl::add_streams() {
-  for (const View view : kViews) {
-    server.Get(std::string("/stream/") + name_of(view),
-               [this, view](const httplib::Request&, httplib::Response& response) {
-                 motion_jpeg(response, content.view(view).jpeg);
-               });
-  }
-  server.Get("/events", [this](const httplib::Request&, httplib::Response& response) {
-    stream(response, "text/event-stream", content.state_json, ": phantom\n\n",
-           [](httplib::DataSink& sink, const Source::Content& json) {
-             const std::string event = "data: " + *json + "\n\n";
-             return sink.write(event.data(), event.size());
-           });
+  http.server.Get("/state", [this](const httplib::Request&, httplib::Response& response) {
+    content.ask_state(core::monotonic_ns());
+    const auto newest = content.state_json.newest();
+    if (!newest) return answer(response, kUnavailable, "there is no state yet");
+    response.set_content(*newest, "application/json");
   });
 }
 
@@ -281,8 +165,8 @@ void WebServer::Impl::command(const httplib::Request& request, httplib::Response
   if (!permitted(request, response)) return;
   const auto parsed = parse_command(request.body);
   if (!parsed) return answer(response, 400, parsed.status().message());
-  const core::Status done = on_command(*parsed);
-  answer(response, done.is_ok() ? 200 : 503, done.is_ok() ? "done" : done.message());
+  const CommandOutcome outcome = on_command(*parsed);
+  answer(response, status_of(outcome.kind), outcome.message);
 }
 
 void WebServer::Impl::view_request(const httplib::Request& request, httplib::Response& response) {
@@ -290,33 +174,28 @@ void WebServer::Impl::view_request(const httplib::Request& request, httplib::Res
   const auto parsed = parse_view_request(request.body);
   if (!parsed) return answer(response, 400, parsed.status().message());
   const core::Status done = on_view_request(*parsed);
-  answer(response, done.is_ok() ? 200 : 503, done.is_ok() ? "done" : done.message());
+  answer(response, done.is_ok() ? 200 : kUnavailable, done.is_ok() ? "done" : done.message());
 }
 
 WebServer::WebServer(const PageConfig& config, PageContent& content, OnCommand on_command,
                      OnViewRequest on_view_request)
     : impl_(std::make_unique<Impl>(config, content, std::move(on_command), std::move(on_view_request))) {
   impl_->set_up();
-  impl_->bind();
-  impl_->thread = std::thread([impl = impl_.get()] { impl->server.listen_after_bind(); });
-  // Only a running server can be stopped.
-  while (!impl_->server.is_running()) std::this_thread::sleep_for(milliseconds(1));
+  impl_->http.bind(config.address, config.port, "page.port");
+  impl_->streams = std::make_unique<StreamServer>(config, impl_->http.port(), content);
+  impl_->http.start();
 }
 
-WebServer::~WebServer() {
-  impl_->stopping = true;
-  impl_->server.stop();
-  shut_connections(impl_->port);
-  impl_->thread.join();
-}
+WebServer::~WebServer() { impl_->http.stop(); }
 
-int WebServer::port() const { return impl_->port; }
+int WebServer::port() const { return impl_->http.port(); }
+int WebServer::stream_port() const { return impl_->streams->port(); }
 
 std::string WebServer::url() const {
   const bool everywhere = impl_->config.address == "0.0.0.0" || impl_->config.address == "::";
   std::string host = everywhere ? "127.0.0.1" : impl_->config.address;
   if (host.find(':') != std::string::npos) host = "[" + host + "]";
-  return "http://" + host + ":" + std::to_string(impl_->port) + "/";
+  return "http://" + host + ":" + std::to_string(port()) + "/";
 }
 
 }  // namespace phantom::synthetic_viewer

@@ -11,6 +11,7 @@
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
 #include "components/synthetic_viewer/gl_objects.hpp"
+#include "components/synthetic_viewer/hud.hpp"
 #include "components/synthetic_viewer/pointer.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -54,8 +55,8 @@ struct Shown {
   Broadcast<Image>::Content image;
 
   /// Whether there is something new to show.
-  bool update(Broadcast<Image>& source) {
-    const auto newest = source.newest();
+  bool update(Broadcast<Image>& source) { return show(source.newest()); }
+  bool show(const Broadcast<Image>::Content& newest) {
     if (newest == image) return false;
     image = newest;
     if (!image) return true;
@@ -79,6 +80,10 @@ struct Window::Impl {
   GLFWwindow* window = nullptr;
   GLuint program = 0, empty_array = 0;
   std::array<Shown, kViews.size()> shown;
+  Shown banner;  // of a stop
+  std::string banner_words;
+  bool banner_bright = false;
+  int banner_width = 0;
   View selected = View::kMain;  // by keys
   std::optional<View> dragged;
   double pointer_x = 0, pointer_y = 0, clicked_s = -1;
@@ -117,6 +122,8 @@ struct Window::Impl {
   void on_key(int key, int modifiers);
   void on_move(double x, double y);
   void on_button(bool pressed);
+  bool update_banner();
+  void draw_quad(const Shown& picture, const WindowPlace& at, int width, int height) const;
   void draw();
 };
 
@@ -204,6 +211,35 @@ void Window::Impl::on_key(int key, int modifiers) {
   if (node) actions.command({CommandKind::kViewNode, static_cast<double>(*node)});
 }
 
+/// What stands over the views, from whoever stops now; it waits for no picture. Whether it is new.
+bool Window::Impl::update_banner() {
+  if (!actions.stops) return false;
+  constexpr double kBlink_s = 0.3;
+  const StopView view = actions.stops();
+  std::string words =
+      view.in_force ? view.headline + "\nmaster: " + view.sides[0].text + "\nslave: " + view.sides[1].text
+                    : "";
+  for (const std::string& notice : view.notices) words += (words.empty() ? "" : "\n") + notice;
+  const bool bright = view.alarm && std::fmod(glfwGetTime(), 2 * kBlink_s) < kBlink_s;
+  int width = 0, height = 0;
+  glfwGetWindowSize(window, &width, &height);
+  if (words == banner_words && bright == banner_bright && width == banner_width) return false;
+  banner_words = std::move(words);
+  banner_bright = bright;
+  banner_width = width;
+  if (banner_words.empty() || width <= 0) return banner.show(nullptr);
+  return banner.show(std::make_shared<const Image>(banner_image(banner_words, width, bright)));
+}
+
+void Window::Impl::draw_quad(const Shown& picture, const WindowPlace& at, int width, int height) const {
+  const auto clip_x = [&](double x) { return static_cast<float>(2 * x / width - 1); };
+  const auto clip_y = [&](double y) { return static_cast<float>(1 - 2 * y / height); };
+  glBindTexture(GL_TEXTURE_2D, picture.texture);
+  glUniform4f(glGetUniformLocation(program, "place"), clip_x(at.x), clip_y(at.y), clip_x(at.x + at.width),
+              clip_y(at.y + at.height));
+  glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+}
+
 void Window::Impl::draw() {
   int width = 0, height = 0, pixels_x = 0, pixels_y = 0;
   glfwGetWindowSize(window, &width, &height);
@@ -217,13 +253,11 @@ void Window::Impl::draw() {
   for (const View view : kViews) {
     const Shown& picture = shown[static_cast<std::size_t>(view)];
     if (!picture.image) continue;
-    const WindowPlace at = place(view);
-    const auto clip_x = [&](double x) { return static_cast<float>(2 * x / width - 1); };
-    const auto clip_y = [&](double y) { return static_cast<float>(1 - 2 * y / height); };
-    glBindTexture(GL_TEXTURE_2D, picture.texture);
-    glUniform4f(glGetUniformLocation(program, "place"), clip_x(at.x), clip_y(at.y), clip_x(at.x + at.width),
-                clip_y(at.y + at.height));
-    glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+    draw_quad(picture, place(view), width, height);
+  }
+  if (banner.image) {
+    draw_quad(banner, {0, 0, static_cast<double>(width), static_cast<double>(banner.image->height_px)}, width,
+              height);
   }
   glfwSwapBuffers(window);
 }
@@ -243,6 +277,7 @@ bool Window::turn(double seconds) {
       if (impl_->shown[static_cast<std::size_t>(view)].update(impl_->content.view(view).image))
         impl_->stale = true;
     }
+    if (impl_->update_banner()) impl_->stale = true;
     if (std::exchange(impl_->stale, false)) impl_->draw();
   } while (core::monotonic_ns() < until_ns && !glfwWindowShouldClose(impl_->window));
   return glfwWindowShouldClose(impl_->window) == 0;

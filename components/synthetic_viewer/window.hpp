@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "components/synthetic_viewer/web_server.hpp"
+#include "components/synthetic_viewer/page_content.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -13,12 +13,14 @@ struct WindowActions {
   std::function<void(const ViewRequest&)> move;
   std::function<void(const Command&)> command;
   std::function<ViewSwitches()> switches;
+  std::function<StopView()> stops;  ///< what is to be shown of a stop
 };
 
 /// A window on this host's desktop: the main view, over it the hit zone (right above) and the end-effector's
 /// view (right below) where there are any. Drag turns the view under the pointer, the wheel zooms it, a
-/// double click brings it home; keys: see kWindowHelp. Shows finished pictures only: a slow desktop costs the
-/// drawing thread nothing.
+/// double click brings it home; keys: see kWindowHelp. Over all of them stands who is stopped, and in
+/// alternating red who has not confirmed it. Shows finished pictures only: a slow desktop costs the drawing
+/// thread nothing.
 class Window {
  public:
   /// On the main thread, as all else here. Throws core::MissingError if there is no display to open it on.

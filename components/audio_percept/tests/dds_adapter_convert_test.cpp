@@ -70,7 +70,39 @@ TEST(PerceptConverter, RefusesWhatIsReorderedOrRepeatedButNotARestart) {
   EXPECT_FALSE(converter.accept(percept(9), 3, sample));
   auto restarted = percept(1);
   restarted.stamp().session(6);
-  EXPECT_TRUE(converter.accept(restarted, 4, sample));
+  EXPECT_TRUE(converter.accept(restarted, 1 + dds::SourceGuard::kHold_ns, sample));
+  EXPECT_FALSE(converter.has_second(1 + dds::SourceGuard::kHold_ns)) << "it is a successor";
+}
+
+// The tone used to jump between two phantoms.
+TEST(PerceptConverter, KeepsToTheFirstOfTwoSendersAndTellsOfTheSecond) {
+  PerceptConverter converter;
+  PerceptSample sample;
+  core::Nanoseconds now_ns = core::kNsPerSecond;
+  for (std::uint64_t number = 1; number <= 200; ++number, now_ns += 10 * core::kNsPerMillisecond) {
+    EXPECT_TRUE(converter.accept(percept(number, 0.25), now_ns, sample));
+    auto second = percept(number, 0.75);
+    second.stamp().session(6);
+    EXPECT_FALSE(converter.accept(second, now_ns + core::kNsPerMillisecond, sample));
+    EXPECT_EQ(sample.closeness, 0.25);
+  }
+  EXPECT_TRUE(converter.has_second(now_ns));
+  EXPECT_FALSE(converter.has_second(now_ns + 10 * core::kNsPerSecond));
+}
+
+TEST(AlertConverter, TakesTheAlertsOfThePhantomThatIsHeard) {
+  PerceptConverter phantom;
+  PerceptSample heard;
+  ASSERT_TRUE(phantom.accept(percept(1), core::kNsPerSecond, heard));
+  AlertConverter converter(&phantom.followed());
+  AlertSample sample;
+  auto alert = stamped<msg::HitAlert>(1, 6);
+  alert.alert(1);
+  EXPECT_FALSE(converter.accept(alert, core::kNsPerSecond + 1, sample));
+  EXPECT_TRUE(converter.accept(alert, 10 * core::kNsPerSecond, sample)) << "that phantom has gone";
+  alert = stamped<msg::HitAlert>(1, 5);
+  alert.alert(2);
+  EXPECT_TRUE(converter.accept(alert, core::kNsPerSecond + 2, sample));
 }
 
 TEST(PerceptConverter, TakesPlaceModelAndWhatIsMuted) {

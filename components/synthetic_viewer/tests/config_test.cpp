@@ -33,6 +33,7 @@ TEST(Config, TheShippedFileIsValidAndHoldsTheDefaults) {
     EXPECT_EQ(config->hit_view.format.height_px, 360);
     EXPECT_EQ(config->page.address, "127.0.0.1");
     EXPECT_EQ(config->page.port, 8080);
+    EXPECT_EQ(config->page.stream_port, 0);
     EXPECT_TRUE(config->page.allow_commands);
     EXPECT_TRUE(config->tool_view.enabled);
     EXPECT_FALSE(config->window.wanted);
@@ -49,6 +50,12 @@ TEST(Config, TheShippedFileIsValidAndHoldsTheDefaults) {
   EXPECT_EQ(shipped.tool_view.eye_m, empty.tool_view.eye_m);
   EXPECT_EQ(shipped.staleness.slave_s, empty.staleness.slave_s);
   EXPECT_EQ(shipped.report_pictures, empty.report_pictures);
+}
+
+TEST(Config, PicturesMustNotShareThePortOfTheStop) {
+  EXPECT_THAT(refusal("page: {port: 8080, stream_port: 8080}"), HasSubstr("stream_port"));
+  EXPECT_EQ(refusal("page: {port: 8080, stream_port: 8081}"), "accepted");
+  EXPECT_EQ(refusal("page: {port: 0, stream_port: 0}"), "accepted");
 }
 
 TEST(Config, AMissingFileIsNamed) {

@@ -7,6 +7,7 @@
 
 #include "common/dds/stamp.hpp"
 #include "common/dds/status_reporter.hpp"
+#include "common/dds/tests/stand_in_side.hpp"
 #include "common/dds/tests/test_network.hpp"
 #include "common/percept/view_node.hpp"
 
@@ -177,7 +178,7 @@ TEST_F(Adapter, AnAlertKeepsTheArmAndThePerceptOfItsMoment) {
   EXPECT_GT(hits[1].arm.received_ns, 0);
 }
 
-TEST_F(Adapter, ItsCommandsReachOthersAndItself) {
+TEST_F(Adapter, ItsViewCommandsReachOthersAndItselfAndWaitForNobody) {
   dds::Waiter waiter;
   std::vector<msg::OperatorCommand> heard;
   dds::Reader<msg::OperatorCommand> reader(other_, dds::kOperatorCommand,
@@ -186,7 +187,7 @@ TEST_F(Adapter, ItsCommandsReachOthersAndItself) {
                                            });
   ASSERT_TRUE(eventually([&] { return reader.matched() >= 1; }));
   ASSERT_TRUE(eventually([&] {
-    EXPECT_TRUE(adapter_.send({CommandKind::kViewNode, 13}).is_ok());
+    EXPECT_EQ(adapter_.ask({CommandKind::kViewNode, 13}).kind, CommandOutcome::Kind::kDone);
     return waiter.wait([&] { return !heard.empty(); }, std::chrono::seconds(1));
   }));
   EXPECT_EQ(heard[0].kind(), msg::COMMAND_VIEW_NODE);
@@ -194,6 +195,158 @@ TEST_F(Adapter, ItsCommandsReachOthersAndItself) {
   EXPECT_GT(heard[0].stamp().sequence_number(), 0U);
   ASSERT_TRUE(eventually([&] { return !got<Command>().empty(); }));
   EXPECT_EQ(got<Command>()[0].value, 13);
+}
+
+// It used to say "done" though nobody had heard it.
+TEST_F(Adapter, AStopThatNobodyConfirmsIsNotDone) {
+  const CommandOutcome outcome = adapter_.ask({CommandKind::kEmergencyStop, 0});
+  EXPECT_EQ(outcome.kind, CommandOutcome::Kind::kUnanswered);
+  EXPECT_EQ(outcome.message, "NOT CONFIRMED by master_io, slave_io");
+  EXPECT_TRUE(inbox_.stops.at(core::monotonic_ns()).alarm) << "after the third of a second that ask() waited";
+}
+
+class AskingCell : public Adapter {
+ protected:
+  dds::Participant slave_host_{"slave_io", test_network()};
+  dds::StandInSide master_{other_, core::Side::kMaster}, slave_{slave_host_, core::Side::kSlave};
+  dds::Writer<msg::MasterState> master_states_{other_, dds::kMasterState};
+  dds::Writer<msg::SlaveState> slave_states_{slave_host_, dds::kSlaveState};
+  dds::Stamper master_stamps_{other_}, slave_stamps_{slave_host_};
+
+  void SetUp() override {
+    ASSERT_TRUE(eventually([&] {
+      return master_.matched() && slave_.matched() && master_states_.matched() > 0 &&
+             slave_states_.matched() > 0;
+    }));
+  }
+  void tell_states() {
+    msg::MasterState master;
+    master.stamp(master_stamps_.next());
+    master.joint_count(kShape.joint_count);
+    master.stop(master_.stop);
+    master.state(master_.stop != 0 ? msg::LINK_STOPPED : msg::LINK_READY);
+    master_states_.write(master);
+    msg::SlaveState slave = slave_state();
+    slave.stamp(slave_stamps_.next());
+    slave.stop(slave_.stop);
+    slave.state(slave_.stop != 0 ? msg::LINK_STOPPED : msg::LINK_READY);
+    slave_states_.write(slave);
+  }
+};
+
+TEST_F(AskingCell, AStopIsDoneByTheWordOfBothSides) {
+  EXPECT_TRUE(eventually([&] {
+    const CommandOutcome outcome = adapter_.ask({CommandKind::kEmergencyStop, 0});
+    return outcome.kind == CommandOutcome::Kind::kDone && outcome.message == "stopped: master_io, slave_io";
+  }));
+}
+
+TEST_F(AskingCell, ASendDoesNotWaitAndItsStopShowsOnTheBoard) {
+  slave_.answers = false;
+  adapter_.send({CommandKind::kEmergencyStop, 0});
+  ASSERT_TRUE(eventually([&] {
+    tell_states();
+    const StopView view = inbox_.stops.at(core::monotonic_ns());
+    return view.alarm && view.sides[0].level == SideView::Level::kStopped &&
+           view.sides[1].text == "HAS NOT CONFIRMED THE STOP";
+  }));
+  slave_.answers = true;
+  ASSERT_TRUE(eventually([&] {
+    tell_states();
+    const StopView view = inbox_.stops.at(core::monotonic_ns());
+    return !view.alarm && view.sides[1].level == SideView::Level::kStopped;
+  }));
+}
+
+TEST_F(AskingCell, AResetNamesTheStopsThatTheNewestStatesName) {
+  adapter_.send({CommandKind::kEmergencyStop, 0});
+  ASSERT_TRUE(eventually([&] { return master_.stop != 0 && slave_.stop != 0; }));
+  const std::uint64_t stop = slave_.stop;
+  ASSERT_TRUE(eventually([&] {
+    tell_states();
+    return inbox_.stops.stop_of(core::Side::kMaster) == stop &&
+           inbox_.stops.stop_of(core::Side::kSlave) == stop;
+  }));
+  ASSERT_TRUE(eventually([&] {
+    return adapter_.ask({CommandKind::kReset, 0}).kind == CommandOutcome::Kind::kDone;
+  }));
+  EXPECT_EQ(slave_.stop, 0U);
+}
+
+TEST_F(AskingCell, ARefusalComesWithTheWordsOfTheOneWhoRefused) {
+  master_.refuses = true;
+  ASSERT_TRUE(eventually([&] {
+    const CommandOutcome outcome = adapter_.ask({CommandKind::kSetFeedbackGain, 10});
+    return outcome.kind == CommandOutcome::Kind::kRefused &&
+           outcome.message == "master_io: not now; allowed is later";
+  }));
+}
+
+// Two slave_io: the picture used to alternate between two arms.
+TEST_F(Adapter, KeepsToTheFirstOfTwoWritersAndTellsOfTheSecond) {
+  dds::Participant second_host("second", test_network());
+  dds::Writer<msg::SlaveState> first(other_, dds::kSlaveState), second(second_host, dds::kSlaveState);
+  ASSERT_TRUE(eventually([&] { return first.matched() >= 1 && second.matched() >= 1; }));
+  dds::Stamper first_stamps(other_), second_stamps(second_host);
+  ArmSample sample;
+  const auto send = [&](dds::Writer<msg::SlaveState>& writer, dds::Stamper& stamps, double position) {
+    msg::SlaveState message = slave_state();
+    message.stamp(stamps.next());
+    message.position_rad()[0] = position;
+    writer.write(message);
+  };
+  ASSERT_TRUE(eventually([&] {
+    send(first, first_stamps, 0.1);
+    return inbox_.arm.read(sample);
+  }));
+  bool told = false;
+  for (int k = 0; k < 5000 && !told; ++k) {
+    send(first, first_stamps, 0.1);
+    send(second, second_stamps, 0.9);
+    usleep(1000);
+    if (inbox_.arm.read(sample)) {
+      ASSERT_EQ(sample.position[0], 0.1);
+    }
+    told = !inbox_.stops.at(core::monotonic_ns()).notices.empty();
+  }
+  EXPECT_TRUE(told);
+  // Once the first has gone, the second is its successor, and nothing is said any more.
+  ASSERT_TRUE(eventually([&] {
+    send(second, second_stamps, 0.9);
+    return inbox_.arm.read(sample) && sample.position[0] == 0.9;
+  }));
+  EXPECT_TRUE(eventually([&] {
+    send(second, second_stamps, 0.9);
+    return inbox_.stops.at(core::monotonic_ns()).notices.empty();
+  }));
+}
+
+TEST_F(Adapter, TakesAlertsOfThePhantomWhosePerceptItShowsOnly) {
+  dds::Participant second_host("second", test_network());
+  dds::Writer<msg::Percept> percepts(other_, dds::kPercept);
+  dds::Writer<msg::HitAlert> alerts(other_, dds::kHitAlert), others(second_host, dds::kHitAlert);
+  ASSERT_TRUE(
+      eventually([&] { return percepts.matched() > 0 && alerts.matched() > 0 && others.matched() > 0; }));
+  dds::Stamper stamps(other_), alert_stamps(other_), other_stamps(second_host);
+  PerceptSample sample;
+  for (std::uint32_t number = 1; got<HitSample>().size() < 5 && number < 3000; ++number) {
+    msg::Percept percept;
+    percept.stamp(stamps.next());
+    percept.joint_count(7);
+    percepts.write(percept);
+    if (!inbox_.percept.read(sample)) continue;
+    msg::HitAlert alert;
+    alert.alert(number);
+    alert.stamp(other_stamps.next());
+    alert.look_at_m().x(9);
+    others.write(alert);
+    alert.stamp(alert_stamps.next());
+    alert.look_at_m().x(1);
+    alerts.write(alert);
+    usleep(5000);
+  }
+  ASSERT_GE(got<HitSample>().size(), 5U);
+  for (const HitSample& hit : got<HitSample>()) EXPECT_EQ(hit.look_at_m[0], 1);
 }
 
 TEST_F(Adapter, ItsViewPoseReachesOthers) {

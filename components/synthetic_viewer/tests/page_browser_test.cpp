@@ -7,6 +7,7 @@
 
 #include "components/synthetic_viewer/tests/loop_rig.hpp"
 #include "components/synthetic_viewer/tests/web_driver.hpp"
+#include "components/synthetic_viewer/web_server.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -26,13 +27,14 @@ class PageInChromium : public test::Loop {
     config_.page.port = 0;
     config_.page.allow_commands = allow_commands;
     start();
+    content_.stops = [this] { return inbox_.stops.at(core::monotonic_ns()); };
     server_ = std::make_unique<WebServer>(
         config_.page, content_,
         [this](const Command& command) {
           const std::lock_guard lock(mutex_);
           commands_.push_back(command);
           inbox_.put(command);  // as it comes back over the topic
-          return core::Status::ok();
+          return CommandOutcome{CommandOutcome::Kind::kDone, "sent"};
         },
         [this](const ViewRequest& request) {
           const std::lock_guard lock(mutex_);

@@ -347,12 +347,30 @@ TEST(Banner, SaysWhatIsWorst) {
   EXPECT_NE(banner_text(state, {}, kNow_ns).find("no valid model"), std::string::npos);
   state.percept.valid = true;
   EXPECT_EQ(banner_text(state, {}, kNow_ns), "");
-  state.arm.state = LinkState::kStopped;
-  state.arm.stop_cause = StopCause::kDriveFault;
-  EXPECT_EQ(banner_text(state, {}, kNow_ns), "STOPPED: the arm's drives are in fault");
-  state.master.state = LinkState::kStopped;
-  state.master.stop_cause = StopCause::kEmergency;
-  EXPECT_EQ(banner_text(state, {}, kNow_ns), "EMERGENCY STOP");
+  state.stops.in_force = true;
+  state.stops.headline = "EMERGENCY STOP";
+  state.arm.received_ns = 0;
+  EXPECT_EQ(banner_text(state, {}, kNow_ns).rfind("EMERGENCY STOP\n", 0), 0U) << "before all else";
+}
+
+// However long the words are: a side that has not confirmed must not be cut off.
+TEST(Hud, ABannersWordsFitThePicture) {
+  Image image{640, 360, std::vector<std::uint8_t>(640 * 360 * 3, 0)};
+  Hud hud;
+  hud.banner = "STOP NOT CONFIRMED\nmaster: " + std::string(60, 'M') + " | slave: " + std::string(60, 'W');
+  draw_hud(image, hud);
+  const auto white_in_column = [&](int x) {
+    int count = 0;
+    for (int y = 0; y < image.height_px; ++y) {
+      const std::size_t at = static_cast<std::size_t>(3 * (y * image.width_px + x));
+      count += image.bgr[at] > 200 && image.bgr[at + 1] > 200 ? 1 : 0;
+    }
+    return count;
+  };
+  int widest = 0;
+  for (int x = 4; x < 636; ++x) widest += white_in_column(x) > 0 ? 1 : 0;
+  EXPECT_GT(widest, 300);
+  for (const int x : {0, 1, 2, 637, 638, 639}) EXPECT_EQ(white_in_column(x), 0) << x;
 }
 
 TEST(Hud, WritesOnThePictureAndEncodes) {

@@ -87,6 +87,27 @@ json Browser::post(const std::string& path, const json& body) {
 
 void Browser::open(const std::string& url) { post(session_ + "/url", {{"url", url}}); }
 
+std::string Browser::open_window(const std::string& url) {
+  const std::string handle =
+      post(session_ + "/window/new", {{"type", "window"}}).at("handle").get<std::string>();
+  switch_to(handle);
+  open(url);
+  return handle;
+}
+
+std::string Browser::window() {
+  const auto result = client_->Get(session_ + "/window");
+  if (!result) throw std::runtime_error("window: " + httplib::to_string(result.error()));
+  return json::parse(result->body).at("value").get<std::string>();
+}
+
+void Browser::switch_to(const std::string& handle) { post(session_ + "/window", {{"handle", handle}}); }
+
+void Browser::click(const std::string& selector) {
+  const json found = element(selector);
+  post(session_ + "/element/" + found.begin()->get<std::string>() + "/click", json::object());
+}
+
 json Browser::run(const std::string& script) {
   return post(session_ + "/execute/sync", {{"script", script}, {"args", json::array()}});
 }

@@ -21,6 +21,13 @@ class Browser {
   static bool installed();
 
   void open(const std::string& url);
+  /// Another window of the same browser, which is steered from then on. Its handle.
+  std::string open_window(const std::string& url);
+  /// The window that is steered now.
+  std::string window();
+  void switch_to(const std::string& handle);
+  /// A mouse click in the middle of an element.
+  void click(const std::string& selector);
   /// Runs JavaScript in the page: what `return` gives.
   nlohmann::json run(const std::string& script);
   /// Presses and releases keys, one after the other; special ones by WebDriver's code points.

@@ -25,16 +25,18 @@ class Page : public ::testing::Test {
         [this](const Command& command) {
           const std::lock_guard lock(mutex_);
           commands_.push_back(command);
-          return answer_;
+          return outcome_;
         },
         [this](const ViewRequest& request) {
           const std::lock_guard lock(mutex_);
           requests_.push_back(request);
-          return answer_;
+          return core::Status::ok();
         });
   }
-  httplib::Client client() const {
-    httplib::Client client("127.0.0.1", server_->port());
+  httplib::Client client() const { return client_of(server_->port()); }
+  httplib::Client stream_client() const { return client_of(server_->stream_port()); }
+  static httplib::Client client_of(int port) {
+    httplib::Client client("127.0.0.1", port);
     client.set_read_timeout(20);
     return client;
   }
@@ -49,7 +51,7 @@ class Page : public ::testing::Test {
   /// The stream's beginning, until `enough` is satisfied.
   std::string follow(const char* path, const std::function<bool(const std::string&)>& enough) const {
     std::string got;
-    client().Get(path, [&](const char* data, std::size_t size) {
+    stream_client().Get(path, [&](const char* data, std::size_t size) {
       got.append(data, size);
       return !enough(got);
     });
@@ -60,7 +62,7 @@ class Page : public ::testing::Test {
   std::mutex mutex_;
   std::vector<Command> commands_;
   std::vector<ViewRequest> requests_;
-  core::Status answer_;
+  CommandOutcome outcome_;
   std::unique_ptr<WebServer> server_;
 };
 
@@ -78,7 +80,7 @@ TEST_F(Page, IsServedWithItsFilesAndNothingFromElsewhere) {
   EXPECT_THAT(page->get_header_value("Content-Type"), HasSubstr("text/html"));
   EXPECT_THAT(page->get_header_value("Content-Security-Policy"), HasSubstr("default-src 'self'"));
   EXPECT_THAT(page->body, HasSubstr("Emergency stop"));
-  for (const char* file : {"/page.css", "/page.js"}) {
+  for (const char* file : {"/page.css", "/page.js", "/stop.js"}) {
     const auto result = client().Get(file);
     ASSERT_TRUE(result) << file;
     EXPECT_EQ(result->status, 200);
@@ -141,7 +143,7 @@ TEST_F(Page, MoreFollowersThanAllowedAreTurnedAwayAndCommandsStillPass) {
   }
   for (int k = 0; k < 500 && content_.view(View::kMain).jpeg.followers < 2; ++k)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  const auto result = client().Get("/events");
+  const auto result = stream_client().Get("/events");
   ASSERT_TRUE(result);
   EXPECT_EQ(result->status, 503);
   EXPECT_THAT(result->body, HasSubstr("page.max_streams"));
@@ -311,12 +313,73 @@ TEST_F(Page, ABrowserThatReadsSlowlyHoldsUpNobody) {
   fast.join();
 }
 
-TEST_F(Page, TellsWhenACommandCouldNotBeSent) {
+TEST_F(Page, TellsWhatBecameOfACommand) {
   serve();
-  answer_ = {core::ErrorCode::kUnavailable, "the command could not be published"};
-  const auto [status, message] = post(R"({"kind":"reset"})");
-  EXPECT_EQ(status, 503);
-  EXPECT_THAT(message, HasSubstr("could not be published"));
+  using Kind = CommandOutcome::Kind;
+  for (const auto& [kind, status] :
+       {std::pair{Kind::kDone, 200}, {Kind::kRefused, 409}, {Kind::kUnanswered, 504}}) {
+    outcome_ = {kind, "NOT CONFIRMED by slave_io; stopped: master_io"};
+    const auto result = client().Post("/command", R"({"kind":"emergency_stop"})", "application/json");
+    ASSERT_TRUE(result);
+    EXPECT_EQ(result->status, status);
+    const auto json = nlohmann::json::parse(result->body);
+    EXPECT_EQ(json.at("ok"), status == 200);
+    EXPECT_EQ(json.at("message"), outcome_.message);
+  }
+}
+
+TEST_F(Page, TellsWhoIsStoppedWithoutWaitingForAPicture) {
+  serve();
+  EXPECT_EQ(nlohmann::json::parse(client().Get("/stop")->body).at("in_force"), false);
+  content_.stops = [] {
+    StopView view;
+    view.in_force = view.alarm = true;
+    view.sides[1] = {SideView::Level::kAlarm, "HAS NOT CONFIRMED THE STOP"};
+    return view;
+  };
+  const auto json = nlohmann::json::parse(client().Get("/stop")->body);
+  EXPECT_EQ(json.at("alarm"), true);
+  EXPECT_EQ(json.at("sides").at("slave").at("text"), "HAS NOT CONFIRMED THE STOP");
+}
+
+// For a window whose events do not come.
+TEST_F(Page, GivesTheStateToThoseWhoAskForIt) {
+  serve();
+  EXPECT_FALSE(content_.state_wanted(core::monotonic_ns()));
+  EXPECT_EQ(client().Get("/state")->status, 503) << "there is none yet";
+  EXPECT_TRUE(content_.state_wanted(core::monotonic_ns())) << "so that one is made";
+  content_.state_json.publish(std::string(R"({"t":1})"));
+  EXPECT_EQ(client().Get("/state")->body, R"({"t":1})");
+  EXPECT_FALSE(content_.state_wanted(core::monotonic_ns() + 10 * core::kNsPerSecond));
+}
+
+TEST_F(Page, ThePageMayTakeStreamsFromTheirPortAndNobodyElseMayReadTheEvents) {
+  serve();
+  const std::string streams = "http://127.0.0.1:" + std::to_string(server_->stream_port());
+  const std::string page = "http://127.0.0.1:" + std::to_string(server_->port());
+  const auto index = client().Get("/");
+  const std::string policy = index->get_header_value("Content-Security-Policy");
+  EXPECT_THAT(policy, HasSubstr("connect-src 'self' " + streams + ";"));
+  EXPECT_THAT(policy, HasSubstr("img-src 'self' data: " + streams + ";"));
+  EXPECT_THAT(index->body,
+              HasSubstr("name=\"stream-port\" content=\"" + std::to_string(server_->stream_port()) + "\""));
+  const auto rebound = client().Get("/", {{"Host", "a; script-src *"}});
+  EXPECT_EQ(rebound->get_header_value("Content-Security-Policy").find("script-src"), std::string::npos);
+  content_.state_json.publish(std::string(R"({"t":1})"));
+  const auto allowed = [&](const std::string& origin) {
+    std::string value;
+    stream_client().Get(
+        "/events", {{"Origin", origin}},
+        [&](const httplib::Response& response) {
+          value = response.get_header_value("Access-Control-Allow-Origin");
+          return false;
+        },
+        [](const char*, std::size_t) { return false; });
+    return value;
+  };
+  EXPECT_EQ(allowed(page), page);
+  EXPECT_EQ(allowed("http://127.0.0.1:1"), "");
+  EXPECT_EQ(allowed("http://elsewhere.example"), "");
 }
 
 TEST_F(Page, ATakenPortIsAnErrorThatNamesIt) {
@@ -326,7 +389,7 @@ TEST_F(Page, ATakenPortIsAnErrorThatNamesIt) {
   PageContent other;
   try {
     WebServer second(
-        config, other, [](const Command&) { return core::Status::ok(); },
+        config, other, [](const Command&) { return CommandOutcome(); },
         [](const ViewRequest&) { return core::Status::ok(); });
     FAIL() << "two servers on one port";
   } catch (const core::MissingError& problem) {

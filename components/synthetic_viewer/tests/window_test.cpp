@@ -58,6 +58,7 @@ class Desktop : public ::testing::Test {
     actions.move = [this](const ViewRequest& request) { requests_.push_back(request); };
     actions.command = [this](const Command& command) { commands_.push_back(command); };
     actions.switches = [this] { return switches_; };
+    actions.stops = [this] { return stops_; };
     window_ = std::make_unique<Window>("window test", content_, std::move(actions));
     ASSERT_TRUE(turn_until([this] { return (handle_ = find("window test")) != 0; }));
   }
@@ -115,6 +116,7 @@ class Desktop : public ::testing::Test {
   std::vector<ViewRequest> requests_;
   std::vector<Command> commands_;
   ViewSwitches switches_;
+  StopView stops_;
   std::unique_ptr<Window> window_;
   ::Window handle_ = 0;
   Display* display_ = nullptr;
@@ -200,6 +202,33 @@ TEST_F(Desktop, KeysSteer) {
   ASSERT_TRUE(turn_until([this] { return commands_.size() == 1 && requests_.size() == 1; }));
   EXPECT_EQ(commands_[0].value, 0) << "released";
   EXPECT_EQ(requests_[0].record, false) << "ended";
+}
+
+// Over all views, without waiting for the next picture, and in alternating red while somebody has not
+// confirmed.
+TEST_F(Desktop, SaysWhoIsStoppedAndShoutsWhoIsNot) {
+  open();
+  content_.view(View::kMain).image.publish(plain(0xE0, 0, 0));
+  ASSERT_TRUE(turn_until([this] { return pixel(3, 3) == kBlue; }));
+  stops_.in_force = true;
+  stops_.headline = "EMERGENCY STOP";
+  stops_.sides[0] = {SideView::Level::kStopped, "stopped (emergency stop)"};
+  stops_.sides[1] = {SideView::Level::kStopped, "stopped (emergency stop)"};
+  ASSERT_TRUE(turn_until([this] { return pixel(3, 3) != kBlue; }));
+  const unsigned long calm = pixel(3, 3);
+  for (int k = 0; k < 40; ++k) {
+    window_->turn(0.02);
+    ASSERT_EQ(pixel(3, 3), calm);
+  }
+  stops_.alarm = true;
+  stops_.headline = "STOP NOT CONFIRMED";
+  stops_.sides[1] = {SideView::Level::kAlarm, "HAS NOT CONFIRMED THE STOP"};
+  EXPECT_TRUE(turn_until([&] { return pixel(3, 3) != calm; }));
+  const unsigned long bright = pixel(3, 3);
+  EXPECT_TRUE(turn_until([&] { return pixel(3, 3) == calm; }));
+  EXPECT_TRUE(turn_until([&] { return pixel(3, 3) == bright; })) << "it goes on";
+  stops_ = {};
+  EXPECT_TRUE(turn_until([this] { return pixel(3, 3) == kBlue; }));
 }
 
 TEST_F(Desktop, DragAndWheelMoveTheViewUnderThePointer) {

@@ -1,25 +1,27 @@
 'use strict';
-// The operator's page: follows /events, shows the streams, posts commands. Fields of an event: page_state.cpp.
+// The operator's page: follows the events, shows the streams, posts commands. Fields of an event: page_state.cpp. The stop
+// is in stop.js.
 
-const byId = id => document.getElementById(id);
-const put = (id, text) => { const e = typeof id === 'string' ? byId(id) : id; if (e.textContent !== text) e.textContent = text; };
 const fixed = (value, digits, unit = '') => value === null || value === undefined ? '–' : value.toFixed(digits) + unit;
 const duration = s => s === null ? '–' : s < 0.001 ? (s * 1e6).toFixed(0) + ' µs' : s < 1 ? (s * 1e3).toFixed(s < 0.01 ? 2 : 0) + ' ms' : s.toFixed(1) + ' s';
 
 let state = null;
 let source = null;
-let lastEvent = 0;
+let lastEvent = 0, lastState = 0, connected = 0;
 let torqueScale = 1;
 
-// Streams: an image with a source holds a connection, of which a browser grants six per host. A page that nobody sees
-// gives them back, and the hit zone's stream is open only while there is a zone to show.
+// Streams have a port of their own: each holds a connection, of which a browser grants six per host and port to all its
+// windows together, and what is asked for on the page's port must not wait for them. A page that nobody sees gives them
+// back, and the hit zone's stream is open only while there is a zone to show.
+const kStreams = `${location.protocol}//${location.hostname}:${document.querySelector('meta[name=stream-port]').content}/`;
 const streams = {
   set(id, path) {
     const image = byId(id);
     const wanted = path && !document.hidden ? path : '';
     if ((image.dataset.stream || '') === wanted || performance.now() < +(image.dataset.retry || 0)) return;
     image.dataset.stream = wanted;
-    if (wanted) image.src = wanted + '?' + Date.now();
+    image.dataset.since = performance.now();
+    if (wanted) image.src = kStreams + wanted + '?' + Date.now();
     else image.removeAttribute('src');
   }
 };
@@ -30,14 +32,35 @@ for (const id of ['main-view', 'hit-view', 'tool-view']) {
   });
 }
 
+function take(json) { lastState = performance.now(); state = json; show(); }
+
 function connect() {
   if (source) source.close();
-  source = new EventSource('events');
-  source.onmessage = message => { lastEvent = performance.now(); state = JSON.parse(message.data); show(); };
+  connected = performance.now();
+  source = new EventSource(kStreams + 'events');
+  source.onmessage = message => { lastEvent = performance.now(); take(JSON.parse(message.data)); };
+}
+
+// Where the events do not come: other windows hold the browser's connections, or no way leads to their port.
+const kPoll_ms = 250, kEventsPatience_ms = 1000;
+async function pollState() {
+  for (;; await pause(kPoll_ms)) {
+    if (document.hidden || performance.now() - Math.max(lastEvent, connected) < kEventsPatience_ms) continue;
+    try {
+      const response = await fetch('state', { signal: within(1000), cache: 'no-store' });
+      if (response.ok) take(await response.json());
+    } catch (problem) { /* showBanner() says so */ }
+  }
+}
+
+// A stream of which no picture has come.
+function withoutPicture(id) {
+  const image = byId(id);
+  return Boolean(image.dataset.stream) && !image.naturalWidth && performance.now() - +image.dataset.since > 3000;
 }
 
 function showBanner() {
-  const silent = performance.now() - lastEvent > 2000;
+  const silent = performance.now() - lastState > 2000;
   const text = silent ? 'NO CONNECTION TO THE VIEWER: what you see is out of date' : state ? state.banner : '';
   put('banner', text);
   byId('banner').hidden = !text;
@@ -167,7 +190,9 @@ function showViewTools(view, viewer) {
   const { recording } = state;
   const recorded = recording.problem ? 'Recording: ' + recording.problem
     : recording.file ? (recording.running ? 'Recording to ' : 'Recorded: ') + recording.file : '';
-  put('main-note', viewer.message || recorded || (viewer.allow_commands ? 'Drag to turn, wheel to zoom' : ''));
+  const alone = withoutPicture('main-view')
+    ? 'No live picture: this browser follows six streams at once, all its windows together. Close one of them.' : '';
+  put('main-note', alone || viewer.message || recorded || (viewer.allow_commands ? 'Drag to turn, wheel to zoom' : ''));
 }
 
 // Moving a view: what comes faster than it is answered is added up.
@@ -260,12 +285,15 @@ function showHits(hits, total) {
 
 function rate(hz) { return hz >= 100 ? hz.toFixed(0) + ' Hz' : hz.toFixed(1) + ' Hz'; }
 
+// A loop that hangs has a rate of long ago.
+function tempo(loop) { return loop.idle_s > 1 + 3 / loop.nominal_hz ? `no tick for ${loop.idle_s.toFixed(0)} s` : rate(loop.rate_hz); }
+
 function showComponents(components) {
   const rows = [];
   for (const c of components) {
     const row = document.createElement('tr');
     const loop = c.loops[0];
-    const cells = [[c.name, ''], [c.state, 'state ' + c.state], [loop ? rate(loop.rate_hz) : '–', 'number'],
+    const cells = [[c.name, ''], [c.state, 'state ' + c.state], [loop ? tempo(loop) : '–', 'number'],
       [loop ? duration(loop.p99_us * 1e-6) : '–', 'number'], [`${c.refused} / ${c.deadline_missed}`, 'number']];
     for (const [text, kind] of cells) {
       const cell = document.createElement('td');
@@ -273,7 +301,7 @@ function showComponents(components) {
       if (kind) cell.className = kind;
       row.append(cell);
     }
-    row.title = c.host + c.loops.map(l => `\n${l.name}: ${rate(l.rate_hz)}, ${l.slips} slips`).join('');
+    row.title = c.host + c.loops.map(l => `\n${l.name}: ${tempo(l)}, ${l.slips} slips`).join('');
     rows.push(row);
     if (c.message) {
       row.className = 'with-message';
@@ -292,22 +320,22 @@ function say(text, bad) {
 }
 
 function command(kind, value) {
-  return post('command', value === undefined ? { kind } : { kind, value }, `${kind.replaceAll('_', ' ')}: sent`);
+  return post('command', value === undefined ? { kind } : { kind, value }, kind.replaceAll('_', ' '));
 }
 
-// Says `done`, if it is given, or why not.
-async function post(path, body, done) {
+// Says what became of it, if it has a name; always why it was not done.
+async function post(path, body, name) {
   try {
     const response = await fetch(path, { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify(body) });
     const answer = await response.json();
-    if (!answer.ok) say(`Refused: ${answer.message}`, true);
-    else if (done) say(done, false);
+    if (response.status === 504) say(`Not confirmed: ${name}: ${answer.message}`, true);
+    else if (!answer.ok) say(`Refused: ${answer.message}`, true);
+    else if (name) say(`${name}: ${answer.message}`, false);
   } catch (problem) {
     say(`Not sent: the viewer does not answer (${problem.message})`, true);
   }
 }
 
-byId('stop').addEventListener('click', () => command('emergency_stop'));
 byId('reset').addEventListener('click', () => { if (confirm('Reset: the arm may move again. Is the cell clear?')) command('reset'); });
 byId('percept').addEventListener('click', () => command('enable_percept', byId('percept').getAttribute('aria-pressed') === 'true' ? 0 : 1));
 byId('hold').addEventListener('click', () => command('view_hold', byId('hold').getAttribute('aria-pressed') === 'true' ? 0 : 1));
@@ -315,8 +343,6 @@ byId('node').addEventListener('change', () => command('view_node', +byId('node')
 byId('gain-form').addEventListener('submit', event => { event.preventDefault(); command('set_percept_gain', +byId('gain').value); });
 byId('feedback-form').addEventListener('submit', event => { event.preventDefault(); command('set_feedback_gain', +byId('feedback').value); });
 byId('law').addEventListener('change', () => { command('set_law', +byId('law').value); byId('law').blur(); });
-// Esc stops, wherever the focus is. Not Space: that presses the button that has the focus.
-addEventListener('keydown', event => { if (event.key === 'Escape') { event.preventDefault(); command('emergency_stop'); } });
 document.addEventListener('visibilitychange', () => {
   if (document.hidden) {
     source.close();
@@ -328,3 +354,4 @@ document.addEventListener('visibilitychange', () => {
 setInterval(showBanner, 500);
 setInterval(() => { if (!document.hidden && source && source.readyState === EventSource.CLOSED) connect(); }, 1500);
 connect();
+pollState();

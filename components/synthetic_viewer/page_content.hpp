@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "common/core/clock.hpp"
+#include "components/synthetic_viewer/broadcast.hpp"
+#include "components/synthetic_viewer/image.hpp"
+#include "components/synthetic_viewer/samples.hpp"
+#include "components/synthetic_viewer/state.hpp"
+
+namespace phantom::synthetic_viewer {
+
+/// A view's newest picture, for those who follow it.
+struct ViewOutput {
+  Broadcast<std::string> jpeg;
+  Broadcast<Image> image;  ///< with its HUD; followed by window and recorder
+
+  bool followed() const { return jpeg.followers > 0 || image.followers > 0; }
+};
+
+/// What is shown; filled by the viewer, read by the servers' threads and the window's.
+struct PageContent {
+  std::array<ViewOutput, kViews.size()> views;
+  Broadcast<std::string> state_json;  ///< page_state_json()
+  ViewOutput& view(View which) { return views[static_cast<std::size_t>(which)]; }
+  /// PNG of the newest main picture; empty if there is none yet. Called on a server thread.
+  std::function<std::string()> main_png;
+  /// JPEG of an alert's first picture; empty if there is none (any more). Called on a server thread.
+  std::function<std::string(std::uint32_t alert)> hit_picture;
+  /// Who is stopped, now. Any thread; must not wait for a picture.
+  std::function<StopView()> stops;
+
+  /// For those who ask for the state time and again instead of following it.
+  void ask_state(core::Nanoseconds now_ns) { state_asked_ns = now_ns; }
+  bool state_wanted(core::Nanoseconds now_ns) const {
+    constexpr core::Nanoseconds kAsked_ns = 2 * core::kNsPerSecond;
+    const core::Nanoseconds asked_ns = state_asked_ns;
+    return state_json.followers > 0 || (asked_ns != 0 && now_ns - asked_ns < kAsked_ns);
+  }
+
+ private:
+  std::atomic<core::Nanoseconds> state_asked_ns{0};
+};
+
+}  // namespace phantom::synthetic_viewer

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <atomic>
+
+#include "components/synthetic_viewer/config.hpp"
+#include "components/synthetic_viewer/http_port.hpp"
+#include "components/synthetic_viewer/page_content.hpp"
+
+namespace phantom::synthetic_viewer {
+
+/// Serves what is followed for long, on a port of its own:
+///   GET /stream/main|hit|tool  motion JPEG
+///   GET /events                server-sent events with page_state_json()
+/// A browser opens six connections to a host and port, and keeps further requests waiting: what is followed
+/// here never holds up what is asked for on the page's port.
+class StreamServer {
+ public:
+  /// Serves as soon as it stands, events to pages of `page_port` only. Throws core::MissingError.
+  StreamServer(const PageConfig& config, int page_port, PageContent& content);
+  /// Ends all streams.
+  ~StreamServer();
+  int port() const { return http_.port(); }
+
+ private:
+  using Source = Broadcast<std::string>;
+  /// `write` sends what is new (or repeats, if null) and returns whether the follower is still there.
+  using WriteItem = std::function<bool(httplib::DataSink&, const Source::Content&)>;
+  void follow(httplib::Response& response, const char* type, Source& source, std::string opening,
+              WriteItem write);
+  void motion_jpeg(httplib::Response& response, Source& source);
+  void events(const httplib::Request& request, httplib::Response& response);
+
+  PageConfig config_;
+  std::string page_port_;
+  PageContent& content_;
+  std::atomic<bool> stopping_{false};
+  std::atomic<int> streams_{0};
+  HttpPort http_;
+};
+
+}  // namespace phantom::synthetic_viewer
