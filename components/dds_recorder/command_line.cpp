@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <iostream>
+#include <optional>
 
 #include "common/dds/participant.hpp"
 #include "components/dds_recorder/convert.hpp"
@@ -100,6 +101,9 @@ void CommandLine::add_to(CLI::App& app) {
 
 int CommandLine::run(const runtime::ProcessOptions& options) {
   Impl& asked = *impl_;
+  std::optional<runtime::EndsAtOnce> batch;
+  if (asked.info->parsed() || asked.check->parsed() || asked.convert->parsed())
+    batch.emplace(runtime::kExitFailed);
   if (asked.info->parsed()) return run_info(asked.files, asked.json, std::cout);
   if (asked.check->parsed()) return run_check(asked.files, asked.json, std::cout);
   if (asked.convert->parsed()) return run_convert(asked.converting, std::cout);

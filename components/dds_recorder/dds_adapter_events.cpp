@@ -30,7 +30,8 @@ struct EventWatch::Impl {
   msg::HitAlert alert;
   msg::ComponentStatus status;
   msg::OperatorCommand command;
-  std::map<std::string, msg::ComponentState> states;  // by component and host
+  std::map<std::uint64_t, std::uint64_t> newest_command;  // by session: its number
+  std::map<std::string, msg::ComponentState> states;      // by component and host
 
   std::optional<std::string> in_alert(std::span<const std::uint8_t> bytes) {
     if (!triggers.hit_alert || !alerts.decode(bytes, &alert) || alert.cleared()) return {};
@@ -54,6 +55,11 @@ struct EventWatch::Impl {
   }
   std::optional<std::string> in_command(std::span<const std::uint8_t> bytes) {
     if (!commands.decode(bytes, &command)) return {};
+    // A stop is sent again and again, with the same stamp, until it is confirmed: it is one event.
+    std::uint64_t& newest = newest_command[command.stamp().session()];
+    const std::uint64_t number = command.stamp().sequence_number();
+    if (number != 0 && number <= newest) return {};
+    newest = number;
     std::string by = command.issuer().to_string();
     if (!by.empty()) by.insert(0, ", by ");
     if (command.kind() == msg::COMMAND_MARK) return "command" + by;

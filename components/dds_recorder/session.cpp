@@ -10,6 +10,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "common/core/progress.hpp"
 #include "common/diagnostics/name_filter.hpp"
 #include "components/dds_recorder/dds_adapter.hpp"
 
@@ -19,7 +20,8 @@ namespace {
 constexpr double kPoll_s = 0.02;
 constexpr core::Nanoseconds kStatusPeriod_ns = core::kNsPerSecond / 2,
                             kTellPeriod_ns = 10 * core::kNsPerSecond;
-constexpr int kNiceness = 10;  // what controls an arm comes first
+constexpr double kHangsAfter_s = 5.0;  // a disk may take long
+constexpr int kNiceness = 10;          // what controls an arm comes first
 constexpr const char* kEventTopics[] = {"hit_alert", "component_status", "operator_command"};
 
 recording::Attachment attachment_of(const std::filesystem::path& file) {
@@ -108,7 +110,9 @@ class RecordSession {
     open_new_topics();
     recorder_.tick(start_ns);
     tell();
+    progress_.begin();
     while (recorder_.ended().empty() && !runtime::stop_requested()) {
+      progress_.tick();
       queue_.wait(kPoll_s);
       turn(core::monotonic_ns());
       if (request_.seconds > 0 && core::monotonic_ns() - start_ns > core::from_seconds(request_.seconds))
@@ -192,7 +196,9 @@ class RecordSession {
     if (now_ns - status_ns_ < kStatusPeriod_ns) return;
     status_ns_ = now_ns;
     const RecorderFigures figures = recorder_.figures();
-    adapter_.publish_status(health_of(figures, recorder_, on_event_));
+    core::Health health = health_of(figures, recorder_, on_event_);
+    health.loops = {progress_.statistics()};
+    adapter_.publish_status(health);
     tell_losses(figures);
     if (now_ns - told_ns_ < kTellPeriod_ns) return;
     told_ns_ = now_ns;
@@ -221,6 +227,7 @@ class RecordSession {
   InstanceFinder instances_;
   DdsAdapter adapter_;
   Recorder recorder_;
+  core::Progress progress_{"record", 0.0, kHangsAfter_s};
   std::uint32_t signals_ = runtime::emergency_stop_signals();
   std::uint64_t overflow_told_ = 0;
   core::Nanoseconds counted_ns_ = 0, status_ns_ = 0, told_ns_ = core::monotonic_ns();

@@ -127,6 +127,7 @@ class Session {
 
   /// False when nobody reads the output any more.
   bool print_lines() {
+    const runtime::EndsAtOnce maybe_unread;  // who does not read must not keep us from ending
     for (const auto& text : lines_.take()) out_ << text;
     out_.flush();
     return static_cast<bool>(out_);

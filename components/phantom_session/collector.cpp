@@ -166,4 +166,11 @@ bool Collector::all_ready(const std::vector<std::string>& components, std::strin
   return names.empty();
 }
 
+bool Collector::any_stopped() const {
+  return std::any_of(statuses_.begin(), statuses_.end(), [](const auto& entry) {
+    const bool arm = entry.first == "master_io" || entry.first == "slave_io";
+    return arm && entry.second.state == core::ComponentState::kStopped;
+  });
+}
+
 }  // namespace phantom::phantom_session

@@ -116,6 +116,8 @@ class Collector {
   std::string live_line() const;
   /// Whether every one of `components` has reported to be ready or running.
   bool all_ready(const std::vector<std::string>& components, std::string* missing) const;
+  /// Whether master or slave say that a stop is in force.
+  bool any_stopped() const;
 
  private:
   /// A line that waits: what happened, or the places of a hit that begin it.

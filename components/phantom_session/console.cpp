@@ -3,7 +3,6 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <iostream>
 #include <sstream>
 
 namespace phantom::phantom_session {
@@ -28,27 +27,31 @@ std::string cut(const std::string& text, std::size_t columns) {
   return text;
 }
 
-Console::Console() : terminal_(isatty(STDOUT_FILENO) == 1) {}
+Console::Console() : out_(STDOUT_FILENO), terminal_(isatty(STDOUT_FILENO) == 1) {}
 
-/// The cursor stands in the last of the lines shown.
-void Console::clear() {
-  for (; shown_ > 0; --shown_) std::cout << kClearLine << (shown_ > 1 ? kLineUp : "");
+/// Takes the lines below away; the cursor stands in the last of them.
+std::string Console::clear() {
+  std::string text;
+  for (; shown_ > 0; --shown_) {
+    text += kClearLine;
+    if (shown_ > 1) text += kLineUp;
+  }
+  return text;
 }
 
 void Console::say(const std::string& line) {
   const std::lock_guard lock(mutex_);
-  clear();
-  std::cout << line << std::endl;
+  out_.put(clear() + line + '\n');
 }
 
 void Console::show(const std::string& lines) {
   if (!terminal_) return;
   const std::lock_guard lock(mutex_);
-  clear();
+  std::string text = clear();
   std::istringstream split(lines);
   for (std::string line; std::getline(split, line); ++shown_)
-    std::cout << (shown_ > 0 ? "\n" : "") << cut(line, columns());
-  std::cout << std::flush;
+    text.append(shown_ > 0 ? "\n" : "").append(cut(line, columns()));
+  out_.put(std::move(text));
 }
 
 }  // namespace phantom::phantom_session

@@ -3,10 +3,13 @@
 #include <mutex>
 #include <string>
 
+#include "common/runtime/line_writer.hpp"
+
 namespace phantom::phantom_session {
 
 /// Standard output: lines that stay, and below them, on a terminal, a few that are overwritten. Elsewhere (a
-/// pipe, a file) nothing but the lines that stay is written. Thread-safe.
+/// pipe, a file) nothing but the lines that stay is written. Nobody waits for who reads them: threads of DDS
+/// say what they hear. Thread-safe.
 class Console {
  public:
   /// Finds out whether standard output is a terminal.
@@ -18,9 +21,10 @@ class Console {
   void show(const std::string& lines);
 
  private:
-  void clear();
+  std::string clear();
 
   std::mutex mutex_;
+  runtime::LineWriter out_;
   bool terminal_;
   int shown_ = 0;  // lines
 };

@@ -2,6 +2,7 @@
 #include <iostream>
 
 #include "common/dds/participant.hpp"
+#include "components/phantom_session/argument_check.hpp"
 #include "components/phantom_session/session.hpp"
 
 int main(int argc, char** argv) {
@@ -44,7 +45,8 @@ int main(int argc, char** argv) {
         phantom_session::plan(deployment, options, request);
       }
     } else {
-      phantom_session::plan(deployment, options, request);
+      const auto planned = phantom_session::plan(deployment, options, request);
+      phantom_session::check_arguments(planned, phantom_session::component_folder());
     }
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {

@@ -1,12 +1,14 @@
 #include "components/phantom_session/session.hpp"
 
 #include <algorithm>
+#include <csignal>
 #include <fstream>
 
 #include "common/core/errors.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell.hpp"
 #include "common/runtime/config_reader.hpp"
+#include "components/phantom_session/argument_check.hpp"
 #include "components/phantom_session/collector.hpp"
 #include "components/phantom_session/console.hpp"
 #include "components/phantom_session/dds_adapter.hpp"
@@ -66,7 +68,8 @@ class Session {
       collector_.tell_rest();
     }
     for (const auto& outcome : supervisor_.outcomes()) {
-      if (outcome.ended_by_us && outcome.exit_code != 0) {
+      // One that was told to end before it came to its main() ends by the signal's own action.
+      if (outcome.ended_by_us && outcome.exit_code != 0 && outcome.exit_code != 128 + SIGTERM) {
         say(outcome.name + " did not end in order (exit " + std::to_string(*outcome.exit_code) + "); see " +
             log_of(outcome.name).string());
         healthy = false;
@@ -83,7 +86,7 @@ class Session {
   }
 
   void start_all() {
-    const auto bin = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+    const auto bin = component_folder();
     for (const auto& planned : planned_) {
       const runtime::DeployedProcess& p = planned.process;
       supervisor_.start({p.name, bin / p.component, planned.arguments, p.nice, log_of(p.name)});
@@ -112,6 +115,16 @@ class Session {
     }
   }
 
+  // A stop of an earlier session is in force until a person ends it.
+  void hint_at_reset() {
+    const auto guard = adapter_.lock();
+    if (hinted_ || !collector_.any_stopped()) return;
+    hinted_ = true;
+    say("Stopped, and so it stays until somebody has looked at it and resets it: on the operator's page, or "
+        "by "
+        "\"master_io command reset\".");
+  }
+
   // False if a component died or is missing; true if all are ready or the user has asked to stop.
   bool wait_until_ready() {
     const auto limit_ns = core::monotonic_ns() + core::from_seconds(config_.ready_timeout_s);
@@ -124,6 +137,7 @@ class Session {
         return collector_.all_ready(names_, &missing);
       }();
       if (ready) return true;
+      hint_at_reset();
       if (core::monotonic_ns() > limit_ns) {
         say("Not ready after " + std::to_string(static_cast<int>(config_.ready_timeout_s)) +
             " s: " + missing);
@@ -191,6 +205,7 @@ class Session {
   Supervisor supervisor_;
   std::vector<std::string> names_;
   std::string page_;
+  bool hinted_ = false;
   core::Nanoseconds start_utc_ns_ = core::utc_ns();
 };
 
@@ -213,6 +228,8 @@ std::vector<PlannedProcess> plan(const runtime::Deployment& deployment,
         {"--deployment", deployment.file.string(), "--domain", std::to_string(deployment.network.domain),
          "--report-dir", options.report_dir.string(), "--log-level", options.log_level}};
     if (!options.host.empty()) entry.arguments.insert(entry.arguments.end(), {"--host", options.host});
+    if (!options.state_dir.empty())
+      entry.arguments.insert(entry.arguments.end(), {"--state-dir", options.state_dir.string()});
     if (!process.config.empty()) {
       entry.arguments.emplace_back("--config");
       entry.arguments.push_back(process.config.string());
@@ -222,6 +239,8 @@ std::vector<PlannedProcess> plan(const runtime::Deployment& deployment,
       entry.arguments.insert(entry.arguments.end(), request.master_options.begin(),
                              request.master_options.end());
     }
+    entry.own_arguments =
+        !process.arguments.empty() || (process.component == "master_io" && !request.master_options.empty());
     planned.push_back(std::move(entry));
   }
   return planned;

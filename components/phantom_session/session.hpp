@@ -21,6 +21,7 @@ struct SessionRequest {
 struct PlannedProcess {
   runtime::DeployedProcess process;
   std::vector<std::string> arguments;
+  bool own_arguments = false;  ///< whether it gets more than the common ones
 };
 std::vector<PlannedProcess> plan(const runtime::Deployment& deployment,
                                  const runtime::ProcessOptions& options, const SessionRequest& request);

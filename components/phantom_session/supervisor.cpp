@@ -16,8 +16,28 @@
 namespace phantom::phantom_session {
 namespace {
 
+/// Keeps signals from this thread. A child that is told to end between fork and exec would otherwise run the
+/// parent's handler and go on.
+class SignalsHeld {
+ public:
+  SignalsHeld() {
+    sigset_t all;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before_);
+  }
+  ~SignalsHeld() { let_go(); }
+  SignalsHeld(const SignalsHeld&) = delete;
+  SignalsHeld& operator=(const SignalsHeld&) = delete;
+  void let_go() const { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+
+ private:
+  sigset_t before_;
+};
+
 // Between fork and exec: only async-signal-safe calls.
-[[noreturn]] void become(const ProcessSpec& spec, char* const* argv, int log) {
+[[noreturn]] void become(const ProcessSpec& spec, char* const* argv, int log, const SignalsHeld& held) {
+  for (const int handled : {SIGTERM, SIGINT, SIGUSR1, SIGPIPE}) signal(handled, SIG_DFL);
+  held.let_go();
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   setpgid(0, 0);  // the terminal's Ctrl-C reaches the supervisor alone, which then ends its children in order
   if (spec.nice != 0) setpriority(PRIO_PROCESS, 0, spec.nice);
@@ -46,8 +66,9 @@ void Supervisor::start(const ProcessSpec& spec) {
   std::vector<char*> argv{executable.data()};
   for (auto& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
+  const SignalsHeld held;
   const pid_t pid = fork();
-  if (pid == 0) become(spec, argv.data(), log);
+  if (pid == 0) become(spec, argv.data(), log, held);
   close(log);
   if (pid < 0) throw std::runtime_error(spec.name + ": cannot be started: " + std::strerror(errno));
   children_.push_back({{spec.name, std::nullopt, false}, pid, false});

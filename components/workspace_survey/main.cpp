@@ -43,6 +43,7 @@ int main(int argc, char** argv) {
     }
     if (request.what.empty())
       throw core::ConfigError("what shall be done? allowed: simulate, identify, fit, assist (see --help)");
+    const runtime::EndsAtOnce batch(runtime::kExitFailed);  // wherever it is, also where it waits for input
     return workspace_survey::run(request, config, workspace, std::cin, std::cout);
   };
   return runtime::process_main(argc, argv, description);

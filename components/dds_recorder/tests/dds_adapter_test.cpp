@@ -175,8 +175,10 @@ TEST(Events, ComponentsThatBecomeDegradedAndEmergencyStopsAreEvents) {
   EXPECT_EQ(status("slave_io", msg::COMPONENT_RUNNING), "");
   EXPECT_EQ(status("slave_io", msg::COMPONENT_FAULT), "slave_io is in fault: because");
   EXPECT_EQ(status("dds_recorder", msg::COMPONENT_DEGRADED), "") << "itself is none";
-  const auto command = [&](msg::CommandKind kind) {
+  const auto command = [&](msg::CommandKind kind, std::uint64_t session = 0, std::uint64_t number = 0) {
     msg::OperatorCommand sample;
+    sample.stamp().session(session);
+    sample.stamp().sequence_number(number);
     sample.kind(kind);
     sample.issuer("me");
     std::vector<std::uint8_t> bytes;
@@ -186,6 +188,13 @@ TEST(Events, ComponentsThatBecomeDegradedAndEmergencyStopsAreEvents) {
   EXPECT_EQ(command(msg::COMMAND_MARK), "command, by me");
   EXPECT_EQ(command(msg::COMMAND_EMERGENCY_STOP), "emergency stop, by me");
   EXPECT_EQ(command(msg::COMMAND_RESET), "");
+  // Sent again until it is confirmed: one event, not twenty a second.
+  EXPECT_EQ(command(msg::COMMAND_EMERGENCY_STOP, 8, 3), "emergency stop, by me");
+  EXPECT_EQ(command(msg::COMMAND_EMERGENCY_STOP, 9, 1), "emergency stop, by me") << "somebody else's";
+  EXPECT_EQ(command(msg::COMMAND_EMERGENCY_STOP, 8, 3), "");
+  EXPECT_EQ(command(msg::COMMAND_MARK, 8, 4), "command, by me");
+  EXPECT_EQ(command(msg::COMMAND_EMERGENCY_STOP, 8, 3), "");
+  EXPECT_EQ(command(msg::COMMAND_EMERGENCY_STOP, 8, 5), "emergency stop, by me");
   EXPECT_FALSE(watch.event_in(commands, std::vector<std::uint8_t>{1, 2, 3}));
 }
 

@@ -107,6 +107,9 @@ TEST(Collector, ReadinessNamesWhoIsMissing) {
   EXPECT_FALSE(collector.all_ready({"slave_io", "master_io", "wva_server"}, &missing));
   EXPECT_EQ(missing, "master_io, wva_server");
   EXPECT_TRUE(collector.all_ready({"slave_io"}, &missing));
+  EXPECT_FALSE(collector.any_stopped());
+  collector.on_status({.component = "master_io", .state = core::ComponentState::kStopped});
+  EXPECT_TRUE(collector.any_stopped());
 }
 
 TEST(Collector, TellsMessagesAtOnceButProgressOfAStartNowAndThen) {

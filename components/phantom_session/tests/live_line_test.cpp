@@ -106,9 +106,11 @@ std::string on_a_terminal(unsigned short columns, const std::function<void(Conso
   std::fflush(stdout);  // what waits in the buffer would be written by the child, too
   const pid_t child = forkpty(&terminal, nullptr, nullptr, &size);
   if (child == 0) {
-    Console console;
-    if (!console.is_terminal()) _exit(1);
-    talk(console);
+    {
+      Console console;
+      if (!console.is_terminal()) _exit(1);
+      talk(console);
+    }  // what it was given is written by its end
     _exit(0);
   }
   EXPECT_GT(child, 0);

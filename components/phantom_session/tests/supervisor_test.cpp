@@ -60,6 +60,19 @@ TEST_F(SupervisorTest, EndsTheWillingWithTermAndTheUnwillingWithKill) {
   EXPECT_TRUE(supervisor.newly_dead().empty()) << "asked to end: no accident";
 }
 
+// Told to end before it has become another program: this program's handler must not take the signal from it.
+TEST_F(SupervisorTest, EndsWhoHasOnlyJustBeenStarted) {
+  const auto before = std::signal(SIGTERM, [](int) {});
+  for (int round = 0; round < 20; ++round) {
+    Supervisor supervisor;
+    for (int i = 0; i < 5; ++i)
+      supervisor.start({"sleeper", "/bin/sleep", {"600"}, 0, folder_ / "sleeper.log"});
+    supervisor.stop_all(60.0);
+    for (const ProcessOutcome& outcome : supervisor.outcomes()) ASSERT_EQ(outcome.exit_code, 128 + SIGTERM);
+  }
+  std::signal(SIGTERM, before);
+}
+
 TEST_F(SupervisorTest, AMissingExecutableIsNamed) {
   Supervisor supervisor;
   EXPECT_THROW(supervisor.start({"x", "/nowhere/x", {}, 0, folder_ / "x.log"}), core::MissingError);

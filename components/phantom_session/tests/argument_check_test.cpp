@@ -1,0 +1,70 @@
+#include "components/phantom_session/argument_check.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "common/core/errors.hpp"
+
+namespace phantom::phantom_session {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+/// A folder with components that are shell scripts.
+class ArgumentCheck : public testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(bin_); }
+  void TearDown() override { std::filesystem::remove_all(bin_); }
+  PlannedProcess component(const std::string& name, const std::string& script, bool own_arguments = true) {
+    const auto path = bin_ / name;
+    std::ofstream(path) << "#!/bin/sh\n" << script << '\n';
+    std::filesystem::permissions(path, std::filesystem::perms::owner_all);
+    PlannedProcess planned;
+    planned.process.component = name;
+    planned.process.name = "my " + name;
+    planned.arguments = {"--law", "q"};
+    planned.own_arguments = own_arguments;
+    return planned;
+  }
+  std::filesystem::path bin_ =
+      std::filesystem::temp_directory_path() / ("phantom_check_" + std::to_string(getpid()));
+};
+
+TEST_F(ArgumentCheck, AsksWithTheArgumentsThatItWillGet) {
+  const auto seen = (bin_ / "seen").string();
+  const auto planned = component("master_io", "echo \"$@\" > " + seen);
+  EXPECT_NO_THROW(check_arguments({planned}, bin_));
+  std::ifstream file(seen);
+  std::string line;
+  std::getline(file, line);
+  EXPECT_EQ(line, "--check --law q");
+}
+
+TEST_F(ArgumentCheck, ARefusalIsToldInTheComponentsWordsByItsKind) {
+  const std::string speak = "echo some notice; echo '--law: q not in {pf}' >&2; echo 'Run with --help' >&2; ";
+  EXPECT_THAT([&] { check_arguments({component("a", speak + "exit 2")}, bin_); },
+              ThrowsMessage<core::ConfigError>("my a: --law: q not in {pf}"));
+  EXPECT_THAT([&] { check_arguments({component("b", "echo b: no gamepad; exit 3")}, bin_); },
+              ThrowsMessage<core::MissingError>("my b: no gamepad"));
+  EXPECT_THAT([&] { check_arguments({component("c", "kill -9 $$")}, bin_); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("ended with code 137")));
+}
+
+TEST_F(ArgumentCheck, WhoGetsTheCommonArgumentsOnlyIsNotAsked) {
+  EXPECT_NO_THROW(check_arguments({component("a", "exit 2", false)}, bin_));
+}
+
+TEST_F(ArgumentCheck, AComponentThatIsNotThereIsMissing) {
+  PlannedProcess planned;
+  planned.process.component = "nowhere";
+  planned.own_arguments = true;
+  EXPECT_THAT([&] { check_arguments({planned}, bin_); },
+              ThrowsMessage<core::MissingError>(HasSubstr("nowhere: no such executable")));
+}
+
+}  // namespace
+}  // namespace phantom::phantom_session
