@@ -135,8 +135,7 @@ void start_to_late_joiner(State& state, int voxel_mm) {
   const int domain = 200 + static_cast<int>(getpid() % 30);
   core::NetworkOptions network{.domain = domain,
                                .qos_profiles = PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml",
-                               .interfaces = {"127.0.0.1"},
-                               .shared_memory = true};
+                               .interfaces = {"127.0.0.1"}};
   double activation_s = 0.0, published_s = 0.0, joined_s = 0.0;
   for (auto _ : state) {
     try {  // whoever gives up leaves no server behind

@@ -18,7 +18,12 @@
 #include <mutex>
 #include <optional>
 #include <sstream>
+#include <thread>
+#include <utility>
 
+#include "common/can/can_bus.hpp"
+#include "common/can/canopen.hpp"
+#include "common/can/cia402.hpp"
 #include "common/core/joints.hpp"
 #include "common/dds/endpoint.hpp"
 #include "common/dds/stamp.hpp"
@@ -85,9 +90,10 @@ class Processes {
     write("slave_io.yaml", slave);
     write("master_io.yaml", master);
     for (const char* name : drives) start(name, "simulated_drive", std::string(name) + ".yaml");
-    start("slave_io", "slave_io", "slave_io.yaml");
+    start_slave();
     start("master_io", "master_io", "master_io.yaml");
   }
+  void start_slave() { start("slave_io", "slave_io", "slave_io.yaml"); }
   ~Processes() {
     for (const auto& [name, pid] : pids_) kill(pid, SIGKILL), waitpid(pid, nullptr, 0);
     if (testing::Test::HasFailure()) {
@@ -95,6 +101,12 @@ class Processes {
         std::cerr << "---- " << name << '\n' << read_text(folder_ / (name + ".log"));
     }
     std::filesystem::remove_all(folder_);
+  }
+  /// kill -9.
+  void kill_dead(const std::string& name) {
+    kill(pids_.at(name), SIGKILL);
+    waitpid(pids_.at(name), nullptr, 0);
+    pids_.erase(name);
   }
   void signal(const std::string& name, int number) { ASSERT_EQ(kill(pids_.at(name), number), 0) << name; }
   /// Asks it to end and returns its exit code.
@@ -113,17 +125,18 @@ class Processes {
   void write(const std::string& file, const std::string& text) { std::ofstream(folder_ / file) << text; }
   void start(const std::string& name, const std::string& component, const std::string& config) {
     const std::string program = PHANTOM_BIN_DIR "/" + component, file = (folder_ / config).string(),
-                      log = (folder_ / (name + ".log")).string();
+                      log = (folder_ / (name + ".log")).string(), state = (folder_ / "state").string();
     const pid_t pid = fork();
     if (pid != 0) {
       pids_[name] = pid;
       return;
     }
-    const int out = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    const int out = open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
     dup2(out, STDOUT_FILENO);
     dup2(out, STDERR_FILENO);
     execl(program.c_str(), program.c_str(), "--config", file.c_str(), "--domain", domain_.c_str(),
           "--deployment", PHANTOM_SOURCE_DIR "/deploy/topologies/can_drives.yaml",
+          component == "simulated_drive" ? nullptr : "--state-dir", state.c_str(),
           static_cast<char*>(nullptr));
     _exit(127);
   }
@@ -131,6 +144,54 @@ class Processes {
       std::filesystem::path(testing::TempDir()) / ("arm_on_can_" + std::to_string(getpid()));
   std::string domain_;
   std::map<std::string, pid_t> pids_;
+};
+
+/// Listens all the time to what the arm's drives say of their power.
+class PowerWatch {
+ public:
+  explicit PowerWatch(const std::vector<std::string>& buses) {
+    for (std::size_t b = 0; b < 2; ++b) {  // the arm's
+      auto bus = can::open_bus(split(buses.at(b), '+').front());
+      if (!bus) throw std::runtime_error(bus.status().message());
+      const can::CanFilter states{.id = can::kCobTpdo1, .mask = 0x780};
+      if (const auto set = (*bus)->set_filters({&states, 1}); !set) throw std::runtime_error(set.message());
+      listeners_.emplace_back([this, b, port = std::move(bus).value()](const std::stop_token& stop) {
+        can::Received got;
+        while (!stop.stop_requested()) {
+          port->wait(10 * core::kNsPerMillisecond);
+          while (port->receive(got)) take(b, got);
+        }
+      });
+    }
+  }
+  /// How many drives said `state` last.
+  int drives_in(can::PowerState state) {
+    const std::lock_guard lock(mutex_);
+    int so = 0;
+    for (const auto& [node, last] : last_) so += last == state ? 1 : 0;
+    return so;
+  }
+  /// How often a drive said anything, and that its operation is enabled, since the last call.
+  std::pair<int, int> count() {
+    const std::lock_guard lock(mutex_);
+    return {std::exchange(heard_, 0), std::exchange(enabled_, 0)};
+  }
+
+ private:
+  void take(std::size_t bus, const can::Received& got) {
+    if (!got.is_frame() || got.frame.length < 2) return;
+    const unsigned word = got.frame.data[0] | got.frame.data[1] << 8U;
+    const std::lock_guard lock(mutex_);
+    const can::PowerState state = can::power_state(static_cast<std::uint16_t>(word));
+    last_[{bus, got.frame.id}] = state;
+    ++heard_;
+    enabled_ += state == can::PowerState::kOperationEnabled ? 1 : 0;
+  }
+
+  std::mutex mutex_;
+  std::map<std::pair<std::size_t, std::uint32_t>, can::PowerState> last_;
+  int heard_ = 0, enabled_ = 0;
+  std::vector<std::jthread> listeners_;  // last: they end first
 };
 
 class ArmOnCan : public testing::TestWithParam<std::string> {
@@ -141,9 +202,9 @@ class ArmOnCan : public testing::TestWithParam<std::string> {
       const std::string own = "user:" + std::to_string(getpid()) + "_";
       buses = own + "a," + own + "b," + own + "ma," + own + "mb";
     }
-    auto network = dds::test_network();
-    network.shared_memory = true;
-    processes_.emplace(split(buses, ','), network.domain);
+    const auto network = dds::test_network();
+    buses_ = split(buses, ',');
+    processes_.emplace(buses_, network.domain);
     participant_.emplace("arm_on_can_test", network);
     stamper_.emplace(*participant_);
     commands_.emplace(*participant_, dds::kOperatorCommand);
@@ -158,6 +219,7 @@ class ArmOnCan : public testing::TestWithParam<std::string> {
               greatest_step_ =
                   std::max(greatest_step_, std::abs(s.position_rad()[j] - slave_->position_rad()[j]));
             slave_ = s;
+            ++slave_samples_;
           });
         });
     masters_.emplace(
@@ -186,14 +248,21 @@ class ArmOnCan : public testing::TestWithParam<std::string> {
     });
     return text.str();
   }
-  // Drives that were frozen may need the wish more than once: what had piled up on the bus comes first.
+  void ask_for_reset(std::uint64_t master_stop, std::uint64_t slave_stop) {
+    msg::OperatorCommand command;
+    command.issuer("arm_on_can_test");
+    command.kind(msg::COMMAND_RESET);
+    command.master_stop(master_stop);
+    command.slave_stop(slave_stop);
+    command.stamp(stamper_->next());
+    commands_->write(command);
+  }
+  // Drives that were frozen may need a reset more than once: what had piled up on the bus comes first.
   bool couples_after_a_reset() {
     for (int i = 0; i < 30; ++i) {
-      msg::OperatorCommand command;
-      command.issuer("arm_on_can_test");
-      command.kind(msg::COMMAND_RESET);
-      command.stamp(stamper_->next());
-      commands_->write(command);
+      std::uint64_t of_master = 0, of_slave = 0;
+      waiter_.change([&] { of_master = master_->stop(), of_slave = slave_->stop(); });
+      ask_for_reset(of_master, of_slave);
       if (waiter_.wait(
               [&] { return slave_->state() == msg::LINK_COUPLED && master_->state() == msg::LINK_COUPLED; },
               std::chrono::seconds(4)))
@@ -204,7 +273,9 @@ class ArmOnCan : public testing::TestWithParam<std::string> {
 
   dds::Waiter waiter_;
   std::map<std::string, msg::ComponentStatus> told_;
+  std::vector<std::string> buses_;
   std::optional<msg::SlaveState> slave_;
+  int slave_samples_ = 0;
   std::optional<msg::MasterState> master_;
   double greatest_step_ = 0.0;  // of any joint between two samples
   std::optional<Processes> processes_;
@@ -228,7 +299,7 @@ TEST_P(ArmOnCan, TheArmFollowsTheHandAndFaultsOfEitherSidesDrivesStopItUntilARes
 
   processes_->signal("hot_cell_master_drives_a", SIGSTOP);
   EXPECT_TRUE(eventually([&] {
-    return master_->stop_cause() == msg::STOP_DRIVE_FAULT && slave_->state() == msg::LINK_DEGRADED;
+    return master_->stop_cause() == msg::STOP_DRIVE_FAULT && slave_->stop_cause() == msg::STOP_PARTNER;
   }));
   EXPECT_TRUE(told("master_io", msg::COMPONENT_FAULT, "the drives coast until a reset"));
   processes_->signal("hot_cell_master_drives_a", SIGCONT);
@@ -236,7 +307,7 @@ TEST_P(ArmOnCan, TheArmFollowsTheHandAndFaultsOfEitherSidesDrivesStopItUntilARes
 
   processes_->signal("hot_cell_drives_b", SIGSTOP);
   EXPECT_TRUE(eventually([&] {
-    return slave_->stop_cause() == msg::STOP_DRIVE_FAULT && master_->state() == msg::LINK_DEGRADED;
+    return slave_->stop_cause() == msg::STOP_DRIVE_FAULT && master_->stop_cause() == msg::STOP_PARTNER;
   }));
   EXPECT_TRUE(told("slave_io", msg::COMPONENT_FAULT, "the drives hold until a reset"));
   processes_->signal("hot_cell_drives_b", SIGCONT);
@@ -251,6 +322,52 @@ TEST_P(ArmOnCan, TheArmFollowsTheHandAndFaultsOfEitherSidesDrivesStopItUntilARes
   waiter_.change([&] { EXPECT_LT(greatest_step_, 0.1) << "nothing jumped"; });
   for (const char* name : {"master_io", "slave_io", "hot_cell_drives_a", "hot_cell_master_drives_b"})
     EXPECT_EQ(processes_->end(name), 0) << name;
+}
+
+// kill -9 of a stopped slave_io and its restart: its drives get no power and nothing moves, until a reset
+// that names the stop.
+TEST_P(ArmOnCan, AStopOutlivesTheProcessAndNoDriveIsPoweredUntilAResetThatNamesIt) {
+  ASSERT_TRUE(both(msg::LINK_COUPLED)) << standing();
+  PowerWatch power(buses_);
+  processes_->signal("slave_io", SIGUSR1);
+  ASSERT_TRUE(both(msg::LINK_STOPPED)) << standing();
+  // Its drives have been told, and stand.
+  ASSERT_TRUE(eventually([&] {
+    double fastest = 0.0;
+    for (std::size_t j = 0; j < 7; ++j) fastest = std::max(fastest, std::abs(slave_->velocity_rad_s()[j]));
+    return power.drives_in(can::PowerState::kQuickStopActive) == 7 && fastest < 1e-3;
+  })) << standing();
+  core::JointArray held{};
+  std::uint64_t stop = 0;
+  waiter_.change([&] { held = slave_->position_rad(), stop = slave_->stop(); });
+  EXPECT_NE(stop, 0U);
+
+  processes_->kill_dead("slave_io");
+  power.count();  // of before
+  int before = 0;
+  waiter_.change([&] { before = slave_samples_; });
+  processes_->start_slave();
+  ASSERT_TRUE(eventually([&] { return slave_samples_ > before + 200; })) << standing();
+  int others = 0;  // samples that say anything but the stop
+  for (int i = 0; i < 3; ++i) {
+    if (i == 1) ask_for_reset(0, 0);         // names no stop
+    if (i == 2) ask_for_reset(stop, ~stop);  // names another
+    int from = 0;
+    waiter_.change([&] { from = slave_samples_; });
+    ASSERT_TRUE(eventually([&] {
+      others += slave_->state() == msg::LINK_STOPPED && slave_->stop() == stop ? 0 : 1;
+      return slave_samples_ > from + 300;
+    }));
+  }
+  EXPECT_EQ(others, 0) << standing();
+  const auto [heard, enabled] = power.count();
+  EXPECT_EQ(enabled, 0);
+  EXPECT_GT(heard, 100) << "the drives were heard all the time";
+  waiter_.change([&] {
+    for (std::size_t j = 0; j < 7; ++j) EXPECT_NEAR(slave_->position_rad()[j], held[j], 2e-3) << j;
+  });
+  ASSERT_TRUE(couples_after_a_reset()) << standing();
+  EXPECT_GT(power.count().second, 0);
 }
 
 std::vector<std::string> sets() {

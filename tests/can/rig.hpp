@@ -39,14 +39,45 @@ inline can::DriveGroupConfig group_config(can::DriveMode mode, int drives,
   return config;
 }
 
+/// The master's port as a busy host has it: what comes is held up for a while, then there all at once, with
+/// the time at which it was let through.
+class HeldPort final : public can::CanBus {
+ public:
+  HeldPort(std::unique_ptr<can::CanBus> inner, const can::LocalBus& bus)
+      : inner_(std::move(inner)), bus_(bus) {}
+  can::SendResult send(const can::CanFrame& frame) noexcept override { return inner_->send(frame); }
+  bool receive(can::Received& received) noexcept override {
+    if (held || !inner_->receive(received)) return false;
+    received.time_ns = bus_.now_ns();
+    return true;
+  }
+  bool wait(core::Nanoseconds timeout_ns) noexcept override { return inner_->wait(timeout_ns); }
+  core::Status set_filters(std::span<const can::CanFilter> filters) override {
+    return inner_->set_filters(filters);
+  }
+  core::Status restart() override { return inner_->restart(); }
+  can::BusState state() const noexcept override { return inner_->state(); }
+  const can::BusCounters& counters() const noexcept override { return inner_->counters(); }
+  const std::string& address() const noexcept override { return inner_->address(); }
+
+  bool held = false;
+
+ private:
+  std::unique_ptr<can::CanBus> inner_;
+  const can::LocalBus& bus_;
+};
+
 /// A master and its drives on one bus in one thread and in virtual time: repeats exactly.
 class Rig {
  public:
   explicit Rig(const can::DriveGroupConfig& config, const simulated_drive::DriveOptions& like = {})
       : bus({.bit_rate = 1e6}), period_ns_(core::from_seconds(config.timing.period_s)) {
     std::vector<std::unique_ptr<can::CanBus>> ports;
-    ports.push_back(bus.connect("master"));
-    port = ports.front().get();
+    auto inner = bus.connect("master");
+    port = inner.get();
+    auto outer = std::make_unique<HeldPort>(std::move(inner), bus);
+    to_master = outer.get();
+    ports.push_back(std::move(outer));
     group = std::make_unique<can::DriveGroup>(config, std::move(ports));
     for (const can::AxisConfig& axis : config.axes) {
       auto options = like;
@@ -98,7 +129,8 @@ class Rig {
   }
 
   can::LocalBus bus;
-  can::CanBus* port = nullptr;
+  can::CanBus* port = nullptr;    ///< the master's, as the bus knows it
+  HeldPort* to_master = nullptr;  ///< the same, as the master reads it
   std::unique_ptr<can::DriveGroup> group;
   std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>> drives;
   std::vector<bool> frozen;

@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
@@ -180,6 +181,40 @@ TEST_F(BrokenCell, AJointCountThatDoesNotMatch) {
     EXPECT_EQ(result.exit_code, 2) << executable;
     EXPECT_THAT(result.output, AllOf(HasSubstr("home"), HasSubstr("8"), HasSubstr("7"))) << executable;
   }
+}
+
+class SessionArguments : public testing::Test {
+ protected:
+  /// phantom_session with arguments that its components refuse; it leaves no report, so nothing was started.
+  static Result refused(const std::string& arguments) {
+    const auto report =
+        std::filesystem::temp_directory_path() / ("phantom_refused_" + std::to_string(getpid()));
+    std::filesystem::remove_all(report);
+    const Result result =
+        run("phantom_session", "--seconds 1 --report-dir " + report.string() + " " + arguments);
+    EXPECT_FALSE(std::filesystem::exists(report)) << "something was started";
+    std::filesystem::remove_all(report);
+    EXPECT_EQ(std::count(result.output.begin(), result.output.end(), '\n'), 1) << result.output;
+    return result;
+  }
+};
+
+TEST_F(SessionArguments, ALawOrOperatorThatThereIsNotEndsWithTwoBeforeAnythingStarts) {
+  const Result law = refused("--law q");
+  EXPECT_EQ(law.exit_code, 2);
+  EXPECT_THAT(law.output, AllOf(HasSubstr("master_io: --law: q not in"), HasSubstr("sctfb")));
+  const Result operator_model = refused("--operator nobody");
+  EXPECT_EQ(operator_model.exit_code, 2);
+  EXPECT_THAT(operator_model.output, AllOf(HasSubstr("nobody not in"), HasSubstr("cautious")));
+  EXPECT_EQ(refused("--driver steam").exit_code, 2);
+}
+
+TEST_F(SessionArguments, AMissingGamepadEndsWithThreeBeforeAnythingStarts) {
+  if (std::filesystem::exists("/dev/input")) GTEST_SKIP() << "this machine may have a gamepad";
+  const Result result = refused("--driver desk");
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.output, AllOf(HasSubstr("master_io: "), HasSubstr("no gamepad or joystick"),
+                                   HasSubstr("allowed: plug one in")));
 }
 
 }  // namespace

@@ -50,11 +50,39 @@ class Fault : public testing::Test {
     const std::lock_guard lock(mutex_);
     return pids_.at(component);
   }
-  bool master_reaches(msg::LinkState state) {
+  bool master_reaches(msg::LinkState state, double limit_s = 30.0) {
+    return eventually(
+        [this, state] {
+          const std::lock_guard lock(mutex_);
+          return master_->state() == state;
+        },
+        limit_s);
+  }
+  bool slave_reaches(msg::LinkState state) {
     return eventually([this, state] {
       const std::lock_guard lock(mutex_);
-      return master_->state() == state;
+      return slave_->state() == state;
     });
+  }
+  msg::OperatorCommand reset_of_now() {
+    const std::lock_guard lock(mutex_);
+    msg::OperatorCommand reset;
+    reset.kind(msg::COMMAND_RESET);
+    reset.master_stop(master_->stop());
+    reset.slave_stop(slave_->stop());
+    reset.issuer("fault_test");
+    return reset;
+  }
+  // As an operator does: names the stops that are shown, and again if another one has come meanwhile (the
+  // side that learns from the other's word before it hears the command has two, one after the other).
+  bool reset_until_coupled(dds::Writer<msg::OperatorCommand>& commands, dds::Stamper& stamper) {
+    for (int attempt = 0; attempt < 5; ++attempt) {
+      msg::OperatorCommand reset = reset_of_now();
+      reset.stamp(stamper.next());
+      commands.write(reset);
+      if (master_reaches(msg::LINK_COUPLED, 6.0)) return true;
+    }
+    return false;
   }
 
   // A failure is told with what the system said and the states it was left in.
@@ -106,7 +134,7 @@ TEST_F(Fault, AFrozenSlaveMakesTheMasterRampItsTorqueToZeroAndThePerceptInvalid)
   EXPECT_EQ(system_.wait(), 0);
 }
 
-TEST_F(Fault, AnEmergencyStopTakesTheTorqueAndStaysUntilReset) {
+TEST_F(Fault, AnEmergencyStopTakesTheTorqueAndStaysUntilAResetThatNamesIt) {
   ASSERT_TRUE(coupled());
   dds::Writer<msg::OperatorCommand> commands(participant_, dds::kOperatorCommand);
   ASSERT_TRUE(eventually([&] { return commands.matched() >= 2; })) << "master_io and slave_io listen";
@@ -117,10 +145,8 @@ TEST_F(Fault, AnEmergencyStopTakesTheTorqueAndStaysUntilReset) {
   command.stamp(stamper.next());
   commands.write(command);
   EXPECT_TRUE(master_reaches(msg::LINK_STOPPED));
-  command.kind(msg::COMMAND_RESET);
-  command.stamp(stamper.next());
-  commands.write(command);
-  EXPECT_TRUE(master_reaches(msg::LINK_COUPLED));
+  EXPECT_TRUE(slave_reaches(msg::LINK_STOPPED));
+  EXPECT_TRUE(reset_until_coupled(commands, stamper));
   system_.stop();
   EXPECT_EQ(system_.wait(), 0);
 }
@@ -133,16 +159,8 @@ TEST_F(Fault, ASignalToEitherSideStopsBoth) {
   for (const char* side : {"slave_io", "master_io"}) {
     kill(pid(side), SIGUSR1);
     EXPECT_TRUE(master_reaches(msg::LINK_STOPPED)) << side;
-    EXPECT_TRUE(eventually([this] {
-      const std::lock_guard lock(mutex_);
-      return slave_->state() == msg::LINK_STOPPED;
-    })) << side;
-    msg::OperatorCommand reset;
-    reset.kind(msg::COMMAND_RESET);
-    reset.issuer("fault_test");
-    reset.stamp(stamper.next());
-    commands.write(reset);
-    EXPECT_TRUE(master_reaches(msg::LINK_COUPLED)) << side;
+    EXPECT_TRUE(slave_reaches(msg::LINK_STOPPED)) << side;
+    EXPECT_TRUE(reset_until_coupled(commands, stamper)) << side;
   }
   system_.stop();
   EXPECT_EQ(system_.wait(), 0);

@@ -174,7 +174,7 @@ class Processes : public testing::Test {
     std::ofstream(folder_ / name) << "name: test\ndomain: " << domain_ << "\nqos_profiles: " << source
                                   << "/deploy/qos/phantom.xml\ncell: " << source
                                   << "/deploy/cells/hot_cell/cell.yaml\nnetwork: {interfaces: [" << interfaces
-                                  << "], shared_memory: false}\n";
+                                  << "]}\n";
     return (folder_ / name).string();
   }
   core::NetworkOptions network(std::vector<std::string> interfaces) const {

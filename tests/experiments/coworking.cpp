@@ -39,8 +39,9 @@ struct Run {
 void swing(Run& run, const Settings& settings) {
   TeleopSetup setup = teleop_setup(settings, "constant_velocity", "sctfb");
   setup.slave.plant.balanced = run.balanced;
-  setup.master.feedback.inverse_a[static_cast<std::size_t>(teleop::BilateralLaw::kSctfb)] = kInverse_a;
-  setup.master.percept_gain = kPercept_gain;
+  setup.master.feedback.inverse_a[static_cast<std::size_t>(teleop::BilateralLaw::kSctfb)] =
+      teleop::everywhere(kInverse_a);
+  setup.master.percept_gain = teleop::everywhere(kPercept_gain);
   clamp_percept(setup, kThesisClamp_Nm);
   // The way of a linear stop that takes the share s of the duration is ½·s/(1 − s) of the whole way.
   const double stop = 2.0 * (kEnd_deg - kBrake_deg) / kEnd_deg;

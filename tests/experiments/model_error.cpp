@@ -86,8 +86,9 @@ Swing swing(Coding coding, double error_m, const Settings& settings) {
   code(setup, coding, std::abs(error_m), settings);
   setup.phantom = pad(setup);
   setup.cell.objects.front().X_deviation.translation_m = {0.0, 0.0, error_m};
-  setup.master.percept_gain = kPercept_gain;
-  setup.master.feedback.inverse_a[static_cast<std::size_t>(teleop::BilateralLaw::kSctfb)] = 0.004;
+  setup.master.percept_gain = teleop::everywhere(kPercept_gain);
+  setup.master.feedback.inverse_a[static_cast<std::size_t>(teleop::BilateralLaw::kSctfb)] =
+      teleop::everywhere(0.004);
   const double speed_rad_s = kSpeed_m_s / kLink_m;
   set_swing(setup, rad(kTo_deg), rad(kTo_deg - kFrom_deg) / speed_rad_s, rad(kFrom_deg));
   TeleopRig rig(setup, settings);

@@ -27,9 +27,8 @@ class Device final : public master_io::Device {
     sense_.velocity = sabotaged(sense_.velocity, sabotage_);
     return sense_;
   }
-  void move(const core::JointArray& motor_Nm, const core::JointArray& hand_Nm, bool reset, double dt_s,
-            core::Nanoseconds now_ns) noexcept override {
-    device_.move(motor_Nm, hand_Nm, reset, dt_s, now_ns);
+  void move(const master_io::DeviceDemand& demand, double dt_s, core::Nanoseconds now_ns) noexcept override {
+    device_.move(demand, dt_s, now_ns);
   }
   void end(core::Nanoseconds now_ns) noexcept override { device_.end(now_ns); }
   bool makes_up_periods() const noexcept override { return true; }
@@ -41,6 +40,13 @@ class Device final : public master_io::Device {
   master_io::DeviceSense sense_;
 };
 
+/// Nobody stops an experiment.
+class NoStops final : public teleop::StopStore {
+ public:
+  teleop::StopRecord read() const noexcept override { return {}; }
+  void write(const teleop::StopRecord&) noexcept override {}
+};
+
 }  // namespace
 
 TeleopSetup teleop_setup(const Settings& settings, const std::string& operator_model,
@@ -50,9 +56,9 @@ TeleopSetup teleop_setup(const Settings& settings, const std::string& operator_m
   robot::AxisSensors axis;
   axis.from_m = {-kLink_m, 0.0, 0.0};
   arm.skin = {{.link = "link_under_test", .segments = {}, .axes = {axis}, .meshes = {}}};
-  auto master =
-      master_io::load_config(settings.source_dir / "components/master_io/master_io.yaml", cell.file, arm.arm,
-                             {.operator_model = operator_model, .law = law, .driver = "", .desk_device = ""});
+  auto master = master_io::load_config(
+      settings.source_dir / "components/master_io/master_io.yaml", cell.file, arm.arm, arm.home,
+      {.operator_model = operator_model, .law = law, .driver = "", .desk_device = ""});
   auto slave =
       slave_io::load_config(settings.source_dir / "components/slave_io/slave_io.yaml", arm.arm, arm.home);
   master.measure_bare_loop = false;
@@ -89,6 +95,7 @@ struct TeleopRig::Parts {
   slave_io::Inbox slave_inbox;
   Device device;
   slave_io::SimulatedArm arm;
+  NoStops stops;
   master_io::Servo master;
   slave_io::Servo slave;
   phantom_sensing::PhantomSensing phantom;
@@ -105,8 +112,8 @@ struct TeleopRig::Parts {
         world(s.cell, runtime::load_real_bodies(s.cell), s.slave.contact),
         device(s.master, s.arm.home, settings.sabotage),
         arm(s.arm, s.slave, world),
-        master(s.master, s.arm.home, device, master_inbox),
-        slave(s.arm, s.slave, arm, slave_inbox),
+        master(s.master, s.arm.home, device, master_inbox, kMasterSession, stops),
+        slave(s.arm, s.slave, arm, slave_inbox, kSlaveSession, stops),
         phantom(s.phantom, {}),
         workspace{&s.workspace, percept::greatest_neighbour_mu(s.workspace)} {}
 
@@ -148,7 +155,7 @@ struct TeleopRig::Parts {
     master_io::DragSample drag;
     drag.received_ns = now_ns;
     drag.answers_ns = slave_said.followed.monotonic_ns;
-    drag.drag = {out.valid, out.drag.plus, out.drag.minus, out.drag.coupled};
+    drag.drag = {out.drag, out.valid};
     master_inbox.drag.write(drag);
   }
   void note() {

@@ -28,6 +28,7 @@ struct Fault {
   std::vector<std::string> told;  ///< the operator reads one of these
   int limit_ms = 100;             ///< to be known after at most so long
   bool only_powered = false;      ///< means nothing to a drive in quick stop
+  bool unreached = false;         ///< no command reaches the drives of that bus
 };
 
 simulated_drive::Misbehaviour& misbehaviour(Pair& p) { return p.rig->drives[kAxis]->misbehaviour; }
@@ -75,11 +76,17 @@ const std::vector<Fault>& faults() {
       {"bus-off of our controller",
        [](Pair& p) { bus(p).set_bus_off(*p.rig->ports[0]); },
        nothing,
-       {"(bus-off)"}},
+       {"(bus-off)"},
+       100,
+       false,
+       true},
       {"the bus is cut",
        [](Pair& p) { bus(p).set_plugged(*p.rig->ports[0], false); },
        [](Pair& p) { bus(p).set_plugged(*p.rig->ports[0], true); },
-       {"leaves SYNCs without an answer"}},
+       {"leaves SYNCs without an answer"},
+       100,
+       false,
+       true},
   };
   return all;
 }
@@ -132,12 +139,11 @@ Outcome run(const Fault& fault, LinkState state, FaultReaction reaction) {
   for (int ms = 1; ms <= 600; ++ms) {
     pair.step();
     watch.look();
-    if (!out.master.after_ms)
-      out.master.see(pair.master_state(), ms);  // what it does first; it may get ready again
+    out.master.see(pair.master_state(), ms);
     out.slave.see(pair.slave_state(), ms);
   }
   EXPECT_NE(pair.master_state(), LinkState::kCoupled);
-  out.cause = pair.slave_now.outputs.stop_cause;
+  out.cause = pair.slave_now.outputs.stop.cause;
   out.message = pair.slave_drives().message;
   out.moved_mrad = 1e3 * std::abs(pair.rig->position(kSound) - before);
   out.speed_at_end = std::abs(pair.rig->velocity(kSound));
@@ -148,7 +154,7 @@ Outcome run(const Fault& fault, LinkState state, FaultReaction reaction) {
     pair.step();
     watch.look();
   }
-  pair.requests.reset();
+  pair.reset();
   const auto coupled = [&] {
     return pair.master_state() == LinkState::kCoupled && pair.slave_state() == LinkState::kCoupled;
   };
@@ -166,7 +172,7 @@ Outcome run(const Fault& fault, LinkState state, FaultReaction reaction) {
 void judge(const Fault& fault, LinkState state, FaultReaction reaction, const Outcome& out) {
   // 20 rad/s² is the drives' quick stop, 150 that of the gantry's; a jump would be the greatest speed at
   // once.
-  EXPECT_LT(out.greatest_dv, 0.15);
+  EXPECT_LT(out.greatest_dv, 0.2);
   const bool found = !(fault.only_powered && state == LinkState::kStopped);
   if (found) {
     EXPECT_THAT(fault.told,
@@ -175,21 +181,23 @@ void judge(const Fault& fault, LinkState state, FaultReaction reaction, const Ou
                     testing::IsTrue())))
         << out.message;
     EXPECT_EQ(out.slave.reached, LinkState::kStopped);
-    EXPECT_EQ(out.cause, state == LinkState::kStopped ? StopCause::kEmergency : StopCause::kDriveFault);
+    EXPECT_EQ(out.cause,
+              StopCause::kDriveFault);  // of several causes the gravest; the other side's is the last
     if (state != LinkState::kStopped) {
       ASSERT_TRUE(out.slave.after_ms.has_value());
       EXPECT_LE(*out.slave.after_ms, fault.limit_ms);
     }
   }
-  if (state == LinkState::kCoupled) {
-    EXPECT_EQ(out.master.reached, LinkState::kDegraded);
+  if (found && state != LinkState::kInit) {
+    EXPECT_EQ(out.master.reached, LinkState::kStopped) << "a slave in fault stops the master";
   }
   if (reaction == FaultReaction::kHold) {
     EXPECT_TRUE(out.holds);
     EXPECT_LT(out.speed_at_end, 1e-3);
     EXPECT_LT(out.moved_mrad, 60.0);
   } else if (found) {
-    EXPECT_FALSE(out.holds);
+    // A drive that was in quick stop already, and that nobody reaches, goes on holding.
+    EXPECT_EQ(out.holds, fault.unreached && state == LinkState::kStopped);
   }
 }
 
@@ -245,7 +253,7 @@ TEST(DriveFaults, DrivesWhoseSlaveIoDiesHoldByThemselvesAndItsSuccessorCouplesAf
     watch.look();
   }
   EXPECT_EQ(pair.slave_state(), LinkState::kCoupled) << pair.slave_drives().message;
-  EXPECT_LT(watch.greatest_dv(), 0.15);
+  EXPECT_LT(watch.greatest_dv(), 0.2);
 }
 
 // What would make a drive jump at the first command is refused before there is one.

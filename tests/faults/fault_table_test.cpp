@@ -20,22 +20,31 @@ struct Fault {
   const char* name;
   std::function<void(Pair&)> begin, end;
   bool master_loses, slave_loses;  ///< whose partner is no longer heard
-  bool stops = false;              ///< brings both to stopped, whatever they did
   bool harmless = false;           ///< a coupled pair stays coupled
+  /// Stops the cell: the sides that must be stopped while the fault lasts, or that both are dead by then.
+  /// Both are stopped once it is over, and stay so until a reset.
+  bool stops_master = false, stops_slave = false, stops_dead = false;
+
+  bool stops() const { return stops_master || stops_slave || stops_dead; }
 };
 
-const std::vector<Fault>& faults() {
+void cut(Pair& p) { p.up.cut = p.down.cut = p.drag.cut = true; }
+void mend(Pair& p) { p.up.cut = p.down.cut = p.drag.cut = false; }
+
+// What takes the link away and gives it back.
+const std::vector<Fault>& losses() {
   static const std::vector<Fault> all{
       {"master_io killed, restarted after 1 s", [](Pair& p) { p.master_life = Life::kGone; },
        [](Pair& p) { p.start_master(); }, false, true},
       {"slave_io killed, restarted after 1 s", [](Pair& p) { p.slave_life = Life::kGone; },
        [](Pair& p) { p.start_slave(); }, true, false},
+      {"both killed, restarted after 1 s", [](Pair& p) { p.master_life = p.slave_life = Life::kGone; },
+       [](Pair& p) { p.start_master(), p.start_slave(); }, false, false},
       {"master_io frozen for 1 s", [](Pair& p) { p.master_life = Life::kFrozen; },
        [](Pair& p) { p.master_life = Life::kRuns; }, false, true},
       {"slave_io frozen for 1 s", [](Pair& p) { p.slave_life = Life::kFrozen; },
        [](Pair& p) { p.slave_life = Life::kRuns; }, true, false},
-      {"network cut", [](Pair& p) { p.up.cut = p.down.cut = p.drag.cut = true; },
-       [](Pair& p) { p.up.cut = p.down.cut = p.drag.cut = false; }, true, true},
+      {"network cut", cut, mend, true, true},
       {"master to slave cut", [](Pair& p) { p.up.cut = true; }, [](Pair& p) { p.up.cut = false; }, false,
        true},
       {"slave to master cut", [](Pair& p) { p.down.cut = true; }, [](Pair& p) { p.down.cut = false; }, true,
@@ -48,8 +57,7 @@ const std::vector<Fault>& faults() {
       {"half of all samples lost", [](Pair& p) { p.up.loss = p.down.loss = p.drag.loss = 0.5; },
        [](Pair& p) { p.up.loss = p.down.loss = p.drag.loss = 0.0; }, false, false},
       {"every sample twice", [](Pair& p) { p.up.duplicate = p.down.duplicate = p.drag.duplicate = true; },
-       [](Pair& p) { p.up.duplicate = p.down.duplicate = p.drag.duplicate = false; }, false, false, false,
-       true},
+       [](Pair& p) { p.up.duplicate = p.down.duplicate = p.drag.duplicate = false; }, false, false, true},
       {"samples overtake each other (jitter 8 ms)",
        [](Pair& p) { p.up.jitter_ns = p.down.jitter_ns = p.drag.jitter_ns = 8 * kTick_ns; },
        [](Pair& p) { p.up.jitter_ns = p.down.jitter_ns = p.drag.jitter_ns = 0; }, false, false},
@@ -62,11 +70,53 @@ const std::vector<Fault>& faults() {
       {"samples of another arm (6 joints)", [](Pair& p) { p.wrong_joints = true; },
        [](Pair& p) { p.wrong_joints = false; }, true, true},
       {"a second master_io, of another pose", [](Pair& p) { p.second_master = true; },
-       [](Pair& p) { p.second_master = false; }, false, false, false, true},
+       [](Pair& p) { p.second_master = false; }, false, false, true},
       {"a second slave_io, of another pose", [](Pair& p) { p.second_slave = true; },
-       [](Pair& p) { p.second_slave = false; }, false, false, false, true},
-      {"emergency stop, reset after 1 s", [](Pair& p) { p.requests.stop(); },
-       [](Pair& p) { p.requests.reset(); }, false, false, true},
+       [](Pair& p) { p.second_slave = false; }, false, false, true},
+  };
+  return all;
+}
+
+// Stops by person and by signal, and what may get in their way.
+const std::vector<Fault>& stops() {
+  static const auto nothing = [](Pair&) {};
+  static const std::vector<Fault> all{
+      {"emergency stop", [](Pair& p) { p.stop(); }, nothing, false, false, false, true, true},
+      {"master_io stopped by signal", [](Pair& p) { p.signal_master(); }, nothing, false, false, false, true,
+       true},
+      {"slave_io stopped by signal", [](Pair& p) { p.signal_slave(); }, nothing, false, false, false, true,
+       true},
+      {"emergency stop, then slave_io killed",
+       [](Pair& p) { p.stop(), step(p, 5), p.slave_life = Life::kGone; }, [](Pair& p) { p.start_slave(); },
+       false, false, false, true, false},
+      {"emergency stop, then master_io killed",
+       [](Pair& p) { p.stop(), step(p, 5), p.master_life = Life::kGone; }, [](Pair& p) { p.start_master(); },
+       false, false, false, false, true},
+      {"emergency stop, then both killed",
+       [](Pair& p) { p.stop(), step(p, 5), p.master_life = p.slave_life = Life::kGone; },
+       [](Pair& p) { p.start_master(), p.start_slave(); }, false, false, false, false, false, true},
+      {"emergency stop while slave_io is dead", [](Pair& p) { p.slave_life = Life::kGone, p.stop(); },
+       [](Pair& p) { p.start_slave(); }, false, false, false, true, false},
+      {"emergency stop while master_io is dead", [](Pair& p) { p.master_life = Life::kGone, p.stop(); },
+       [](Pair& p) { p.start_master(); }, false, false, false, false, true},
+      {"emergency stop, slave_io's host replaced",
+       [](Pair& p) { p.stop(), step(p, 5), p.slave_life = Life::kGone, p.slave_stops.record = {}; },
+       [](Pair& p) { p.start_slave(); }, false, false, false, true, false},
+      {"emergency stop while the cable is out, which reaches the master alone",
+       [](Pair& p) { cut(p), p.person_off_slave = true, step(p, 8000), p.stop(); },
+       [](Pair& p) { mend(p), p.person_off_slave = false; }, false, false, false, true, false},
+      {"emergency stop while the cable is out, which reaches the slave alone",
+       [](Pair& p) { cut(p), p.person_off_master = true, step(p, 8000), p.stop(); },
+       [](Pair& p) { mend(p), p.person_off_master = false; }, false, false, false, false, true},
+      {"emergency stop while slave_io is frozen", [](Pair& p) { p.slave_life = Life::kFrozen, p.stop(); },
+       [](Pair& p) { p.slave_life = Life::kRuns; }, false, false, false, true, false},
+      {"emergency stop while master_io is frozen", [](Pair& p) { p.master_life = Life::kFrozen, p.stop(); },
+       [](Pair& p) { p.master_life = Life::kRuns; }, false, false, false, false, true},
+      {"emergency stop in half of all samples lost", [](Pair& p) { p.up.loss = p.down.loss = 0.5, p.stop(); },
+       [](Pair& p) { p.up.loss = p.down.loss = 0.0; }, false, false, false, true, true},
+      {"a reset that names an older stop, after a newer one",
+       [](Pair& p) { p.stop(), step(p, 5), p.person_looks = false, p.stop(), step(p, 5), p.reset(); },
+       [](Pair& p) { p.person_looks = true; }, false, false, false, true, true},
   };
   return all;
 }
@@ -113,28 +163,72 @@ class JerkWatch {
   core::JointArray torque_Nm_, q_, step_Nm_{}, step_q_{};
 };
 
-Outcome run(const Fault& fault, LinkState state) {
+// The arm's drives exert what holds it where it was; a side that is stopped is so under a name that it keeps.
+class StopWatch {
+ public:
+  explicit StopWatch(const Pair& pair) : held_(pair.slave_now.position) {}
+  void look(const Pair& pair) {
+    for (std::size_t j = 0; j < kJoints; ++j)
+      EXPECT_NEAR(pair.slave_now.position[j], held_[j], 0.02) << "joint " << j << " moves in a stop";
+    if (pair.master_life == Life::kRuns) {
+      EXPECT_EQ(pair.master_state(), LinkState::kStopped) << "master";
+      EXPECT_EQ(pair.master_now.outputs.stop, pair.master_stops.record);
+    }
+    if (pair.slave_life == Life::kRuns) {
+      EXPECT_EQ(pair.slave_state(), LinkState::kStopped) << "slave";
+      EXPECT_EQ(pair.slave_now.outputs.stop, pair.slave_stops.record);
+      EXPECT_FALSE(pair.slave_now.outputs.power);
+    }
+  }
+
+ private:
+  core::JointArray held_;
+};
+
+bool coupled(const Pair& pair) {
+  return pair.master_state() == LinkState::kCoupled && pair.slave_state() == LinkState::kCoupled;
+}
+
+// Both are stopped and nothing moves, for as long as nobody resets; then both couple.
+void expect_stopped_until_reset(Pair& pair) {
+  StopWatch watch(pair);
+  for (int ms = 0; ms < 3000 && !testing::Test::HasFailure(); ++ms) {
+    pair.step();
+    watch.look(pair);
+  }
+  for (const double torque_Nm : pair.master_now.outputs.motor_Nm) EXPECT_EQ(torque_Nm, 0.0) << "on the hand";
+  pair.reset();
+  for (int ms = 0; ms < 6000 && !coupled(pair); ++ms) pair.step();
+}
+
+Outcome run(const Fault& fault, LinkState state, Side side) {
   Pair pair;
-  bring_to(pair, state);
-  JerkWatch watch(pair);
-  const LinkState master_before = pair.master_state(), slave_before = pair.slave_state();
-  Outcome out{{master_before, {}}, {slave_before, {}}};
+  bring_to(pair, state, side);
+  Outcome out{{pair.master_state(), {}}, {pair.slave_state(), {}}};
   fault.begin(pair);
+  JerkWatch watch(pair);
   for (int ms = 1; ms <= 1000; ++ms) {
     pair.step();
     watch.look(pair);
     if (pair.master_life == Life::kRuns) out.master.see(pair.master_state(), ms);
     if (pair.slave_life == Life::kRuns) out.slave.see(pair.slave_state(), ms);
   }
-  fault.end(pair);
-  for (int ms = 0; ms < 4000; ++ms) {
-    pair.step();
-    watch.look(pair);
-  }
-  if (state == LinkState::kStopped && !fault.stops) {  // a stop outlives every fault
+  if (fault.stops_master) {
     EXPECT_EQ(pair.master_state(), LinkState::kStopped);
-    pair.requests.reset();
-    for (int ms = 0; ms < 4000; ++ms) pair.step();
+  }
+  if (fault.stops_slave) {
+    EXPECT_EQ(pair.slave_state(), LinkState::kStopped);
+  }
+  fault.end(pair);
+  const bool stopped = state == LinkState::kStopped || fault.stops();
+  if (stopped) {
+    for (int ms = 0; ms < 60; ++ms) pair.step();  // they hear of each other
+    expect_stopped_until_reset(pair);             // a stop outlives every fault
+  } else {
+    for (int ms = 0; ms < 4000; ++ms) {
+      pair.step();
+      watch.look(pair);
+    }
   }
   out.master_at_end = pair.master_state();
   out.slave_at_end = pair.slave_state();
@@ -143,55 +237,89 @@ Outcome run(const Fault& fault, LinkState state) {
 
 struct Table {
   std::ostringstream markdown, csv;
-  void write(const std::string& folder) const {
-    std::ofstream(folder + "/fault_table.md") << markdown.str();
-    std::ofstream(folder + "/fault_table.csv") << csv.str();
+
+  Table() {
+    csv << "fault,side,state,master_reaches,master_ms,slave_reaches,slave_ms\n";
+    markdown << "| fault | state before | master | slave |\n|---|---|---|---|\n";
+  }
+  void add(const Fault& fault, LinkState state, Side side, const Outcome& out) {
+    markdown << "| " << fault.name << " | " << name_of(side) << " " << name_of(state) << " | "
+             << text(out.master) << " | " << text(out.slave) << " |\n";
+    csv << '"' << fault.name << "\"," << name_of(side) << ',' << name_of(state) << ','
+        << name_of(out.master.reached) << ',' << out.master.after_ms.value_or(-1) << ','
+        << name_of(out.slave.reached) << ',' << out.slave.after_ms.value_or(-1) << '\n';
+  }
+  void write(const std::string& name) const {
+    const std::string folder = PHANTOM_REPORT_DIR "/";
+    std::ofstream(folder + name + ".md") << markdown.str();
+    std::ofstream(folder + name + ".csv") << csv.str();
   }
 };
 
-TEST(FaultTable, EveryFaultInEveryStateEndsInADefinedStateInBoundedTimeWithoutAJerk) {
-  // Staleness, one tick of the network and two periods; regular but late samples are found by their round
-  // trip.
-  const auto limit_ms = [](const teleop::LinkTiming& link) {
-    return static_cast<int>(1000 * std::max(link.staleness_s, link.round_trip_limit_s)) + 4;
-  };
-  const int master_limit_ms = limit_ms(Pair::master_config().link),
-            slave_limit_ms = limit_ms(slave_io::shipped_config().link);
+template <class Check>
+void for_each_case(const std::vector<Fault>& faults, const std::string& name, Check check) {
   Table table;
-  table.csv << "fault,state,master_reaches,master_ms,slave_reaches,slave_ms\n";
-  table.markdown << "| fault | master was | master | slave |\n|---|---|---|---|\n";
-  for (const Fault& fault : faults()) {
-    for (const LinkState state : kStates) {
-      SCOPED_TRACE(std::string(fault.name) + ", master " + name_of(state));
-      const Outcome out = run(fault, state);
-      ASSERT_FALSE(testing::Test::HasFailure());
-      table.markdown << "| " << fault.name << " | " << name_of(state) << " | " << text(out.master) << " | "
-                     << text(out.slave) << " |\n";
-      table.csv << '"' << fault.name << "\"," << name_of(state) << ',' << name_of(out.master.reached) << ','
-                << out.master.after_ms.value_or(-1) << ',' << name_of(out.slave.reached) << ','
-                << out.slave.after_ms.value_or(-1) << '\n';
-      if (state == LinkState::kCoupled && fault.master_loses) {
-        EXPECT_EQ(out.master.reached, LinkState::kDegraded);
-        EXPECT_LE(out.master.after_ms.value_or(1 << 20), master_limit_ms);
+  for (const Fault& fault : faults) {
+    for (const Side side : {Side::kMaster, Side::kSlave}) {
+      for (const LinkState state : kStates) {
+        SCOPED_TRACE(std::string(fault.name) + ", " + name_of(side) + " " + name_of(state));
+        const Outcome out = run(fault, state, side);
+        ASSERT_FALSE(testing::Test::HasFailure());
+        table.add(fault, state, side, out);
+        check(fault, state, out);
+        EXPECT_EQ(out.master_at_end, LinkState::kCoupled) << "it comes back once the fault is over";
+        EXPECT_EQ(out.slave_at_end, LinkState::kCoupled);
+        ASSERT_FALSE(testing::Test::HasFailure());
       }
-      if (state == LinkState::kCoupled && fault.slave_loses) {
-        EXPECT_EQ(out.slave.reached, LinkState::kDegraded);
-        EXPECT_LE(out.slave.after_ms.value_or(1 << 20), slave_limit_ms);
-      }
-      if (state == LinkState::kCoupled && fault.harmless) {
-        EXPECT_FALSE(out.master.after_ms.has_value());
-        EXPECT_FALSE(out.slave.after_ms.has_value());
-      }
-      if (fault.stops && state != LinkState::kStopped) {
-        EXPECT_EQ(out.master.reached, LinkState::kStopped);
-        EXPECT_EQ(out.slave.reached, LinkState::kStopped);
-        EXPECT_LE(out.master.after_ms.value_or(1 << 20), 2);
-      }
-      EXPECT_EQ(out.master_at_end, LinkState::kCoupled) << "it comes back once the fault is over";
-      EXPECT_EQ(out.slave_at_end, LinkState::kCoupled);
     }
   }
-  table.write(PHANTOM_REPORT_DIR);
+  table.write(name);
+}
+
+// Staleness, one tick of the network and two periods; regular but late samples are found by their round trip.
+int limit_ms(const teleop::LinkTiming& link) {
+  return static_cast<int>(1000 * std::max(link.staleness_s, link.round_trip_limit_s)) + 4;
+}
+
+TEST(FaultTable, EveryFaultInEveryStateEndsInADefinedStateInBoundedTimeWithoutAJerk) {
+  const int master_limit_ms = limit_ms(Pair::master_config().link),
+            slave_limit_ms = limit_ms(slave_io::shipped_config().link);
+  for_each_case(losses(), "fault_table", [&](const Fault& fault, LinkState state, const Outcome& out) {
+    if (state != LinkState::kCoupled) return;
+    if (fault.master_loses) {
+      EXPECT_EQ(out.master.reached, LinkState::kDegraded);
+      EXPECT_LE(out.master.after_ms.value_or(1 << 20), master_limit_ms);
+    }
+    if (fault.slave_loses) {
+      EXPECT_EQ(out.slave.reached, LinkState::kDegraded);
+      EXPECT_LE(out.slave.after_ms.value_or(1 << 20), slave_limit_ms);
+    }
+    if (fault.harmless) {
+      EXPECT_FALSE(out.master.after_ms.has_value());
+      EXPECT_FALSE(out.slave.after_ms.has_value());
+    }
+  });
+}
+
+TEST(FaultTable, EveryStopInEveryStateStopsBothSidesAndOutlivesWhateverComesBetweenUntilAReset) {
+  for_each_case(stops(), "stop_table", [](const Fault&, LinkState, const Outcome&) {});
+}
+
+TEST(FaultTable, AStopIsInForceInTheNextTickOfWhoIsAskedAndAtItsPartnersWithinFiveMilliseconds) {
+  for (const Side side : {Side::kMaster, Side::kSlave}) {
+    for (const LinkState state : kStates) {
+      if (state == LinkState::kStopped) continue;
+      SCOPED_TRACE(std::string(name_of(side)) + " " + name_of(state));
+      Pair pair;
+      bring_to(pair, state, side);
+      side == Side::kMaster ? pair.signal_master() : pair.signal_slave();
+      pair.step();
+      EXPECT_EQ(state_of(pair, side), LinkState::kStopped);
+      step(pair, 5);
+      EXPECT_EQ(pair.master_state(), LinkState::kStopped);
+      EXPECT_EQ(pair.slave_state(), LinkState::kStopped);
+    }
+  }
 }
 
 // The arm holds where it was when its master was lost: it does not run on with the last speed.

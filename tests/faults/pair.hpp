@@ -2,7 +2,8 @@
 
 // Master and slave as they run, servo, controllers, plants and the topics' conversions, on a simulated clock
 // and a network that does what a test wants. The slave's arm is simulated, or has simulated drives on CAN
-// buses.
+// buses. The two share nothing but the wire, and a person who sees and commands them over it: each has its
+// own requests and its own kept stop, which outlives it.
 
 #include <algorithm>
 #include <deque>
@@ -13,6 +14,7 @@
 
 #include "common/dds/source_guard.hpp"
 #include "common/teleop/tests/half_space.hpp"
+#include "common/teleop/tests/stop_store.hpp"
 #include "components/master_io/dds_adapter_convert.hpp"
 #include "components/master_io/servo.hpp"
 #include "components/master_io/tests/fixture.hpp"
@@ -79,8 +81,16 @@ class Pair {
   bool wrong_joints = false;                                           ///< both report another arm
   bool second_master = false,
        second_slave = false;  ///< another process sends the same topic, of another pose
-  teleop::StopRequests requests;
+  bool person_off_master = false, person_off_slave = false;  ///< the person's cable to that side is out
+  bool person_looks = true;  ///< at what is stopped; else the person goes by what was seen before
+  teleop::MemoryStopStore master_stops, slave_stops;  ///< their files
+  master_io::Settings settings;                       ///< what operators have set at the master
 
+  explicit Pair(const master_io::Config& master)
+      : master_config_(master), slave_config_(slave_io::shipped_config()) {
+    start_master();
+    start_slave();
+  }
   Pair() : slave_config_(slave_io::shipped_config()) {
     start_master();
     start_slave();
@@ -92,15 +102,31 @@ class Pair {
     start_master();
     start_slave();
   }
+  /// A person presses the stop of the page: for both sides, as far as they are there and reached.
+  void stop() {
+    if (master_life != Life::kGone && !person_off_master) master_inbox_->stops.stop();
+    if (slave_life != Life::kGone && !person_off_slave) slave_inbox_->stops.stop();
+  }
+  /// Stops one side alone, as a signal to its process does.
+  void signal_master() { master_inbox_->stops.stop(); }
+  void signal_slave() { slave_inbox_->stops.stop(); }
+  /// A person resets what is seen to be stopped.
+  void reset() {
+    if (master_life != Life::kGone && !person_off_master)
+      master_inbox_->stops.reset({.own = seen_master_stop_, .partner = seen_slave_stop_});
+    if (slave_life != Life::kGone && !person_off_slave)
+      slave_inbox_->stops.reset({.own = seen_slave_stop_, .partner = seen_master_stop_});
+  }
   /// A new process in the place of one that is gone.
   void start_master() {
-    wishes_.percept_gain = master_config().percept_gain;
-    wishes_.law = master_config().feedback.law;
+    settings.percept_gain = master_config_.percept_gain;
+    settings.law = master_config_.feedback.law;
     // A master comes up where its device is; the hand holds it there.
     const auto where = master_ ? master_now.position : master_io::shipped_arm().home;
     master_inbox_ = std::make_unique<master_io::Inbox>();
-    master_device_ = std::make_unique<master_io::SimulatedDevice>(master_config(), where);
-    master_ = std::make_unique<master_io::Servo>(master_config(), where, *master_device_, *master_inbox_);
+    master_device_ = std::make_unique<master_io::SimulatedDevice>(master_config_, where);
+    master_ = std::make_unique<master_io::Servo>(master_config_, where, *master_device_, *master_inbox_,
+                                                 ++session_, master_stops);
     master_numbers_ = {++session_, 0};
     slave_heard_.emplace();
     drag_heard_.emplace();
@@ -118,7 +144,8 @@ class Pair {
     } else {
       slave_arm_ = std::make_unique<slave_io::SimulatedArm>(*slave_model_, slave_config_, nothing_);
     }
-    slave_ = std::make_unique<slave_io::Servo>(*slave_model_, slave_config_, *slave_arm_, *slave_inbox_);
+    slave_ = std::make_unique<slave_io::Servo>(*slave_model_, slave_config_, *slave_arm_, *slave_inbox_,
+                                               ++session_, slave_stops);
     slave_numbers_ = {++session_, 0};
     master_heard_.emplace();
     slave_life = Life::kRuns;
@@ -183,12 +210,12 @@ class Pair {
       if (master_io::refusal(field, expected) == nullptr && takes(drag_heard_, field.stamp()))
         master_inbox_->drag.write(master_io::to_sample(field, now_ns, master_numbers_.session));
     });
-    wishes_.requests = requests;
-    master_inbox_->wishes.write(wishes_);
+    master_inbox_->settings.write(settings);
     master_->tick(kTick_s, now_ns);
     master_->outbox.read(master_now);
     auto message = master_io::to_message(master_now, wrong_joints ? 6 : kJoints);
     message.stamp(master_numbers_.next(now_ns));
+    if (person_looks && !person_off_master) seen_master_stop_ = message.stop();
     if (spoil_master) message.position_rad()[3] = std::numeric_limits<double>::quiet_NaN();
     up.send(message, now_ns);
     if (!second_master) return;
@@ -196,16 +223,25 @@ class Pair {
     message.position_rad()[3] += 0.3;
     up.send(message, now_ns);
   }
+  static slave_io::Expectations slave_expected() {
+    slave_io::Expectations e;
+    e.joint_count = kJoints;
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      e.lower[j] = slave_io::shipped_arm().arm.joints()[j].lower;
+      e.upper[j] = slave_io::shipped_arm().arm.joints()[j].upper;
+    }
+    return e;
+  }
   void tick_slave() {
     up.receive(now_ns, [&](const msg::MasterState& state) {
-      if (slave_io::refusal(state, kJoints) == nullptr && takes(master_heard_, state.stamp()))
+      if (slave_io::refusal(state, slave_expected()) == nullptr && takes(master_heard_, state.stamp()))
         slave_inbox_->master.write(slave_io::to_sample(state, now_ns, slave_numbers_.session));
     });
-    slave_inbox_->requests.write(requests);
     slave_->tick(slave_config_.period_s, now_ns);
     if (!slave_->outbox.read(slave_now)) return;  // where the arm is is not known yet
     auto message = slave_io::to_message(slave_now, wrong_joints ? 6 : kJoints);
     message.stamp(slave_numbers_.next(now_ns));
+    if (person_looks && !person_off_slave) seen_slave_stop_ = message.stop();
     if (spoil_slave) message.position_rad()[3] = std::numeric_limits<double>::infinity();
     down.send(message, now_ns);
     if (!second_slave) return;
@@ -228,13 +264,14 @@ class Pair {
 
   core::Nanoseconds slave_period_ns() const { return core::from_seconds(slave_config_.period_s); }
 
+  master_io::Config master_config_ = master_config();
   slave_io::Config slave_config_;
   teleop::HalfSpace nothing_{Eigen::Vector3d::UnitZ(), -50.0};
   std::uint64_t session_ = 0;
   Numbers master_numbers_, slave_numbers_, phantom_numbers_{1000, 0};
   Numbers second_master_numbers_{2000, 0}, second_slave_numbers_{3000, 0};
   std::optional<dds::SourceGuard> slave_heard_, drag_heard_, master_heard_;
-  master_io::Wishes wishes_;
+  teleop::StopId seen_master_stop_ = 0, seen_slave_stop_ = 0;  // by the person
   std::unique_ptr<master_io::Inbox> master_inbox_;
   std::unique_ptr<master_io::SimulatedDevice> master_device_;
   std::unique_ptr<master_io::Servo> master_;

@@ -15,32 +15,46 @@ inline constexpr teleop::LinkState kStates[] = {teleop::LinkState::kInit,     te
                                                 teleop::LinkState::kAligned,  teleop::LinkState::kCoupled,
                                                 teleop::LinkState::kDegraded, teleop::LinkState::kStopped};
 
-/// Brings the pair to where the master is in `state`, with drives that follow if there are any; coupled: with
-/// the hand under way.
-inline void bring_to(Pair& pair, teleop::LinkState state) {
-  if (pair.rig || state == teleop::LinkState::kInit) {  // nobody has been heard for longer than staleness
-    pair.up.cut = pair.down.cut = true;
-    for (int i = 0; i < 200; ++i) pair.step();
+inline void step(Pair& pair, int ms) {
+  for (int i = 0; i < ms; ++i) pair.step();
+}
+
+enum class Side { kMaster, kSlave };
+inline const char* name_of(Side side) { return side == Side::kMaster ? "master" : "slave"; }
+inline teleop::LinkState state_of(const Pair& pair, Side side) {
+  return side == Side::kMaster ? pair.master_state() : pair.slave_state();
+}
+
+/// Brings the pair to where `side` is in `state`, with drives that follow if there are any; coupled: with the
+/// hand under way. Init: nobody has been heard for longer than staleness.
+inline void bring_to(Pair& pair, teleop::LinkState state, Side side = Side::kMaster) {
+  const auto run_to = [&](teleop::LinkState wanted) {
+    for (int i = 0; i < 5000 && state_of(pair, side) != wanted; ++i) pair.step();
+    ASSERT_EQ(state_of(pair, side), wanted);
+  };
+  if (pair.rig) {  // power comes once both hear each other
     for (int i = 0; i < 5000 && !pair.slave_drives().follows; ++i) pair.step();
     ASSERT_TRUE(pair.slave_drives().follows) << pair.slave_drives().message;
+  }
+  if (pair.rig || state == teleop::LinkState::kInit) {
+    pair.up.cut = pair.down.cut = true;
+    for (int i = 0; i < 200; ++i) pair.step();
     pair.up.cut = pair.down.cut = false;
   }
   if (state == teleop::LinkState::kInit) return;
-  const auto run_to = [&](teleop::LinkState wanted) {
-    for (int i = 0; i < 5000 && pair.master_state() != wanted; ++i) pair.step();
-    ASSERT_EQ(pair.master_state(), wanted);
-  };
   if (state == teleop::LinkState::kReady || state == teleop::LinkState::kAligned) return run_to(state);
   run_to(teleop::LinkState::kCoupled);
   for (int i = 0; i < 1500; ++i) pair.step();
   if (state == teleop::LinkState::kDegraded) {
-    pair.down.cut = true;
+    bool& cut = side == Side::kMaster ? pair.down.cut : pair.up.cut;
+    cut = true;
     run_to(teleop::LinkState::kDegraded);
-    pair.down.cut = false;
+    cut = false;
   }
   if (state == teleop::LinkState::kStopped) {
-    pair.requests.stop();
+    side == Side::kMaster ? pair.signal_master() : pair.signal_slave();
     run_to(teleop::LinkState::kStopped);
+    for (int i = 0; i < 20; ++i) pair.step();  // the other hears of it
   }
 }
 

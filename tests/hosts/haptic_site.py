@@ -32,7 +32,7 @@ class HapticSite:
         self.topology = self.folder / "topology.yaml"
         self.topology.write_text(
             f"name: haptic_site\ndomain: {domain}\nqos_profiles: {SOURCE}/deploy/qos/phantom.xml\n"
-            f"cell: {SOURCE}/deploy/cells/hot_cell/cell.yaml\nnetwork:\n  shared_memory: true\nhosts:\n"
+            f"cell: {SOURCE}/deploy/cells/hot_cell/cell.yaml\nhosts:\n"
             f"  - name: haptic\n    interfaces: [{ADDRESSES['haptic']}]\n    processes:\n{processes}"
             f"  - {{name: onlookers, interfaces: [{ADDRESSES['onlookers']}]}}\n")
         self.viewer = self.folder / "viewer.yaml"

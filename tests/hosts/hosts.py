@@ -1,12 +1,14 @@
-"""Hosts of a test's own: network namespaces (with a /dev/shm and a name of their own) on routed subnets without multicast.
+"""Hosts of a test's own: network namespaces (with a /dev/shm, a name and a state folder of their own) on routed subnets without multicast.
 
 Nothing of it is left behind: namespaces, interfaces and processes end with the test, however it ends.
 """
 import json
+import os
 import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from pathlib import Path
@@ -60,6 +62,9 @@ class Host:
             raise RuntimeError(f"{name}: no namespace")
         self.pid = self.holder.pid
         self.processes = []
+        # What outlives its processes (a stop in force) is this host's own, and ends with it.
+        self.state = tempfile.mkdtemp(prefix=f"phantom_state_{name}_")
+        self.environment = {**os.environ, "XDG_STATE_HOME": self.state}
 
     def inside(self, words):
         return ["nsenter", "-t", str(self.pid), "-n", "-m", "-u", "--", "setpriv", "--pdeathsig", "TERM", "--", *map(str, words)]
@@ -68,10 +73,11 @@ class Host:
         return run(*self.inside(words))
 
     def try_run(self, *words, limit_s=60):
-        return subprocess.run(self.inside(words), capture_output=True, text=True, timeout=limit_s)
+        return subprocess.run(self.inside(words), capture_output=True, text=True, timeout=limit_s, env=self.environment)
 
     def start(self, words, log):
-        process = subprocess.Popen(self.inside(words), stdout=open(log, "w"), stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL)
+        process = subprocess.Popen(self.inside(words), stdout=open(log, "w"), stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
+                                   env=self.environment)
         process.log = Path(log)
         self.processes.append(process)
         return process
@@ -93,6 +99,7 @@ class Host:
                 process.wait()
         self.holder.stdin.close()
         self.holder.wait()
+        shutil.rmtree(self.state, ignore_errors=True)
 
 
 class Watch:

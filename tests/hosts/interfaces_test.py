@@ -35,8 +35,8 @@ def main():
     binaries = Path(arguments.parse_args().bin).resolve()
     need_rights()
     with tempfile.TemporaryDirectory(prefix="phantom_interfaces_") as folder:
-        pinned = topology(folder, "pinned", "{interfaces: [10.40.0.2], shared_memory: true}", "- {name: here}\n")
-        hosts = topology(folder, "hosts", "{shared_memory: true}", "- {name: here, interfaces: [10.40.0.2]}\n")
+        pinned = topology(folder, "pinned", "{interfaces: [10.40.0.2]}", "- {name: here}\n")
+        hosts = topology(folder, "hosts", "{}", "- {name: here, interfaces: [10.40.0.2]}\n")
         host = Host("here")
         try:
             record = [binaries / "dds_recorder", "record", "--folder", folder, "--deployment"]

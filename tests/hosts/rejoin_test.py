@@ -50,7 +50,7 @@ class Members:
         hosts = "".join(f"  - {{name: {name}, interfaces: [{address}]}}\n" for name, address in ADDRESSES.items())
         self.topology.write_text(
             f"name: rejoin\ndomain: 42\nqos_profiles: {SOURCE}/deploy/qos/phantom.xml\n"
-            f"cell: {SOURCE}/deploy/cells/hot_cell/cell.yaml\nnetwork:\n  shared_memory: true\n"
+            f"cell: {SOURCE}/deploy/cells/hot_cell/cell.yaml\nnetwork:\n"
             f"  initial_peers: [{', '.join(ADDRESSES.values())}]\n  participants_per_host: 8\n  security: {folder}/security\nhosts:\n{hosts}")
         self.site = Site(ADDRESSES, cable, ["slave"])
         self.cable = self.site.cables["slave"]
@@ -78,25 +78,27 @@ class Members:
     def matched(self, names=None):
         return {name: self.members[name].matched() for name in names or self.members}
 
-    def meet(self, what):
-        everybody = self.expected([[name for names in MEMBERS.values() for name in names]])
-        begun = time.monotonic()
+    def become(self, expected, what):
+        """Waits until each of those named has as many ends of others as expected."""
         newest = {}
 
-        def all_matched():
-            newest.update(self.matched())
-            return newest == everybody
+        def reached():
+            newest.update(self.matched(expected))
+            return newest == expected
         try:
-            eventually(all_matched, LIMIT_S, what)
+            eventually(reached, LIMIT_S, what)
         except AssertionError:
-            print("matched, of how many:", {name: (newest[name], everybody[name]) for name in newest if newest[name] != everybody[name]})
+            print("matched, of how many:", {name: (newest[name], expected[name]) for name in newest if newest[name] != expected[name]})
             raise
+
+    def meet(self, what):
+        begun = time.monotonic()
+        self.become(self.expected([[name for names in MEMBERS.values() for name in names]]), what)
         print(f"[{time.monotonic() - begun:5.1f} s] {what}", flush=True)
 
     def forget(self, host):
         """Waits until those of `host` have forgotten the others'."""
-        alone = self.expected([MEMBERS[host]])
-        eventually(lambda: self.matched(MEMBERS[host]) == alone, LIMIT_S, f"those on {host} forget the others")
+        self.become(self.expected([MEMBERS[host]]), f"those on {host} forget the others")
 
     def all_forget(self):
         self.cable.cut()
@@ -125,7 +127,7 @@ class Members:
         without = self.expected([others])
         frozen.send_signal(signal.SIGSTOP)
         try:
-            eventually(lambda: self.matched(others) == without, LIMIT_S, "the others forget the process that stands still")
+            self.become(without, "the others forget the process that stands still")
         finally:
             frozen.send_signal(signal.SIGCONT)
 

@@ -134,7 +134,7 @@ def wire(given):
 
 
 class Network:
-    """Cells of silent members on one host without shared memory: its loopback carries what a network would."""
+    """Cells of silent members on one host: its loopback carries what a network would."""
 
     def __init__(self, given, folder):
         self.host, self.bin, self.folder = Host("site"), Path(given.bin).resolve().parent / "tests/member", folder

@@ -15,4 +15,5 @@ const struct cyclone_type cyclone_types[] = {
     TYPE(OperatorCommand), TYPE(WorkspaceBrick),  TYPE(WorkspaceVersion),
     TYPE(WorkspaceObject), TYPE(MeshChunk),       TYPE(WorkspaceCommand),
     TYPE(WorkspaceReply),  TYPE(ComponentStatus), TYPE(ViewPose),
+    TYPE(OperatorReply),
     {0, 0}};

@@ -37,9 +37,6 @@ class Recorded : public testing::Test {
     std::string topology = read_text(PHANTOM_SOURCE_DIR "/deploy/topologies/single_host.yaml");
     for (auto at = topology.find("../"); at != std::string::npos; at = topology.find("../", at + 1))
       topology.replace(at, 3, PHANTOM_SOURCE_DIR "/deploy/");
-    // Each process that is killed would leave its 16 MB behind.
-    const std::string shared = "shared_memory: true";
-    topology.replace(topology.find(shared), shared.size(), "shared_memory: false");
     std::ofstream(folder / "topology.yaml") << topology;
     std::ofstream(folder / "config.yaml")
         << "disk: {margin_MB: 0}\nflush_interval_s: 0.02\nchunk_kB: 4\nqueue_MB: 4\n"

@@ -14,7 +14,6 @@ ADDRESSES = "1: lo    inet 127.0.0.1/8 scope host lo\n2: eth0    inet 10.30.1.2/
 HEALTHY = {
     "commands/chronyc": "A,10.0.0.1,2,1700000000.0,0.000012,0.00001,0.00002,1,0,0.1,0.01,0.001,64,Normal",
     "commands/ip": ADDRESSES,
-    "dev/shm.size": f"{1 << 30} {1 << 30}",
     "proc/sys/net/core/rmem_max": "4194304",
     "proc/sys/net/core/wmem_max": "4194304",
     "proc/sys/kernel/sched_rt_runtime_us": "950000",
@@ -25,7 +24,7 @@ HEALTHY = {
     "sys/class/net/eth0/type": "1",
     str(SOURCE / "deploy/qos/phantom.xml").lstrip("/"): "<dds/>",
 }
-TOPOLOGY = "name: t\ndomain: 1\nqos_profiles: q.xml\ncell: c.yaml\nnetwork: {shared_memory: true}\n" \
+TOPOLOGY = "name: t\ndomain: 1\nqos_profiles: q.xml\ncell: c.yaml\nnetwork: {}\n" \
            "hosts:\n- {name: master, interfaces: [%s], processes: [{component: slave_io, config: slave.yaml}]}\n"
 
 
@@ -67,7 +66,7 @@ class Doctor(unittest.TestCase):
         code, found = self.look()
         self.assertEqual(code, 0)
         self.assertEqual({f["level"] for f in found.values()}, {"good"}, found)
-        self.assertEqual(len(found), 11)
+        self.assertEqual(len(found), 9)
 
     def test_clock_not_synchronised(self):
         self.finds("clock", "warning", "apt-get install chrony", {"commands/chronyc": ""})
@@ -78,17 +77,6 @@ class Doctor(unittest.TestCase):
 
     def test_socket_buffers_too_small(self):
         self.finds("socket buffers", "bad", "net.core.rmem_max is 212992", {"proc/sys/net/core/rmem_max": "212992"})
-
-    def test_shared_memory_of_a_container(self):
-        self.finds("shared memory", "bad", "--shm-size 512m", {"dev/shm.size": f"{64 << 20} {60 << 20}"})
-
-    def test_segments_of_a_killed_process(self):
-        self.finds("leftover segments", "warning", "fastdds shm clean", {"dev/shm/fastrtps_0123456789abcdef": ""})
-
-    def test_segments_in_use_are_left_alone(self):
-        _, found = self.look({"dev/shm/fastrtps_0123456789abcdef": "",
-                              "proc/7/maps": "7f00-7f01 rw-s 0 00:17 5 /dev/shm/fastrtps_0123456789abcdef\n"})
-        self.assertEqual(found["leftover segments"]["level"], "good")
 
     def test_no_real_time_rights(self):
         self.finds("real-time priority", "warning", "LimitRTPRIO", {"proc/self/limits": LIMITS.format(lock="unlimited", rt="0")})
@@ -124,7 +112,7 @@ class Doctor(unittest.TestCase):
         self.assertEqual(found["interfaces"]["level"], "good")
 
     def test_security_without_documents(self):
-        topology = (TOPOLOGY % "10.30.1.2").replace("{shared_memory: true}", "{shared_memory: true, security: keys}")
+        topology = (TOPOLOGY % "10.30.1.2").replace("network: {}", "network: {security: keys}")
         self.finds("security", "bad", "bring this host its own", {}, topology)
 
     def test_wrong_arguments_and_topologies(self):

@@ -6,15 +6,36 @@
 
 #include <cstddef>
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 namespace phantom::test {
 
+/// A folder for the state of this process's children, removed at its end.
+struct StateFolder {
+  StateFolder()
+      : path(std::filesystem::temp_directory_path() / ("phantom_state_" + std::to_string(getpid()))) {
+    std::filesystem::create_directories(path);
+    setenv("XDG_STATE_HOME", path.c_str(), 1);
+  }
+  ~StateFolder() {
+    std::error_code ignored;
+    if (getpid() == owner) std::filesystem::remove_all(path, ignored);
+  }
+  const std::filesystem::path path;
+  const pid_t owner = getpid();
+};
+
 /// A DDS domain that no other test process of this host uses while this one runs: 100 to 199. `which`: of
 /// several that this process needs; the same number gives the same domain. A name in the kernel's table of
-/// sockets is what claims it, so that it is given back however the process ends. Not thread-safe.
+/// sockets is what claims it, so that it is given back however the process ends. What outlives the processes
+/// that the test starts (a stop in force, $XDG_STATE_HOME) is kept in a folder of the test's own, so that no
+/// test finds another's. Not thread-safe.
 inline int own_domain(std::size_t which = 0) {
+  static const StateFolder state;
   constexpr int kFirst = 100, kDomains = 100;
   static std::vector<int> claimed;
   const int begin = static_cast<int>(getpid() % kDomains);

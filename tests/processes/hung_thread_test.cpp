@@ -1,0 +1,149 @@
+// A thread of a running process is really stopped, by the kernel, and nothing else is: what the process then
+// says of itself must come from the thread's own progress.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/ptrace.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <mutex>
+#include <optional>
+
+#include "common/core/progress.hpp"
+#include "common/dds/endpoint.hpp"
+#include "tests/processes/running_process.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/own_domain.hpp"
+
+namespace phantom::processes {
+namespace {
+
+// While it lives, one thread of a child does not run.
+class FrozenThread {
+ public:
+  explicit FrozenThread(pid_t thread) : thread_(thread) {
+    EXPECT_EQ(ptrace(PTRACE_SEIZE, thread_, nullptr, nullptr), 0) << std::strerror(errno);
+    EXPECT_EQ(ptrace(PTRACE_INTERRUPT, thread_, nullptr, nullptr), 0) << std::strerror(errno);
+    int status = 0;
+    EXPECT_EQ(waitpid(thread_, &status, __WALL), thread_);
+  }
+  ~FrozenThread() { ptrace(PTRACE_DETACH, thread_, nullptr, nullptr); }
+  FrozenThread(const FrozenThread&) = delete;
+  FrozenThread& operator=(const FrozenThread&) = delete;
+
+ private:
+  pid_t thread_;
+};
+
+template <class Probe>
+bool eventually(const Probe& probe, double limit_s = 60.0) {
+  const auto until_ns = core::monotonic_ns() + core::from_seconds(limit_s);
+  while (!probe()) {
+    if (core::monotonic_ns() > until_ns) return false;
+    usleep(20'000);
+  }
+  return true;
+}
+
+struct Case {
+  const char* component;
+  const char* thread;
+  const char* loop;  // as component_status calls it
+};
+
+class HungThread : public testing::TestWithParam<Case> {
+ protected:
+  HungThread()
+      : folder_(test::new_folder()),
+        network_{.domain = test::own_domain(),
+                 .qos_profiles = PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml",
+                 .interfaces = {"127.0.0.1"}},
+        participant_("hung_thread_test", network_),
+        statuses_(participant_, dds::kComponentStatus,
+                  [this](const msg::ComponentStatus& status, const dds::SampleInfo&) {
+                    const std::lock_guard lock(mutex_);
+                    status_ = status;
+                    ++statuses_seen_;
+                  }),
+        process_(GetParam().component,
+                 {.arguments = {"--deployment", write_topology(folder_).string(), "--domain",
+                                std::to_string(network_.domain)},
+                  .environment = {{"NOTIFY_SOCKET", notify_.name()}}},
+                 folder_) {}
+
+  msg::ComponentStatus status() {
+    const std::lock_guard lock(mutex_);
+    return status_.value_or(msg::ComponentStatus());
+  }
+  int statuses_seen() {
+    const std::lock_guard lock(mutex_);
+    return statuses_seen_;
+  }
+  std::optional<msg::LoopStatistics> loop() {
+    const msg::ComponentStatus now = status();
+    for (const auto& loop : now.loops()) {
+      if (loop.name() == GetParam().loop) return loop;
+    }
+    return std::nullopt;
+  }
+  // All that the service manager hears until the status has come `count` times more.
+  std::vector<std::string> heard_while(int count) {
+    notify_.take();
+    const int until = statuses_seen() + count;
+    EXPECT_TRUE(eventually([&] { return statuses_seen() >= until; }));
+    return notify_.take();
+  }
+
+  std::filesystem::path folder_;
+  core::NetworkOptions network_;
+  std::mutex mutex_;
+  std::optional<msg::ComponentStatus> status_;
+  int statuses_seen_ = 0;
+  NotifySocket notify_;
+  dds::Participant participant_;
+  dds::Reader<msg::ComponentStatus> statuses_;
+  RunningProcess process_;
+};
+
+TEST_P(HungThread, IsSeenInTheStatusAndStarvesTheServiceManagersWatchdogUntilItRunsAgain) {
+  using testing::Each;
+  using testing::HasSubstr;
+  using testing::Not;
+  ASSERT_TRUE(eventually([&] {
+    return loop() && loop()->ticks() > 20 && status().state() != msg::COMPONENT_FAULT;
+  })) << process_.log();
+  const auto healthy = heard_while(3);
+  ASSERT_FALSE(healthy.empty());
+  EXPECT_THAT(healthy, Each(HasSubstr("WATCHDOG=1")));
+  const std::string sentence = std::string("the ") + GetParam().loop + " loop has not run for ";
+  {
+    const pid_t thread = process_.thread(GetParam().thread);
+    ASSERT_NE(thread, 0) << GetParam().thread;
+    const FrozenThread frozen(thread);
+    ASSERT_TRUE(eventually([&] { return status().state() == msg::COMPONENT_FAULT; })) << status().message();
+    EXPECT_THAT(status().message().to_string(), HasSubstr(sentence));
+    ASSERT_TRUE(eventually([&] { return loop()->idle_s() > 3.0; }));
+    EXPECT_EQ(loop()->rate_hz(), 0.0) << "none of its ticks is of the last second";
+    EXPECT_EQ(status().state(), msg::COMPONENT_FAULT);
+    const auto hung = heard_while(3);
+    ASSERT_FALSE(hung.empty()) << "it still says what is wrong";
+    EXPECT_THAT(hung, Each(Not(HasSubstr("WATCHDOG=1"))));
+    EXPECT_THAT(hung, Each(HasSubstr(sentence)));
+  }
+  EXPECT_TRUE(eventually([&] { return status().state() != msg::COMPONENT_FAULT && loop()->rate_hz() > 0.0; }))
+      << "it was only held up: " << status().message();
+  EXPECT_THAT(heard_while(3), Each(HasSubstr("WATCHDOG=1")));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Threads, HungThread,
+    testing::Values(Case{"slave_io", "servo", "servo"}, Case{"slave_io", "publisher", "publisher"},
+                    Case{"master_io", "servo", "servo"}, Case{"master_io", "publisher", "publisher"},
+                    Case{"phantom_sensing", "sensing", "sensing"},
+                    Case{"phantom_sensing", "alerts", "alerts"}, Case{"audio_percept", "audio", "audio"}),
+    [](const auto& tested) { return std::string(tested.param.component) + "_" + tested.param.thread; });
+
+}  // namespace
+}  // namespace phantom::processes
