@@ -66,6 +66,10 @@ DdsError no_profile(const TopicDescription& topic, const char* end) {
 
 }  // namespace
 
+void without_piggyback(edds::DataWriterQos& qos) noexcept {
+  qos.reliable_writer_qos().disable_heartbeat_piggyback = true;
+}
+
 edds::DataWriterQos writer_qos(edds::Publisher& publisher, const TopicDescription& topic) {
   edds::DataWriterQos qos;
   if (publisher.get_datawriter_qos_from_profile(topic.name, qos) != ReturnCode_t::RETCODE_OK) {
@@ -76,6 +80,7 @@ edds::DataWriterQos writer_qos(edds::Publisher& publisher, const TopicDescriptio
   check.same("publish mode",
              qos.publish_mode().kind == edds::SYNCHRONOUS_PUBLISH_MODE ? "SYNCHRONOUS" : "ASYNCHRONOUS",
              "SYNCHRONOUS");
+  without_piggyback(qos);
   return qos;
 }
 

@@ -10,6 +10,7 @@
 #include <mutex>
 
 #include "common/dds/participant_impl.hpp"
+#include "common/dds/qos.hpp"
 #include "common/observation/convert.hpp"
 #include "common/observation/payload_type.hpp"
 
@@ -62,6 +63,7 @@ edds::DataWriterQos writer_qos(const diagnostics::EndpointQos& given, int depth)
   qos.reliable_writer_qos().times.heartbeatPeriod = {0, 50'000'000};
   qos.reliable_writer_qos().times.nackResponseDelay = {0, 0};
   qos.data_sharing().off();
+  dds::without_piggyback(qos);
   return qos;
 }
 
