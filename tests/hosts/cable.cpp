@@ -26,6 +26,7 @@
 #include <random>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace {
@@ -157,6 +158,8 @@ int main(int argc, char** argv) {
                         std::chrono::duration_cast<std::chrono::nanoseconds>(left).count() % 1'000'000'000};
     pollfd ends[] = {{a, POLLIN, 0}, {b, POLLIN, 0}, {STDIN_FILENO, POLLIN, 0}};
     ppoll(ends, 3, &wait, nullptr);
+    // On a long cable nobody sees this; frames come in bursts, and each waking costs as much as a frame.
+    if (quality.delay_ms >= 1.0) std::this_thread::sleep_for(std::chrono::microseconds(250));
     there.take_in(quality, quality.cut_a, random);
     back.take_in(quality, quality.cut_b, random);
     there.pass_on();
