@@ -12,7 +12,7 @@ namespace {
 using Kind = SetupStep::Kind;
 using Steps = std::vector<SetupStep>;
 
-void write(Steps& steps, std::uint16_t index, std::uint8_t sub, std::uint8_t size, std::uint32_t value) {
+void add_write(Steps& steps, std::uint16_t index, std::uint8_t sub, std::uint8_t size, std::uint32_t value) {
   steps.push_back({.index = index, .sub = sub, .size = size, .value = value});
 }
 
@@ -22,17 +22,17 @@ constexpr std::uint32_t kPdoOff = 0x80000000;
 void map_pdo(Steps& steps, std::uint16_t communication, std::uint32_t cob, std::uint32_t every_syncs,
              std::initializer_list<std::uint32_t> objects) {
   const auto mapping = static_cast<std::uint16_t>(communication + 0x200);
-  write(steps, communication, 1, 4, cob | kPdoOff);
-  write(steps, mapping, 0, 1, 0);
+  add_write(steps, communication, 1, 4, cob | kPdoOff);
+  add_write(steps, mapping, 0, 1, 0);
   std::uint8_t count = 0;
-  for (const std::uint32_t object : objects) write(steps, mapping, ++count, 4, object);
-  write(steps, mapping, 0, 1, count);
-  write(steps, communication, 2, 1, every_syncs);
-  write(steps, communication, 1, 4, cob);
+  for (const std::uint32_t object : objects) add_write(steps, mapping, ++count, 4, object);
+  add_write(steps, mapping, 0, 1, count);
+  add_write(steps, communication, 2, 1, every_syncs);
+  add_write(steps, communication, 1, 4, cob);
 }
 
 void switch_pdo_off(Steps& steps, std::uint16_t communication, std::uint32_t cob) {
-  write(steps, communication, 1, 4, cob | kPdoOff);
+  add_write(steps, communication, 1, 4, cob | kPdoOff);
   steps.back().optional = true;
 }
 
@@ -41,9 +41,9 @@ void set_interpolation(Steps& steps, double period_s) {
   for (int exponent = -3; exponent >= -6; --exponent) {
     const double value = period_s * std::pow(10.0, -exponent);
     if (value < 0.999 || std::abs(value - std::round(value)) > 1e-6) continue;
-    write(steps, 0x60C2, 1, 1, static_cast<std::uint32_t>(std::lround(value)));
+    add_write(steps, 0x60C2, 1, 1, static_cast<std::uint32_t>(std::lround(value)));
     steps.back().optional = true;
-    write(steps, 0x60C2, 2, 1, static_cast<std::uint8_t>(exponent));
+    add_write(steps, 0x60C2, 2, 1, static_cast<std::uint8_t>(exponent));
     steps.back().optional = true;
     return;
   }
@@ -73,16 +73,16 @@ std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfi
   steps.push_back({.kind = Kind::kExpect, .index = 0x1000, .value = 402, .mask = 0xFFFF});
   // First of all, what somebody left enabled is stopped.
   const bool hold = config.reaction == FaultReaction::kHold;
-  write(steps, 0x6007, 0, 2, hold ? 3 : 2);  // the master is lost: quick stop, or voltage off
-  write(steps, 0x605A, 0, 2, 6);             // quick stop: on its ramp, and hold
-  write(steps, 0x6040, 0, 2, hold ? kCommandQuickStop : kCommandDisableVoltage);
+  add_write(steps, 0x6007, 0, 2, hold ? 3 : 2);  // the master is lost: quick stop, or voltage off
+  add_write(steps, 0x605A, 0, 2, 6);             // quick stop: on its ramp, and hold
+  add_write(steps, 0x6040, 0, 2, hold ? kCommandQuickStop : kCommandDisableVoltage);
   steps.push_back({.kind = Kind::kExpect, .index = 0x6502, .value = mode_bit, .mask = mode_bit});
   steps.push_back(
       {.kind = Kind::kNear,
        .index = 0x6076,
        .value = static_cast<std::uint32_t>(std::lround(axis.units.rated_motor_torque_Nm() * 1e3))});
-  write(steps, 0x6072, 0, 2,
-        static_cast<std::uint32_t>(axis.max_torque / std::abs(axis.units.torque_per_mille())));
+  add_write(steps, 0x6072, 0, 2,
+            static_cast<std::uint32_t>(axis.max_torque / std::abs(axis.units.torque_per_mille())));
   set_interpolation(steps, t.period_s);
   map_pdo(steps, 0x1800, kCobTpdo1 + node, 1, {0x60410010, 0x60640020, 0x60610008});
   map_pdo(steps, 0x1801, kCobTpdo2 + node, static_cast<std::uint32_t>(t.measure_every),
@@ -92,10 +92,10 @@ std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfi
     switch_pdo_off(steps, static_cast<std::uint16_t>(0x1400 + i), kCobRpdo1 + 0x100U * i + node);
     if (i > 1) switch_pdo_off(steps, static_cast<std::uint16_t>(0x1800 + i), kCobTpdo1 + 0x100U * i + node);
   }
-  write(steps, 0x6060, 0, 1, static_cast<std::uint8_t>(axis.mode));
-  write(steps, 0x1016, 1, 4,
-        static_cast<std::uint32_t>(config.master_node) << 16 | milliseconds(t.heartbeat_timeout_s));
-  write(steps, 0x1017, 0, 2, milliseconds(t.heartbeat_s));
+  add_write(steps, 0x6060, 0, 1, static_cast<std::uint8_t>(axis.mode));
+  add_write(steps, 0x1016, 1, 4,
+            static_cast<std::uint32_t>(config.master_node) << 16 | milliseconds(t.heartbeat_timeout_s));
+  add_write(steps, 0x1017, 0, 2, milliseconds(t.heartbeat_s));
   return steps;
 }
 

@@ -25,7 +25,7 @@ namespace phantom::dds {
 namespace {
 
 namespace edds = eprosima::fastdds::dds;
-namespace rtps = eprosima::fastdds::rtps;
+namespace rtps = eprosima::fastrtps::rtps;
 
 // The factory keeps profiles for the process's life and refuses a second file with the same names, so each
 // file that it has taken is loaded once.
@@ -48,17 +48,17 @@ void load_profiles(const std::filesystem::path& file) {
 }
 
 // Clients announce to the servers alone. `whole`: hears of every endpoint, not only of those it matches.
-void use_discovery_servers(eprosima::fastrtps::rtps::DiscoverySettings& discovery,
-                           const std::vector<std::string>& servers, bool whole) {
-  using Protocol = eprosima::fastrtps::rtps::DiscoveryProtocol_t;
+void use_discovery_servers(rtps::DiscoverySettings& discovery, const std::vector<std::string>& servers,
+                           bool whole) {
+  using Protocol = rtps::DiscoveryProtocol_t;
   discovery.discoveryProtocol = whole ? Protocol::SUPER_CLIENT : Protocol::CLIENT;
   for (std::size_t id = 0; id < servers.size(); ++id) {
     const auto colon = servers[id].rfind(':');
-    eprosima::fastrtps::rtps::Locator_t locator;
+    rtps::Locator_t locator;
     locator.kind = LOCATOR_KIND_UDPv4;
-    eprosima::fastrtps::rtps::IPLocator::setIPv4(locator, servers[id].substr(0, colon));
+    rtps::IPLocator::setIPv4(locator, servers[id].substr(0, colon));
     locator.port = static_cast<std::uint32_t>(std::stoul(servers[id].substr(colon + 1)));
-    rtps::RemoteServerAttributes server;
+    eprosima::fastdds::rtps::RemoteServerAttributes server;
     char prefix[64];  // the GUID prefix that `fast-discovery-server -i ID` has
     std::snprintf(prefix, sizeof prefix, "44.53.%02zx.5f.45.50.52.4f.53.49.4d.41", id);
     server.ReadguidPrefix(prefix);
@@ -77,9 +77,9 @@ edds::DomainParticipantQos participant_qos(const std::string& component, const c
   discovery.leaseDuration = {5, 0};
   discovery.leaseDuration_announcementperiod = {1, 0};
   for (const auto& peer : network.initial_peers) {
-    eprosima::fastrtps::rtps::Locator_t locator;
+    rtps::Locator_t locator;
     locator.kind = LOCATOR_KIND_UDPv4;
-    if (!eprosima::fastrtps::rtps::IPLocator::setIPv4(locator, peer)) {
+    if (!rtps::IPLocator::setIPv4(locator, peer)) {
       throw DdsError("network.initial_peers: '" + peer + "' is not an IPv4 address");
     }
     qos.wire_protocol().builtin.initialPeersList.push_back(locator);

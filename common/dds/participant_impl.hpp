@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "common/core/clock.hpp"
+#include "common/dds/guid_prefix.hpp"
 #include "common/dds/participant.hpp"
 #include "common/dds/topics.hpp"
 
@@ -26,6 +28,12 @@ struct EndpointCounters {
 };
 
 class Readmission;
+
+inline GuidPrefix prefix_of(const eprosima::fastrtps::rtps::GUID_t& guid) {
+  GuidPrefix prefix;
+  std::copy_n(guid.guidPrefix.value, prefix.size(), prefix.begin());
+  return prefix;
+}
 
 /// Private to common/dds and common/observation.
 struct Participant::Impl {

@@ -16,13 +16,8 @@ namespace phantom::dds {
 namespace edds = eprosima::fastdds::dds;
 namespace {
 
-GuidPrefix prefix_of(const eprosima::fastrtps::rtps::GUID_t& guid) {
-  GuidPrefix prefix;
-  std::copy_n(guid.guidPrefix.value, prefix.size(), prefix.begin());
-  return prefix;
-}
 /// An endpoint's handle holds its GUID.
-GuidPrefix prefix_of(const eprosima::fastrtps::rtps::InstanceHandle_t& handle) {
+GuidPrefix writer_of(const eprosima::fastrtps::rtps::InstanceHandle_t& handle) {
   return prefix_of(eprosima::fastrtps::rtps::iHandle2GUID(handle));
 }
 
@@ -53,7 +48,7 @@ struct RawReader::Impl : edds::DataReaderListener {
         continue;  // what is gone says so by a sample (idl/workspace.idl), never by a disposal
       SampleInfo given;
       given.received_ns = core::monotonic_ns();
-      given.writer = prefix_of(info.publication_handle);
+      given.writer = writer_of(info.publication_handle);
       counters->samples.fetch_add(1, std::memory_order_relaxed);
       counters->busy_since_ns.store(given.received_ns, std::memory_order_relaxed);
       on_sample(sample, given);
@@ -63,7 +58,7 @@ struct RawReader::Impl : edds::DataReaderListener {
   void on_subscription_matched(edds::DataReader*, const edds::SubscriptionMatchedStatus& status) override {
     counters->matched = static_cast<std::uint32_t>(status.current_count);
     if (status.current_count_change < 0 && on_writer_gone)
-      on_writer_gone(prefix_of(status.last_publication_handle));
+      on_writer_gone(writer_of(status.last_publication_handle));
   }
   void on_requested_deadline_missed(edds::DataReader*,
                                     const edds::RequestedDeadlineMissedStatus& status) override {

@@ -15,7 +15,7 @@
 
 #include "common/core/thread_place.hpp"
 #include "common/dds/departure.hpp"
-#include "common/dds/participant.hpp"
+#include "common/dds/participant_impl.hpp"
 #include "common/dds/security.hpp"
 
 namespace phantom::dds {
@@ -28,12 +28,6 @@ constexpr std::chrono::seconds kLookPeriod{1};
 // Greater than an announcement's: those are numbered by how often what they say has changed. A peer forgets
 // the number together with the participant.
 constexpr std::uint32_t kDepartureSequence = 1 << 20;
-
-GuidPrefix prefix_of(const rtps::GUID_t& guid) {
-  GuidPrefix prefix{};
-  std::copy_n(guid.guidPrefix.value, prefix.size(), prefix.begin());
-  return prefix;
-}
 
 sockaddr_in socket_address(const rtps::Locator_t& locator) {
   sockaddr_in address{};

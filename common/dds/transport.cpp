@@ -9,7 +9,7 @@
 namespace phantom::dds {
 namespace {
 
-namespace rtps = eprosima::fastdds::rtps;
+namespace transport = eprosima::fastdds::rtps;
 
 constexpr std::uint32_t kSocketBufferBytes = 4 << 20;  // a late joiner's workspace comes as one burst
 // A message of many Ethernet frames is lost with any one of them, and what came of it holds memory for 30 s
@@ -21,7 +21,7 @@ constexpr const char* kLoopback = "127.0.0.1";
 
 // Sends messages of kMessageBytes at most, and takes whole ones from those who send larger: Fast DDS asks the
 // descriptor for the one, and the transport's copy of its members for the other.
-struct UdpDescriptor : rtps::UDPv4TransportDescriptor {
+struct UdpDescriptor : transport::UDPv4TransportDescriptor {
   [[nodiscard]] std::uint32_t max_message_size() const override { return kMessageBytes; }
 };
 
@@ -41,7 +41,7 @@ std::vector<std::string> interfaces_of(const core::NetworkOptions& network) {
 
 }  // namespace
 
-std::shared_ptr<rtps::TransportDescriptorInterface> transport_of(const core::NetworkOptions& network) {
+std::shared_ptr<transport::TransportDescriptorInterface> transport_of(const core::NetworkOptions& network) {
   auto udp = std::make_shared<UdpDescriptor>();
   udp->interfaceWhiteList = interfaces_of(network);
   udp->sendBufferSize = kSocketBufferBytes;

@@ -1,12 +1,9 @@
 #include <algorithm>
-#include <limits>
 
 #include "common/geometry/implicit.hpp"
 
 namespace phantom::geometry {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 /// Of the parts whose least value (with `greatest`: greatest) makes the solid, those that can make it in the
 /// region, with their own parts thinned out likewise; nothing if that is all of them as they are.

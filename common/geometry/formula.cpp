@@ -11,8 +11,6 @@
 namespace phantom::geometry {
 namespace {
 
-double square(double v) { return v * v; }
-
 // As for intervals: not a number if either is not.
 double least(double a, double b) { return std::isnan(a) || std::isnan(b) ? a + b : std::min(a, b); }
 double most(double a, double b) { return std::isnan(a) || std::isnan(b) ? a + b : std::max(a, b); }

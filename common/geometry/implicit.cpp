@@ -3,18 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "common/geometry/primitives.hpp"
 
 namespace phantom::geometry {
 namespace {
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
-
 // The same formula serves numbers and intervals.
 using std::abs, std::max, std::min, std::sqrt;
-double square(double v) { return v * v; }
 
 template <class T>
 T length(const T& a, const T& b) {

@@ -7,8 +7,6 @@
 namespace phantom::geometry {
 namespace {
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
-
 // Two units in the last place cover the rounding of the operators and of the C library's functions. A sum of
 // squares that is exactly 0 stays so: its root is defined.
 double down(double v) { return std::isfinite(v) && v != 0.0 ? v - (std::abs(v) * 5e-16 + 1e-307) : v; }

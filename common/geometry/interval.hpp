@@ -4,6 +4,8 @@
 
 namespace phantom::geometry {
 
+inline constexpr double kInf = std::numeric_limits<double>::infinity();
+
 /// Every value that a formula can take over a region: a closed range, rounded outwards, plus whether the
 /// formula is undefined (not a number) somewhere in the region. `lo > hi`: undefined everywhere.
 struct Interval {
@@ -15,14 +17,8 @@ struct Interval {
   Interval(double point) : lo(point), hi(point) {}  // NOLINT: implicit by intent, as numbers are in formulas
   Interval(double low, double high, bool everywhere = true) : lo(low), hi(high), defined(everywhere) {}
 
-  static Interval whole(bool everywhere = true) {
-    constexpr double kInf = std::numeric_limits<double>::infinity();
-    return {-kInf, kInf, everywhere};
-  }
-  static Interval nowhere() {
-    constexpr double kInf = std::numeric_limits<double>::infinity();
-    return {kInf, -kInf, false};
-  }
+  static Interval whole(bool everywhere = true) { return {-kInf, kInf, everywhere}; }
+  static Interval nowhere() { return {kInf, -kInf, false}; }
   bool empty() const { return lo > hi; }
   bool contains(double value) const { return lo <= value && value <= hi; }
 };
@@ -38,6 +34,7 @@ Interval operator/(const Interval& a, const Interval& b);
 Interval min(const Interval& a, const Interval& b);
 Interval max(const Interval& a, const Interval& b);
 Interval square(const Interval& a);
+inline double square(double a) { return a * a; }  // the same formula serves numbers and intervals
 Interval abs(const Interval& a);
 Interval sqrt(const Interval& a);
 Interval exp(const Interval& a);

@@ -11,9 +11,8 @@
 namespace phantom::robot {
 namespace {
 
-constexpr int kMostReach_vox = 15;
 constexpr int kNodes = 16;
-constexpr std::size_t kMostTilesAlong = (2 * kMostReach_vox + 3) / 4 + 1;
+constexpr std::size_t kMostTilesAlong = (2 * ClusterSpec::kMostReach_vox + 3) / 4 + 1;
 constexpr std::size_t kMostTiles = kMostTilesAlong * kMostTilesAlong * kMostTilesAlong;
 
 struct Quadrature {
@@ -129,7 +128,7 @@ void fill_response(const ResponseCurve& curve, const std::vector<float>& palette
 }
 
 ClusterStencil::ClusterStencil(const ClusterSpec& spec)
-    : reach_(std::clamp(spec.reach_vox, 1, kMostReach_vox)) {
+    : reach_(std::clamp(spec.reach_vox, 1, ClusterSpec::kMostReach_vox)) {
   for (int z = -reach_; z <= reach_; ++z) {
     for (int y = -reach_; y <= reach_; ++y) {
       int reach = reach_;
@@ -265,7 +264,7 @@ ClusterReading ClusterStencil::read_inside(const voxel::Workspace& workspace, vo
                                            const ResponseTable& response) const noexcept {
   const Bricks bricks(workspace, centre, reach_);
   // Offsets of the zone's columns within their brick, and the first column of the second brick.
-  std::array<std::uint32_t, 2 * kMostReach_vox + 1> column;
+  std::array<std::uint32_t, 2 * ClusterSpec::kMostReach_vox + 1> column;
   for (int x = -reach_; x <= reach_; ++x)
     column[static_cast<std::size_t>(x + reach_)] =
         static_cast<std::uint32_t>(voxel::brick_offset(within_brick(centre.x + x), 0, 0));

@@ -11,8 +11,6 @@ namespace {
 using core::Status;
 using detail::PlacedSensor;
 
-constexpr int kMostReach_vox = 15;
-
 std::string unknown_link(const SerialArm& arm, const std::string& name) {
   std::string known;
   for (const Link& candidate : arm.links()) {
@@ -89,9 +87,9 @@ Status add_parts(const std::vector<Part>& parts, const char* kind, const std::st
 
 std::string detail::check_sensor(double gain, const std::optional<ClusterSpec>& cluster) {
   if (!(gain >= 0.0) || !std::isfinite(gain)) return "gain must be 0 or more";
-  if (cluster && (cluster->reach_vox < 1 || cluster->reach_vox > kMostReach_vox)) {
+  if (cluster && (cluster->reach_vox < 1 || cluster->reach_vox > ClusterSpec::kMostReach_vox)) {
     return "cluster: reach_vox: " + std::to_string(cluster->reach_vox) + "; allowed: 1 to " +
-           std::to_string(kMostReach_vox);
+           std::to_string(ClusterSpec::kMostReach_vox);
   }
   return {};
 }

@@ -25,6 +25,7 @@ enum class ClusterShape {
 
 /// An enhanced sensor: a zone of voxels around the place instead of the one voxel there (thesis 6.2–6.4).
 struct ClusterSpec {
+  static constexpr int kMostReach_vox = 15;
   int reach_vox = 3;  ///< m, 1…15
   ClusterShape shape = ClusterShape::kSphere;
   friend bool operator==(const ClusterSpec&, const ClusterSpec&) = default;

@@ -1,12 +1,11 @@
-#include <numbers>
 #include <set>
 
+#include "common/core/units.hpp"
 #include "common/runtime/cell_parts.hpp"
 
 namespace phantom::runtime {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 robot::DhRow read_dh_row(const ConfigReader& reader) {
@@ -15,11 +14,11 @@ robot::DhRow read_dh_row(const ConfigReader& reader) {
   row.joint = reader.text("joint", "");
   const bool slides = reader.choice("type", "revolute", {"revolute", "prismatic"}) == "prismatic";
   row.type = slides ? robot::JointType::kPrismatic : robot::JointType::kRevolute;
-  row.theta_rad = reader.number("theta_deg", 0.0, {-360, 360, "degrees"}) * kDegree;
-  row.alpha_rad = reader.number("alpha_deg", 0.0, {-360, 360, "degrees"}) * kDegree;
+  row.theta_rad = reader.number("theta_deg", 0.0, {-360, 360, "degrees"}) * core::kRadPerDegree;
+  row.alpha_rad = reader.number("alpha_deg", 0.0, {-360, 360, "degrees"}) * core::kRadPerDegree;
   row.d_m = reader.number("d_m", 0.0, {-100, 100, "m"});
   row.a_m = reader.number("a_m", 0.0, {-100, 100, "m"});
-  const double unit = slides ? 1.0 : kDegree;
+  const double unit = slides ? 1.0 : core::kRadPerDegree;
   const char* range_key = slides ? "range_m" : "range_deg";
   row.lower = -kInfinity;
   row.upper = kInfinity;
@@ -32,7 +31,7 @@ robot::DhRow read_dh_row(const ConfigReader& reader) {
     row.upper = range[1] * unit;
   }
   row.max_speed = slides ? reader.number("max_speed_m_s", {1e-6, 100, "m/s"})
-                         : reader.number("max_speed_deg_s", {1e-3, 36000, "degrees/s"}) * kDegree;
+                         : reader.number("max_speed_deg_s", {1e-3, 36000, "degrees/s"}) * core::kRadPerDegree;
   row.max_effort = slides ? reader.number("max_force_N", {1e-6, 1e6, "N"})
                           : reader.number("max_torque_Nm", {1e-6, 1e6, "N·m"});
   row.mass_kg = reader.number("mass_kg", 0.0, {0, 1e5, "kg"});

@@ -1,11 +1,9 @@
-#include <numbers>
 
+#include "common/core/units.hpp"
 #include "common/runtime/cell_parts.hpp"
 
 namespace phantom::runtime {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 std::optional<int> read_auto_count(const ConfigReader& reader, const char* key, Range range) {
   if (!reader.has(key) || reader.text(key) == "auto") return std::nullopt;
@@ -35,7 +33,7 @@ std::vector<robot::PolygonPoint> read_polygon(const ConfigReader& reader, const 
                                        std::to_string(r_m.size()) + " of r_m; allowed: as many, 3 or more");
   }
   std::vector<robot::PolygonPoint> polygon;
-  for (std::size_t i = 0; i < r_m.size(); ++i) polygon.push_back({r_m[i], psi_deg[i] * kDegree});
+  for (std::size_t i = 0; i < r_m.size(); ++i) polygon.push_back({r_m[i], psi_deg[i] * core::kRadPerDegree});
   return polygon;
 }
 
@@ -80,7 +78,7 @@ SkinSegmentConfig read_segment(const ConfigReader& reader) {
   read_section(reader, segment);
   segment.sides = read_auto_count(reader, "sides", {3, 10000, "sensors"});
   segment.rings = read_auto_count(reader, "rings", {2, 10000, "rings"});
-  segment.spin_rad = reader.number("spin_deg", 0.0, {-360, 360, "degrees"}) * kDegree;
+  segment.spin_rad = reader.number("spin_deg", 0.0, {-360, 360, "degrees"}) * core::kRadPerDegree;
   segment.gain = reader.number("gain", 1.0, {0, 1000, ""});
   segment.cluster = read_cluster(reader);
   return segment;

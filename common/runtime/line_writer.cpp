@@ -21,7 +21,6 @@
 namespace phantom::runtime {
 namespace {
 
-constexpr double kGrace_s = 0.2;
 constexpr int kPoll_ms = 50;
 constexpr std::size_t kPiece = 4096;  // PIPE_BUF: a pipe takes so much whole
 

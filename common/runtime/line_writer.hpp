@@ -13,10 +13,11 @@ namespace phantom::runtime {
 class LineWriter {
  public:
   static constexpr std::size_t kMostWaiting = 1024;
+  static constexpr double kGrace_s = 0.2;  ///< given to a reader at the end
 
   /// Keeps a copy of `descriptor`. Throws std::system_error if no thread can be started.
   explicit LineWriter(int descriptor, std::size_t most_waiting = kMostWaiting);
-  /// Writes what waits if somebody reads it within 0.2 s; else leaves it.
+  /// Writes what waits if somebody reads it within kGrace_s; else leaves it.
   ~LineWriter();
   LineWriter(const LineWriter&) = delete;
   LineWriter& operator=(const LineWriter&) = delete;

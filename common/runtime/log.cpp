@@ -16,7 +16,6 @@
 namespace phantom::runtime {
 namespace {
 
-constexpr double kGrace_s = 0.2;
 constexpr const char* kPlain = "\033[m";
 
 LineWriter* g_lines = nullptr;  // never deleted: threads may log until the process ends
@@ -86,7 +85,7 @@ void say(const std::string& line) {
 }
 
 void finish_log() noexcept {
-  if (g_lines != nullptr) g_lines->flush(kGrace_s);
+  if (g_lines != nullptr) g_lines->flush(LineWriter::kGrace_s);
 }
 
 }  // namespace phantom::runtime

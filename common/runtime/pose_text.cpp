@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <sstream>
 #include <vector>
+
+#include "common/core/units.hpp"
 
 namespace phantom::runtime {
 
@@ -22,20 +23,20 @@ core::Expected<geometry::Pose> parse_pose(const std::string& text) {
     return core::Status::invalid_argument(
         "'" + text + "'; allowed: six numbers, \"x y z roll pitch yaw\", in metres and degrees");
   }
-  constexpr double kDegree = std::numbers::pi / 180.0;
   return geometry::Pose{
-      geometry::rotation_from_rpy(values[3] * kDegree, values[4] * kDegree, values[5] * kDegree),
+      geometry::rotation_from_rpy(values[3] * core::kRadPerDegree, values[4] * core::kRadPerDegree,
+                                  values[5] * core::kRadPerDegree),
       {values[0], values[1], values[2]}};
 }
 
 std::string pose_text(const geometry::Pose& X) {
-  constexpr double kDegree = std::numbers::pi / 180.0;
   const Eigen::Matrix3d& R = X.rotation;
   const double roll = std::atan2(R(2, 1), R(2, 2)), yaw = std::atan2(R(1, 0), R(0, 0)),
                pitch = std::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0)));
   const Eigen::Vector3d& p = X.translation_m;
-  return fmt::format("{:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {:.6g}", p.x(), p.y(), p.z(), roll / kDegree,
-                     pitch / kDegree + 0.0, yaw / kDegree);  // + 0.0: no "-0"
+  return fmt::format("{:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {:.6g}", p.x(), p.y(), p.z(),
+                     roll / core::kRadPerDegree, pitch / core::kRadPerDegree + 0.0,
+                     yaw / core::kRadPerDegree);  // + 0.0: no "-0"
 }
 
 }  // namespace phantom::runtime

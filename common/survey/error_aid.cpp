@@ -4,8 +4,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "common/core/units.hpp"
 #include "common/survey/words.hpp"
 
 namespace phantom::survey {
@@ -14,7 +14,6 @@ namespace {
 using detail::words;
 
 constexpr std::size_t kMostSuspects = 3;
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 /// Calls `take` with every choice of `count` of the places 0 … n − 1.
 template <class Take>
@@ -171,7 +170,7 @@ std::vector<std::string> advice(const Measurement& measurement, const MeasuredFa
                          node.off_plane_m > 0 ? "long" : "short") +
                    face.name +
                    words("' (errors: %.1f mm), its normal departs by %.1f deg", 1e3 * node.sigma_m,
-                         node.normal_departs_rad / kDegree));
+                         node.normal_departs_rad / core::kRadPerDegree));
   }
   if (check.alternatives.empty()) return said;
   std::string others;

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "common/core/units.hpp"
 #include "common/survey/words.hpp"
 
 namespace phantom::survey {
@@ -11,7 +11,6 @@ namespace {
 
 using detail::words;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kGoodRest = 0.05;  // probability from which the nodes without a suspect fit
 
 class Survey {
@@ -123,7 +122,8 @@ class Survey {
           words("the pose is known too badly: some point of ") + part.name +
           words(" may be %.1f mm off (%.0f %% confidence), it may be turned by %.2f deg; allowed: %.1f mm",
                 1e3 * object.worst_displacement_m, 100 * options_.confidence,
-                object.fit.orientation_sigma_rad() / kDegree, 1e3 * options_.largest_displacement_m));
+                object.fit.orientation_sigma_rad() / core::kRadPerDegree,
+                1e3 * options_.largest_displacement_m));
     }
     const auto largest = std::max_element(
         measurement_.faces.begin(), measurement_.faces.end(), [&](const auto& a, const auto& b) {

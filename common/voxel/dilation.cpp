@@ -21,8 +21,6 @@ long long greatest_square(ShapingElement element, int m) {
                                             : static_cast<long long>(m) * m + m;
 }
 
-constexpr std::int32_t brick_of(std::int32_t voxel) { return voxel >> 5; }
-
 /// Where the tile that holds `at` ends, at most at `end`; both are in a box whose corner is at `min`.
 constexpr std::int32_t end_of_tile(std::int32_t at, std::int32_t min, std::int32_t end) {
   return std::min(end, ((at + min) | (kTile - 1)) + 1 - min);
@@ -49,8 +47,8 @@ VoxelBox work_box(const VoxelBox& reached) {
 /// The box, its lower corner moved to a brick's (which part's is).
 VoxelBox whole_bricks(const VoxelBox& box, const VoxelBox& part) {
   VoxelBox whole = box;
-  whole.min = {brick_of(box.min.x) * kBrickEdge, brick_of(box.min.y) * kBrickEdge,
-               brick_of(box.min.z) * kBrickEdge};
+  whole.min = {brick_along(box.min.x) * kBrickEdge, brick_along(box.min.y) * kBrickEdge,
+               brick_along(box.min.z) * kBrickEdge};
   whole.size = {box.min.x + box.size[0] - whole.min.x, box.min.y + box.size[1] - whole.min.y,
                 box.min.z + box.size[2] - whole.min.z};
   return whole.intersection(part);
@@ -63,7 +61,7 @@ class Growth {
       : box_(box), threads_(threads), painter_(part), filled_(box.size), next_(box.size) {
     for (std::int32_t z = 0; z < box.size[2];) {
       const std::int32_t until =
-          std::min(box.size[2], brick_of(z + box.min.z) * kBrickEdge + kBrickEdge - box.min.z);
+          std::min(box.size[2], brick_along(z + box.min.z) * kBrickEdge + kBrickEdge - box.min.z);
       slabs_.push_back({z, until});
       z = until;
     }
@@ -151,7 +149,7 @@ void Growth::paint_solid(const BitVolume& boundary) {
   for_slabs([&](const Slab& slab) {
     for (std::int32_t y = 0; y < box_.size[1];) {
       const std::int32_t to_y =
-          std::min(box_.size[1], brick_of(y + box_.min.y) * kBrickEdge + kBrickEdge - box_.min.y);
+          std::min(box_.size[1], brick_along(y + box_.min.y) * kBrickEdge + kBrickEdge - box_.min.y);
       for (std::int32_t z = slab.from_z; z < slab.to_z; ++z) leave_interior(boundary, y, to_y, z);
       paint_solid(boundary, slab, y, to_y);
       y = to_y;
@@ -172,8 +170,8 @@ void Growth::paint_solid(const BitVolume& boundary, const Slab& slab, std::int32
     std::uint64_t painted = 0;
     for (const std::int32_t half : {0, kBrickEdge}) {
       const std::uint64_t brick = std::uint64_t{0xFFFFFFFF} << half;
-      const BrickKey key{brick_of(x + half), brick_of(from_y + box_.min.y),
-                         brick_of(slab.from_z + box_.min.z)};
+      const BrickKey key{brick_along(x + half), brick_along(from_y + box_.min.y),
+                         brick_along(slab.from_z + box_.min.z)};
       if ((throughout & brick) == brick && painter_.fill_interior(key)) painted |= brick;
     }
     for (std::int32_t z = slab.from_z; z < slab.to_z; z = end_of_tile(z, box_.min.z, slab.to_z)) {

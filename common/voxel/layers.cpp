@@ -20,9 +20,6 @@ using detail::Cells;
 using detail::OrderSteps;
 using detail::SolidRows;
 
-constexpr std::int32_t brick_of(std::int32_t voxel) { return voxel >> 5; }  // rounds down, below 0 too
-static_assert(kBrickEdge == 32);
-
 OrderSteps steps_of(const LayerProfile& profile) {
   OrderSteps steps;
   steps.reach = static_cast<std::uint8_t>(profile.reach_vox());
@@ -88,10 +85,10 @@ struct Bounds {
 
 void need_around(const Bounds& bounds, int reach, Plan& plan) {
   const auto first = [&](std::size_t axis, std::int32_t least) {
-    return std::max(brick_of(bounds.low[axis] - reach), least);
+    return std::max(brick_along(bounds.low[axis] - reach), least);
   };
   const auto last = [&](std::size_t axis, std::int32_t least) {
-    return std::min(brick_of(bounds.high[axis] + reach), least + plan.size[axis] - 1);
+    return std::min(brick_along(bounds.high[axis] + reach), least + plan.size[axis] - 1);
   };
   BrickKey key;
   for (key.z = first(2, plan.min.z); key.z <= last(2, plan.min.z); ++key.z) {
@@ -109,10 +106,10 @@ Plan plan_for(const Cells& cells, int reach, const VoxelBox& part, const VoxelBo
   Plan plan;
   const VoxelBox reached = solid_box.grown(reach).intersection(part);
   if (reached.empty()) return plan;
-  plan.min = {brick_of(reached.min.x), brick_of(reached.min.y), brick_of(reached.min.z)};
-  plan.size = {brick_of(reached.min.x + reached.size[0] - 1) - plan.min.x + 1,
-               brick_of(reached.min.y + reached.size[1] - 1) - plan.min.y + 1,
-               brick_of(reached.min.z + reached.size[2] - 1) - plan.min.z + 1};
+  plan.min = {brick_along(reached.min.x), brick_along(reached.min.y), brick_along(reached.min.z)};
+  plan.size = {brick_along(reached.min.x + reached.size[0] - 1) - plan.min.x + 1,
+               brick_along(reached.min.y + reached.size[1] - 1) - plan.min.y + 1,
+               brick_along(reached.min.z + reached.size[2] - 1) - plan.min.z + 1};
   plan.need.resize(static_cast<std::size_t>(plan.size[0]) * static_cast<std::size_t>(plan.size[1]) *
                    static_cast<std::size_t>(plan.size[2]));
   Index3 cell;

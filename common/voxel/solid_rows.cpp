@@ -144,15 +144,12 @@ HWY_EXPORT(TakeTile);
 
 namespace {
 
-constexpr std::int32_t brick_of(std::int32_t voxel) { return voxel >> 5; }  // rounds down, below 0 too
-static_assert(kBrickEdge == 32);
-
 Cells cells_over(const VoxelBox& box) {
   Cells cells;
-  cells.min = {brick_of(box.min.x), brick_of(box.min.y), brick_of(box.min.z)};
-  cells.size = {brick_of(box.min.x + box.size[0] - 1) - cells.min.x + 1,
-                brick_of(box.min.y + box.size[1] - 1) - cells.min.y + 1,
-                brick_of(box.min.z + box.size[2] - 1) - cells.min.z + 1};
+  cells.min = {brick_along(box.min.x), brick_along(box.min.y), brick_along(box.min.z)};
+  cells.size = {brick_along(box.min.x + box.size[0] - 1) - cells.min.x + 1,
+                brick_along(box.min.y + box.size[1] - 1) - cells.min.y + 1,
+                brick_along(box.min.z + box.size[2] - 1) - cells.min.z + 1};
   cells.bits.resize(cells.index(0, 0, cells.size[2]));
   return cells;
 }
@@ -217,8 +214,8 @@ void SolidRows::take_layer(std::int32_t layer) {
       std::copy_n(tile.inner, wide, inner.data() + y * columns + first);
       for (std::size_t i = 0; i < wide; ++i)
         united_[(first + i) * column_united_ + y * layers + static_cast<std::size_t>(layer)] = tile.any[i];
-      const std::int32_t cell_y = brick_of(in_y + box_.min.y) - cells_.min.y;
-      if (y + 1 < rows && brick_of(in_y + 1 + box_.min.y) - cells_.min.y == cell_y) continue;
+      const std::int32_t cell_y = brick_along(in_y + box_.min.y) - cells_.min.y;
+      if (y + 1 < rows && brick_along(in_y + 1 + box_.min.y) - cells_.min.y == cell_y) continue;
       Cells::Bits* const here = &cells_.bits[cells_.index(static_cast<std::int32_t>(first), cell_y, layer)];
       for (std::size_t z = 0; z < deep; ++z) {
         const std::uint32_t bit = std::uint32_t{1} << ((from_z + static_cast<std::int32_t>(z)) & 31);
@@ -236,7 +233,7 @@ void SolidRows::settle_cells(std::int32_t layer, bool whole_along_z,
   const auto columns = static_cast<std::size_t>(cells_.size[0]);
   for (std::int32_t y = box_.min.y; y < box_.min.y + box_.size[1]; ++y) {
     const auto row = static_cast<std::size_t>(y - box_.min.y);
-    const std::int32_t cell_y = brick_of(y), from_y = cell_y * kBrickEdge;
+    const std::int32_t cell_y = brick_along(y), from_y = cell_y * kBrickEdge;
     const bool whole =
         whole_along_z && from_y >= box_.min.y && from_y + kBrickEdge <= box_.min.y + box_.size[1];
     Cells::Bits* const here = &cells_.bits[cells_.index(0, cell_y - cells_.min.y, layer)];

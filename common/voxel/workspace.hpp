@@ -25,6 +25,9 @@ constexpr bool is_fluid(std::int8_t order) noexcept {
 /// The unit of storage and of the topic: a cube of 32³ voxels, stored as 8³ tiles of 4³ voxels (one byte
 /// each: a cache line), so that a coherent skin touches few lines.
 inline constexpr std::int32_t kBrickEdge = 32;
+/// Number of the brick that a voxel lies in, along an axis; rounds down, below 0 too.
+constexpr std::int32_t brick_along(std::int32_t voxel) { return voxel >> 5; }
+static_assert(kBrickEdge == 1 << 5);
 inline constexpr std::size_t kBrickVoxels = 32768;
 
 /// Offset of voxel (x,y,z), each 0…31, inside a brick: tiles in x-fastest order, voxels within a tile

@@ -15,7 +15,7 @@ namespace {
 // starts again loses its filters' memory. More than OpenAL's resamplers look ahead.
 constexpr std::size_t kLeadFrames = 32;
 
-ALCint format_of(Layout layout) {
+ALCint channels_of(Layout layout) {
   return layout == Layout::k5_1   ? ALC_5POINT1_SOFT
          : layout == Layout::k7_1 ? ALC_7POINT1_SOFT
                                   : ALC_STEREO_SOFT;
@@ -27,7 +27,7 @@ std::unique_ptr<OpenAlContext> open_loopback(Layout layout) {
   const auto open =
       reinterpret_cast<LPALCLOOPBACKOPENDEVICESOFT>(alcGetProcAddress(nullptr, "alcLoopbackOpenDeviceSOFT"));
   const std::array<ALCint, 9> attributes{ALC_FORMAT_CHANNELS_SOFT,
-                                         format_of(layout),
+                                         channels_of(layout),
                                          ALC_FORMAT_TYPE_SOFT,
                                          ALC_FLOAT_SOFT,
                                          ALC_FREQUENCY,

@@ -1,16 +1,14 @@
 #include "components/phantom_sensing/config.hpp"
 
 #include <algorithm>
-#include <numbers>
 
+#include "common/core/units.hpp"
 #include "common/runtime/config_reader.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {
 
 using runtime::ConfigReader;
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 /// μ is held in single precision in the workspace; thresholds must compare equal to the same decimal there.
 double as_in_workspace(double mu) { return static_cast<double>(static_cast<float>(mu)); }
@@ -74,8 +72,9 @@ robot::ResponseCurve read_response(const ConfigReader& section) {
 }
 
 void read_motion(const ConfigReader& section, percept::MotionThresholds& motion) {
-  motion.dangerous_below_rad = kDegree * section.number("dangerous_below_deg", 60.0, {0, 180, "degrees"});
-  motion.safe_above_rad = kDegree * section.number("safe_above_deg", 120.0, {0, 180, "degrees"});
+  motion.dangerous_below_rad =
+      core::kRadPerDegree * section.number("dangerous_below_deg", 60.0, {0, 180, "degrees"});
+  motion.safe_above_rad = core::kRadPerDegree * section.number("safe_above_deg", 120.0, {0, 180, "degrees"});
   motion.least_speed_m_s = section.number("least_speed_m_s", motion.least_speed_m_s, {0, 10, "m/s"});
   if (motion.safe_above_rad < motion.dangerous_below_rad) {
     throw section.error("safe_above_deg",

@@ -9,8 +9,6 @@ namespace {
 constexpr Colour kLookAtColour{0.95F, 0.75F, 0.05F}, kContactColour{0.95F, 0.03F, 0.03F};
 constexpr double kGapUnknown_m = 0.10, kGapReach_m = 0.30;
 
-Eigen::Vector3d eigen(const Vector3& v) { return {v[0], v[1], v[2]}; }
-
 std::string age_text(double age_s) {
   char text[32];
   if (!std::isfinite(age_s)) return "-";

@@ -16,6 +16,7 @@ namespace phantom::synthetic_viewer {
 // stands for "nothing received yet". Vectors are in W, SI units.
 
 using Vector3 = std::array<double, 3>;
+inline Eigen::Vector3d eigen(const Vector3& v) { return {v[0], v[1], v[2]}; }
 
 enum class LinkState { kInit, kReady, kAligned, kCoupled, kDegraded, kStopped };
 /// Why a side is stopped; of several causes the first.

@@ -15,8 +15,6 @@ namespace {
 // Meshes are unpacked between pictures; a cell full of them must not stop the pictures for seconds.
 constexpr core::Nanoseconds kNewsBudget_ns = 60 * core::kNsPerMillisecond;
 
-Eigen::Vector3d eigen(const Vector3& v) { return {v[0], v[1], v[2]}; }
-
 }  // namespace
 
 ViewerLoop::ViewerLoop(const ViewerConfig& config, const runtime::CellConfig& cell, robot::SerialArm arm,

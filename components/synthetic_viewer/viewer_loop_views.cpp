@@ -13,8 +13,6 @@ constexpr std::size_t kHitJpegs = ViewerState::kMaxHits;
 constexpr int kFirstPicturesARound = 3;
 constexpr double kHitZone_m = 0.02;  // radius of what a view of a hit zone should see
 
-Eigen::Vector3d eigen(const Vector3& v) { return {v[0], v[1], v[2]}; }
-
 /// Of a hit zone, seen from where the camera will stand: a node inside a wall counts by its nearest free
 /// place.
 VisibleShare visible_among(const RayScene& bodies) {

@@ -6,9 +6,10 @@
 #include <cmath>
 #include <istream>
 #include <iterator>
-#include <numbers>
 #include <ostream>
 #include <sstream>
+
+#include "common/core/units.hpp"
 
 namespace phantom::workspace_survey {
 namespace {
@@ -16,7 +17,6 @@ namespace {
 using survey::Reading;
 using survey::Targeting;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr const char* kHelp =
     "  RANGE PAN TILT        the reading of the next corner: range in mm, pan and tilt in degrees\n"
     "  =NODE                 the next corner is a node that was measured before, on another face\n"
@@ -100,7 +100,7 @@ class Assistant {
     double range_mm = 0.0, pan_deg = 0.0, tilt_deg = 0.0;
     std::string rest;
     if (!(words >> range_mm >> pan_deg >> tilt_deg) || words >> rest) return std::nullopt;
-    return Reading{1e-3 * range_mm, kDegree * pan_deg, kDegree * tilt_deg};
+    return Reading{1e-3 * range_mm, core::kRadPerDegree * pan_deg, core::kRadPerDegree * tilt_deg};
   }
 
   /// What is registered with one targeting more; says what is wrong with it, if anything is.
@@ -268,7 +268,8 @@ class Assistant {
       out_ << "  the corner is node " << shot.node << " again\n";
     } else {
       out_ << fmt::format("  the head reads {:.1f} {:.4f} {:.4f}\n", 1e3 * shot.reading.range_m,
-                          shot.reading.pan_rad / kDegree, shot.reading.tilt_rad / kDegree);
+                          shot.reading.pan_rad / core::kRadPerDegree,
+                          shot.reading.tilt_rad / core::kRadPerDegree);
     }
     if (!take({face_name(), true, shot.node, shot.known ? std::nullopt : std::optional(shot.reading),
                "practice"}))

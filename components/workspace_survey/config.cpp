@@ -1,13 +1,12 @@
 #include "components/workspace_survey/config.hpp"
 
-#include <numbers>
-
+#include "common/core/units.hpp"
 #include "common/runtime/config_reader.hpp"
 
 namespace phantom::workspace_survey {
 namespace {
 
-constexpr double kMillimetre = 1e-3, kDegree = std::numbers::pi / 180.0;
+constexpr double kMillimetre = 1e-3;
 
 void read_head(const runtime::ConfigReader& reader, survey::RangeHead& head) {
   head.X_WH = reader.pose("pose");
@@ -19,8 +18,8 @@ void read_head(const runtime::ConfigReader& reader, survey::RangeHead& head) {
 void read_errors(const runtime::ConfigReader& reader, survey::HeadErrors& errors) {
   errors.range_m = kMillimetre * reader.number("range_mm", {0.01, 1000, "mm"});
   errors.range_per_m = kMillimetre * reader.number("range_mm_per_m", 0.0, {0, 100, "mm/m"});
-  errors.pan_rad = kDegree * reader.number("pan_deg", {1e-5, 10, "deg"});
-  errors.tilt_rad = kDegree * reader.number("tilt_deg", {1e-5, 10, "deg"});
+  errors.pan_rad = core::kRadPerDegree * reader.number("pan_deg", {1e-5, 10, "deg"});
+  errors.tilt_rad = core::kRadPerDegree * reader.number("tilt_deg", {1e-5, 10, "deg"});
   errors.targeting_m = kMillimetre * reader.number("targeting_mm", 0.0, {0, 100, "mm"});
   const std::string law = reader.choice("law", "uniform", {"uniform", "normal", "extreme"});
   errors.law = law == "normal"    ? survey::ErrorLaw::kNormal

@@ -8,11 +8,11 @@
 #include <cmath>
 #include <fstream>
 #include <map>
-#include <numbers>
 #include <ostream>
 #include <sstream>
 
 #include "common/core/errors.hpp"
+#include "common/core/units.hpp"
 
 namespace phantom::workspace_survey {
 namespace {
@@ -20,7 +20,6 @@ namespace {
 using core::ConfigError;
 
 constexpr std::size_t kMostLines = 10'000, kLongestName = 64;
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 /// What a column holds, and what its numbers are to be multiplied with.
 struct Column {
@@ -31,8 +30,8 @@ struct Column {
 constexpr std::array kColumns{
     Column{Column::kFace, "face", 0},         Column{Column::kPart, "part", 0},
     Column{Column::kNode, "node", 0},         Column{Column::kRange, "range_m", 1},
-    Column{Column::kRange, "range_mm", 1e-3}, Column{Column::kPan, "pan_deg", kDegree},
-    Column{Column::kPan, "pan_rad", 1},       Column{Column::kTilt, "tilt_deg", kDegree},
+    Column{Column::kRange, "range_mm", 1e-3}, Column{Column::kPan, "pan_deg", core::kRadPerDegree},
+    Column{Column::kPan, "pan_rad", 1},       Column{Column::kTilt, "tilt_deg", core::kRadPerDegree},
     Column{Column::kTilt, "tilt_rad", 1}};
 constexpr const char* kAllowed =
     "face, part, node, range_m or range_mm, pan_deg or pan_rad, tilt_deg or tilt_rad";
@@ -206,8 +205,8 @@ void write_measurements(std::ostream& out, const std::vector<survey::Targeting>&
   for (const survey::Targeting& t : targetings) {
     out << t.face << ',' << (t.closed ? "whole" : "part") << ',' << t.node << ',';
     if (t.reading) {
-      out << fmt::format("{:.2f},{:.4f},{:.4f}\n", 1e3 * t.reading->range_m, t.reading->pan_rad / kDegree,
-                         t.reading->tilt_rad / kDegree);
+      out << fmt::format("{:.2f},{:.4f},{:.4f}\n", 1e3 * t.reading->range_m,
+                         t.reading->pan_rad / core::kRadPerDegree, t.reading->tilt_rad / core::kRadPerDegree);
     } else {
       out << ",,\n";
     }

@@ -5,8 +5,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
+#include "common/core/units.hpp"
 #include "common/runtime/pose_text.hpp"
 
 namespace phantom::workspace_survey {
@@ -16,7 +16,6 @@ using survey::FaceMetrics;
 using survey::MeasuredFace;
 using survey::Placement;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr std::size_t kMostPoses = 12;
 
 std::string poses_line(const Told& told, const survey::Candidate& candidate, const Placement& placement) {
@@ -69,7 +68,7 @@ std::string measured_text(const Told& told) {
     for (std::size_t i = 0; i < face.nodes.size(); ++i) {
       text += fmt::format("    {:<8}", m.nodes[face.nodes[i]].name);
       if (metrics.angle_rad[i] != 0)
-        text += fmt::format(" angle {:6.1f} deg", metrics.angle_rad[i] / kDegree);
+        text += fmt::format(" angle {:6.1f} deg", metrics.angle_rad[i] / core::kRadPerDegree);
       if (i < metrics.edge_m.size()) {
         text += fmt::format("  edge to {:<6} {:7.1f} mm",
                             m.nodes[face.nodes[(i + 1) % face.nodes.size()]].name, 1e3 * metrics.edge_m[i]);
@@ -77,7 +76,7 @@ std::string measured_text(const Told& told) {
       if (checked && told.result.checks[f].redundant) {
         const survey::NodeCheck& check = told.result.checks[f].nodes[i];
         text += fmt::format("  normal {:4.1f} deg off, range {:+5.1f} mm off the plane{}",
-                            check.normal_departs_rad / kDegree, 1e3 * check.off_plane_m,
+                            check.normal_departs_rad / core::kRadPerDegree, 1e3 * check.off_plane_m,
                             check.suspect ? "  <- suspect" : "");
       }
       text += '\n';
@@ -125,7 +124,7 @@ std::string fit_text(const Told& told) {
     text += fmt::format(
         "uncertainty: {:.1f} mm, {:.2f} deg (one sigma, worst direction); no point off by more than {:.1f} "
         "mm ({:.1f} %)\n",
-        1e3 * object.fit.position_sigma_m(), object.fit.orientation_sigma_rad() / kDegree,
+        1e3 * object.fit.position_sigma_m(), object.fit.orientation_sigma_rad() / core::kRadPerDegree,
         1e3 * object.worst_displacement_m, 100 * told.config.options.confidence);
     text += fmt::format("guard:       j = {} (skin voxels of {:.3g} mm)\nresiduals:   ", guard_of(told),
                         1e3 * told.voxel_size_m);

@@ -30,13 +30,9 @@ using nlohmann::json;
 
 double stopwatch_s() { return core::seconds(core::monotonic_ns()); }
 
-ConfigError wrong(const std::string& option, const std::string& problem) {
-  return ConfigError("activate: " + option + ": " + problem);
-}
-
 geometry::Pose pose_of(const std::string& text) {
   const auto pose = runtime::parse_pose(text);
-  if (!pose) throw wrong("--pose", pose.status().message());
+  if (!pose) throw wrong_option("--pose", pose.status().message());
   return *pose;
 }
 
@@ -56,7 +52,7 @@ json report_of(const geometry::MeshReport& mesh) {
 }
 
 /// What both forms of the command end with.
-struct Outcome {
+struct Activated {
   voxel::Workspace workspace;
   PictureText picture;
   std::vector<voxel::LayerFidelity> fidelity;  // if it was asked for
@@ -125,7 +121,7 @@ geometry::LoadedMesh load(const ActivateRequest& request, const WvaServerConfig&
   if (request.fit_extent_m == 0) return std::move(*mesh);
   const geometry::BoundingBox box = mesh->bounding_box();
   const float extent = (box.max_m - box.min_m).maxCoeff();
-  if (!(extent > 0)) throw wrong("--fit-extent-m", "the mesh has no extent");
+  if (!(extent > 0)) throw wrong_option("--fit-extent-m", "the mesh has no extent");
   for (auto& vertex : mesh->vertices_m) vertex *= static_cast<float>(request.fit_extent_m) / extent;
   return std::move(*mesh);
 }
@@ -138,8 +134,8 @@ voxel::ActivationOptions activation_options(const ActivateRequest& request, cons
   return options;
 }
 
-Outcome activate_mesh(const ActivateRequest& request, const WvaServerConfig& config) {
-  Outcome outcome;
+Activated activate_mesh(const ActivateRequest& request, const WvaServerConfig& config) {
+  Activated outcome;
   const voxel::LayerProfile profile = profile_of(request);
   const geometry::Pose X_WO = request.pose.empty() ? geometry::Pose{} : pose_of(request.pose);
   const double start_s = stopwatch_s();
@@ -165,8 +161,8 @@ Outcome activate_mesh(const ActivateRequest& request, const WvaServerConfig& con
   return outcome;
 }
 
-Outcome activate_cell(const ActivateRequest& request, const WvaServerConfig& config) {
-  Outcome outcome;
+Activated activate_cell(const ActivateRequest& request, const WvaServerConfig& config) {
+  Activated outcome;
   const auto cell = runtime::load_cell(request.cell, runtime::CellArms::kOptional);
   const double start_s = stopwatch_s();
   auto bodies = runtime::load_bodies(cell, config.mesh_import);
@@ -208,11 +204,11 @@ void write_file(const std::string& option, const std::string& path, const char* 
   std::ofstream file(path, std::ios::binary);
   file.write(bytes, static_cast<std::streamsize>(size));
   file.close();
-  if (!file) throw wrong(option, path + ": cannot be written");
+  if (!file) throw wrong_option(option, path + ": cannot be written");
 }
 
 /// Writes what was asked for besides the volume.
-void write_extras(const ActivateRequest& request, const Outcome& outcome) {
+void write_extras(const ActivateRequest& request, const Activated& outcome) {
   if (!request.picture.empty()) {
     const auto png = slice_picture(outcome.workspace, outcome.picture);
     write_file("--picture", request.picture, reinterpret_cast<const char*>(png.data()), png.size());
@@ -227,14 +223,14 @@ void write_extras(const ActivateRequest& request, const Outcome& outcome) {
 
 int activate_and_write(const ActivateRequest& request, const WvaServerConfig& config, std::ostream& print) {
   const double start_s = stopwatch_s();
-  const Outcome outcome =
+  const Activated outcome =
       request.cell.empty() ? activate_mesh(request, config) : activate_cell(request, config);
   const double export_from_s = stopwatch_s();
   const auto encoding = request.encoding == "raw" ? voxel::NrrdEncoding::kRaw : voxel::NrrdEncoding::kGzip;
   if (const auto written =
           voxel::write_nrrd(request.out, outcome.workspace, field_of(request.field), encoding);
       !written) {
-    throw wrong("--export", written.message());
+    throw wrong_option("--export", written.message());
   }
   write_extras(request, outcome);
   const double end_s = stopwatch_s();

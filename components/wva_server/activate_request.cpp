@@ -11,10 +11,6 @@
 namespace phantom::wva_server {
 namespace {
 
-core::ConfigError wrong(const std::string& option, const std::string& problem) {
-  return core::ConfigError("activate: " + option + ": " + problem);
-}
-
 const char* const kExamples =
     "Examples:\n"
     "  A part in millimetres, six layers of four voxels, the file for ParaView:\n"
@@ -94,13 +90,18 @@ void add_layer_options(CLI::App& command, ActivateRequest& request) {
 /// Refuses a file to be written whose folder is not there.
 void check_folder(const std::string& option, const std::string& file) {
   if (file.empty()) return;
-  if (std::filesystem::is_directory(file)) throw wrong(option, file + ": is a folder; allowed: a file name");
+  if (std::filesystem::is_directory(file))
+    throw wrong_option(option, file + ": is a folder; allowed: a file name");
   const auto folder = std::filesystem::absolute(file).parent_path();
   if (!std::filesystem::is_directory(folder))
-    throw wrong(option, file + ": cannot be written: there is no folder " + folder.string());
+    throw wrong_option(option, file + ": cannot be written: there is no folder " + folder.string());
 }
 
 }  // namespace
+
+core::ConfigError wrong_option(const std::string& option, const std::string& problem) {
+  return core::ConfigError("activate: " + option + ": " + problem);
+}
 
 void add_options(CLI::App& command, ActivateRequest& request) {
   add_mesh_options(command, request);
@@ -130,27 +131,27 @@ void check_request(const ActivateRequest& request) {
                                                     {"--voxel-size-m", request.voxel_size_m},
                                                     {"--mu-skin", request.mu_skin}};
   for (const auto& [option, value] : numbers) {
-    if (!std::isfinite(value)) throw wrong(option, "is not a finite number");
+    if (!std::isfinite(value)) throw wrong_option(option, "is not a finite number");
   }
   // Said now, not after minutes of work.
   check_folder("--export", request.out);
   check_folder("--picture", request.picture);
   check_folder("--fidelity", request.fidelity);
   if (request.mesh.empty() == request.cell.empty())
-    throw wrong("--mesh, --cell", "exactly one of them must be given");
+    throw wrong_option("--mesh, --cell", "exactly one of them must be given");
   if (!request.fidelity.empty() && !request.fidelity.ends_with(".csv") &&
       !request.fidelity.ends_with(".json"))
-    throw wrong("--fidelity",
-                "'" + request.fidelity + "'; allowed: a file name that ends with .csv or .json");
+    throw wrong_option("--fidelity",
+                       "'" + request.fidelity + "'; allowed: a file name that ends with .csv or .json");
   if (!request.picture.empty() && !request.picture.ends_with(".png"))
-    throw wrong("--picture", "'" + request.picture + "'; allowed: a file name that ends with .png");
+    throw wrong_option("--picture", "'" + request.picture + "'; allowed: a file name that ends with .png");
   if (!request.cell.empty()) {
     const bool mesh_only = request.scale != 0 || request.fit_extent_m != 0 || !request.pose.empty() ||
                            request.voxel_size_m != 0 || !request.layers.empty() || !request.mu.empty() ||
                            request.mu_skin != 0 || request.guard != 0 || !request.up_axis.empty() ||
                            request.inside != 0 || !request.mu_inside.empty() || !request.fidelity.empty();
     if (mesh_only) {
-      throw wrong(
+      throw wrong_option(
           "--cell",
           "the cell file says scale, up-axis, poses, voxel size, layers, viscosities, guards and layers "
           "inside; "
@@ -158,14 +159,15 @@ void check_request(const ActivateRequest& request) {
     }
     return;
   }
-  if (request.voxel_size_m == 0) throw wrong("--voxel-size-m", "is missing; a mesh needs it");
+  if (request.voxel_size_m == 0) throw wrong_option("--voxel-size-m", "is missing; a mesh needs it");
   if (request.layers.empty() || request.mu.empty())
-    throw wrong("--layers, --mu", "are missing; a mesh needs both");
+    throw wrong_option("--layers, --mu", "are missing; a mesh needs both");
   if (request.scale != 0 && request.fit_extent_m != 0)
-    throw wrong("--scale, --fit-extent-m", "only one of them may be given");
+    throw wrong_option("--scale, --fit-extent-m", "only one of them may be given");
   if (!request.mu_inside.empty() && request.mu_inside.size() != static_cast<std::size_t>(request.inside)) {
-    throw wrong("--mu-inside", std::to_string(request.mu_inside.size()) + " viscosities for --inside " +
-                                   std::to_string(request.inside) + "; allowed: one per layer inside");
+    throw wrong_option("--mu-inside", std::to_string(request.mu_inside.size()) +
+                                          " viscosities for --inside " + std::to_string(request.inside) +
+                                          "; allowed: one per layer inside");
   }
 }
 
@@ -178,7 +180,7 @@ void apply_method(const ActivateRequest& request, voxel::LayerProfile& profile) 
   }
   if (request.element.empty()) return;
   if (profile.method != LayerMethod::kDilation)
-    throw wrong("--element", "belongs to --method dilation; allowed: both or neither");
+    throw wrong_option("--element", "belongs to --method dilation; allowed: both or neither");
   profile.element = request.element == "cube"     ? ShapingElement::kCube
                     : request.element == "sphere" ? ShapingElement::kSphere
                                                   : ShapingElement::kSphereContained;
@@ -201,7 +203,7 @@ voxel::LayerProfile profile_of(const ActivateRequest& request) {
   }
   apply_method(request, profile);
   if (const auto checked = voxel::check_profile(profile); !checked)
-    throw wrong("--layers, --mu, --mu-skin, --guard, --inside, --mu-inside", checked.message());
+    throw wrong_option("--layers, --mu, --mu-skin, --guard, --inside, --mu-inside", checked.message());
   return profile;
 }
 

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/errors.hpp"
 #include "common/voxel/nrrd.hpp"
 #include "common/voxel/profile.hpp"
 
@@ -33,6 +34,9 @@ struct ActivateRequest {
   std::string encoding = "gzip";
   std::string picture, fidelity;  ///< files to write; empty: none
 };
+
+/// What to throw for `option`, named with its problem.
+core::ConfigError wrong_option(const std::string& option, const std::string& problem);
 
 /// Declares the subcommand's options on `command`.
 void add_options(CLI::App& command, ActivateRequest& request);

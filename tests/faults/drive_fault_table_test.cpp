@@ -22,7 +22,7 @@ using Power = simulated_drive::SimulatedDrive::Power;
 constexpr std::size_t kAxis = 3;   // j4_elbow, on bus 0
 constexpr std::size_t kSound = 1;  // j2_yaw: a drive without a fault of its own
 
-struct Fault {
+struct DriveFault {
   const char* name;
   std::function<void(Pair&)> begin, end;
   std::vector<std::string> told;  ///< the operator reads one of these
@@ -34,9 +34,9 @@ struct Fault {
 simulated_drive::Misbehaviour& misbehaviour(Pair& p) { return p.rig->drives[kAxis]->misbehaviour; }
 can::LocalBus& bus(Pair& p) { return *p.rig->buses[0]; }
 
-const std::vector<Fault>& faults() {
+const std::vector<DriveFault>& faults() {
   static const auto nothing = [](Pair&) {};
-  static const std::vector<Fault> all{
+  static const std::vector<DriveFault> all{
       {"over-current in a drive",
        [](Pair& p) { p.rig->drives[kAxis]->trip(0x2310); },
        nothing,
@@ -116,7 +116,7 @@ class MotionWatch {
   double greatest_dv_ = 0.0;
 };
 
-struct Outcome {
+struct DriveOutcome {
   Reaction master, slave;
   StopCause cause{};
   std::string message;
@@ -126,12 +126,12 @@ struct Outcome {
   double greatest_dv = 0.0;
 };
 
-Outcome run(const Fault& fault, LinkState state, FaultReaction reaction) {
+DriveOutcome run(const DriveFault& fault, LinkState state, FaultReaction reaction) {
   Pair pair(reaction);
   bring_to(pair, state);
   if (testing::Test::HasFatalFailure()) return {};
   MotionWatch watch(pair);
-  Outcome out;
+  DriveOutcome out;
   out.master.reached = pair.master_state();
   out.slave.reached = pair.slave_state();
   const double before = pair.rig->position(kSound);
@@ -169,7 +169,7 @@ Outcome run(const Fault& fault, LinkState state, FaultReaction reaction) {
 }
 
 // Gravest first: what may never be, and what must be.
-void judge(const Fault& fault, LinkState state, FaultReaction reaction, const Outcome& out) {
+void judge(const DriveFault& fault, LinkState state, FaultReaction reaction, const DriveOutcome& out) {
   // 20 rad/s² is the drives' quick stop, 150 that of the gantry's; a jump would be the greatest speed at
   // once.
   EXPECT_LT(out.greatest_dv, 0.2);
@@ -201,7 +201,7 @@ void judge(const Fault& fault, LinkState state, FaultReaction reaction, const Ou
   }
 }
 
-std::string row(const Fault& fault, LinkState state, const Outcome& out) {
+std::string row(const DriveFault& fault, LinkState state, const DriveOutcome& out) {
   std::ostringstream line;
   line << "| " << fault.name << " | " << name_of(state) << " | " << text(out.slave) << " | "
        << text(out.master) << " | " << name_of(out.cause) << " | " << out.message << " | "
@@ -218,10 +218,10 @@ TEST_P(DriveFaultTable, EveryFaultInEveryStateIsNamedAndHeldOrCoastedWithoutAJum
         << ": the fault is one drive's (or its bus's); how far a sound drive went on within 0.6 s is in the "
            "last column.\n\n"
         << "| fault | master was | slave | master | cause | told | mrad |\n|---|---|---|---|---|---|---|\n";
-  for (const Fault& fault : faults()) {
+  for (const DriveFault& fault : faults()) {
     for (const LinkState state : kStates) {
       SCOPED_TRACE(std::string(fault.name) + ", master " + name_of(state));
-      const Outcome out = run(fault, state, GetParam());
+      const DriveOutcome out = run(fault, state, GetParam());
       judge(fault, state, GetParam(), out);
       table << row(fault, state, out);
       ASSERT_FALSE(testing::Test::HasFailure());

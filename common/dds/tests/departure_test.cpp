@@ -9,6 +9,7 @@
 #include <atomic>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
 
+#include "common/dds/endpoint.hpp"
 #include "common/dds/participant_impl.hpp"
 #include "common/dds/tests/test_network.hpp"
 
@@ -48,14 +49,8 @@ struct Doorkeeper : edds::DomainParticipantListener {
   }
 };
 
-GuidPrefix prefix_of(const Participant& participant) {
-  GuidPrefix prefix{};
-  std::copy_n(participant.impl()->participant->guid().guidPrefix.value, prefix.size(), prefix.begin());
-  return prefix;
-}
-
 // Where a participant listens for announcements, as another hears it.
-struct Asker : edds::DomainParticipantListener {
+struct PortFinder : edds::DomainParticipantListener {
   std::atomic<int> port{0};
   void on_participant_discovery(edds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& info) override {
     if (info.info.m_participantName.to_string() != "keeper") return;
@@ -69,7 +64,7 @@ struct Asker : edds::DomainParticipantListener {
 // often as one likes, and nobody else notices.
 TEST(Departure, ThePeerForgetsTheSenderAndDiscoversItAnew) {
   const auto keeper_ear = std::make_shared<Doorkeeper>(), other_ear = std::make_shared<Doorkeeper>();
-  const auto asker = std::make_shared<Asker>();
+  const auto asker = std::make_shared<PortFinder>();
   Participant keeper("keeper", test_network(), keeper_ear), other("other", test_network(), other_ear);
   Participant leaver("leaver", test_network(), asker);
   ASSERT_TRUE(eventually([&] { return keeper_ear->came == 1 && other_ear->came == 1 && asker->port > 0; }));

@@ -2,16 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include "common/dds/tests/prefixes.hpp"
+
 namespace phantom::dds {
 namespace {
-
-constexpr core::Nanoseconds kS = core::kNsPerSecond;
-
-GuidPrefix prefix(std::uint8_t last) {
-  GuidPrefix made{};
-  made.back() = last;
-  return made;
-}
 
 const GuidPrefix kOwn = prefix(5), kPeer = prefix(9);
 

@@ -5,7 +5,7 @@
 namespace phantom::dds {
 namespace {
 
-msg::Stamp stamp(std::uint64_t session, std::uint64_t number) {
+msg::Stamp numbered(std::uint64_t session, std::uint64_t number) {
   msg::Stamp out;
   out.session(session);
   out.sequence_number(number);
@@ -14,19 +14,19 @@ msg::Stamp stamp(std::uint64_t session, std::uint64_t number) {
 
 TEST(SequenceGuard, RefusesOldRepeatedAndUnnumberedSamples) {
   SequenceGuard guard;
-  EXPECT_FALSE(guard.accept(stamp(1, 0))) << "0 is the invalid number";
-  EXPECT_TRUE(guard.accept(stamp(1, 5)));
-  EXPECT_FALSE(guard.accept(stamp(1, 5)));
-  EXPECT_FALSE(guard.accept(stamp(1, 4)));
-  EXPECT_TRUE(guard.accept(stamp(1, 8)));
+  EXPECT_FALSE(guard.accept(numbered(1, 0))) << "0 is the invalid number";
+  EXPECT_TRUE(guard.accept(numbered(1, 5)));
+  EXPECT_FALSE(guard.accept(numbered(1, 5)));
+  EXPECT_FALSE(guard.accept(numbered(1, 4)));
+  EXPECT_TRUE(guard.accept(numbered(1, 8)));
   EXPECT_EQ(guard.lost(), 2u);
 }
 
 TEST(SequenceGuard, AcceptsARestartedWriterFromItsFirstSample) {
   SequenceGuard guard;
-  EXPECT_TRUE(guard.accept(stamp(1, 1000)));
-  EXPECT_TRUE(guard.accept(stamp(2, 1)));
-  EXPECT_FALSE(guard.accept(stamp(2, 1)));
+  EXPECT_TRUE(guard.accept(numbered(1, 1000)));
+  EXPECT_TRUE(guard.accept(numbered(2, 1)));
+  EXPECT_FALSE(guard.accept(numbered(2, 1)));
   EXPECT_EQ(guard.lost(), 0u);
 }
 
@@ -34,17 +34,17 @@ TEST(SequenceGuard, NoNumberLocksItForEver) {
   for (const std::uint64_t wrong : {UINT64_MAX, UINT64_MAX - 1, std::uint64_t{1} << 40}) {
     for (const std::uint64_t session : {std::uint64_t{1}, UINT64_MAX}) {
       SequenceGuard guard;
-      ASSERT_TRUE(guard.accept(stamp(session, 5)));
-      EXPECT_FALSE(guard.accept(stamp(session, wrong))) << "no writer leaps so far";
-      EXPECT_TRUE(guard.accept(stamp(session, 6))) << "who was there goes on";
+      ASSERT_TRUE(guard.accept(numbered(session, 5)));
+      EXPECT_FALSE(guard.accept(numbered(session, wrong))) << "no writer leaps so far";
+      EXPECT_TRUE(guard.accept(numbered(session, 6))) << "who was there goes on";
       EXPECT_EQ(guard.lost(), 0u);
 
       SequenceGuard begun_wrong;
-      ASSERT_TRUE(begun_wrong.accept(stamp(session, wrong)));
+      ASSERT_TRUE(begun_wrong.accept(numbered(session, wrong)));
       for (std::uint64_t n = 1; n < SequenceGuard::kRun; ++n)
-        ASSERT_FALSE(begun_wrong.accept(stamp(session, n)));
-      EXPECT_TRUE(begun_wrong.accept(stamp(session, SequenceGuard::kRun))) << "who counts on is believed";
-      EXPECT_TRUE(begun_wrong.accept(stamp(session, SequenceGuard::kRun + 1)));
+        ASSERT_FALSE(begun_wrong.accept(numbered(session, n)));
+      EXPECT_TRUE(begun_wrong.accept(numbered(session, SequenceGuard::kRun))) << "who counts on is believed";
+      EXPECT_TRUE(begun_wrong.accept(numbered(session, SequenceGuard::kRun + 1)));
     }
   }
 }
@@ -52,14 +52,14 @@ TEST(SequenceGuard, NoNumberLocksItForEver) {
 TEST(SequenceGuard, SamplesThatComeTwiceAreNeverBelieved) {
   SequenceGuard guard;
   for (std::uint64_t n = 100; n < 1000; ++n) {
-    ASSERT_TRUE(guard.accept(stamp(1, n)));
-    ASSERT_FALSE(guard.accept(stamp(1, n - 50))) << "by a second way, later";
+    ASSERT_TRUE(guard.accept(numbered(1, n)));
+    ASSERT_FALSE(guard.accept(numbered(1, n - 50))) << "by a second way, later";
   }
-  for (int again = 0; again < 1000; ++again) ASSERT_FALSE(guard.accept(stamp(1, 999)));
+  for (int again = 0; again < 1000; ++again) ASSERT_FALSE(guard.accept(numbered(1, 999)));
 }
 
 TEST(Echo, ReturnsWhatItsWriterStamped) {
-  msg::Stamp given = stamp(9, 77);
+  msg::Stamp given = numbered(9, 77);
   given.monotonic_ns(123456789);
   const msg::Echo echo = echo_of(id_of(given));
   EXPECT_EQ(echo.session(), 9u);
@@ -69,7 +69,7 @@ TEST(Echo, ReturnsWhatItsWriterStamped) {
 }
 
 TEST(Echo, NamesWhenOurSampleWasMadeOnlyIfItCan) {
-  msg::Stamp given = stamp(9, 77);
+  msg::Stamp given = numbered(9, 77);
   given.monotonic_ns(5000);
   EXPECT_EQ(answered_ns(echo_of(id_of(given)), 9, 6000), 5000);
   EXPECT_EQ(answered_ns(echo_of(id_of(given)), 9, 5000), 5000);

@@ -14,7 +14,7 @@
 namespace phantom::observation {
 namespace {
 
-struct Notes : PayloadListener {
+struct Received : PayloadListener {
   struct Sample {
     std::vector<std::uint8_t> bytes;
     std::uint64_t number;
@@ -43,7 +43,7 @@ const PayloadTopic kSlaveTopic{"slave_state", "phantom::msg::SlaveState", false}
 
 TEST(PayloadReader, KeepsTheBytesThatATypedWriterWrote) {
   dds::Participant there("there", dds::test_network()), here("here", dds::test_network());
-  Notes notes;
+  Received notes;
   PayloadReader reader(here, kSlaveTopic, {}, notes);
   dds::Writer<msg::SlaveState> writer(there, dds::kSlaveState);
   ASSERT_TRUE(dds::eventually([&] { return writer.matched() == 1 && reader.matched() == 1; }));
@@ -73,7 +73,7 @@ TEST(PayloadReader, GetsWhatAKeyedDurableWriterKeptForLateJoiners) {
     object.id(id);
     ASSERT_TRUE(writer.write(object));
   }
-  Notes notes;
+  Received notes;
   PayloadReader reader(here, {"workspace_object", "phantom::msg::WorkspaceObject", true},
                        {.reliable = true, .transient_local = true, .depth = 0}, notes);
   EXPECT_TRUE(dds::eventually([&] { return notes.count() == 300; }));
@@ -82,7 +82,7 @@ TEST(PayloadReader, GetsWhatAKeyedDurableWriterKeptForLateJoiners) {
 
 TEST(PayloadReader, ReadsEveryPartition) {
   dds::Participant there("there", dds::test_network()), here("here", dds::test_network());
-  Notes notes;
+  Received notes;
   PayloadReader reader(here, {"acme", "acme::Note", false}, {}, notes);
   diagnostics::EndpointQos apart;
   apart.partitions = {"cell_7"};
@@ -97,7 +97,7 @@ TEST(PayloadReader, ReadsEveryPartition) {
 
 TEST(PayloadReader, ReadsOnePartitionIfAskedTo) {
   dds::Participant there("there", dds::test_network()), here("here", dds::test_network());
-  Notes own, other;
+  Received own, other;
   const PayloadTopic topic{"acme", "acme::Note", false};
   PayloadReader reader(here, topic, {.partition = "cell_7"}, own);
   dds::Participant elsewhere("elsewhere", dds::test_network());
@@ -117,22 +117,22 @@ TEST(PayloadReader, ReadsOnePartitionIfAskedTo) {
 
 TEST(PayloadReader, TellsAWriterThatStopsProvingThatItLives) {
   dds::Participant there("there", dds::test_network()), here("here", dds::test_network());
-  Notes notes;
+  Received notes;
   PayloadReader reader(here, kSlaveTopic,
                        {.liveliness = diagnostics::Liveliness::kManualByTopic, .lease_ns = 200'000'000},
                        notes);
   dds::Writer<msg::SlaveState> writer(there, dds::kSlaveState);
   ASSERT_TRUE(dds::eventually([&] { return writer.matched() == 1; }));
   msg::SlaveState state;
-  const auto in_notes = [&](int Notes::*count) {
+  const auto in_notes = [&](int Received::*count) {
     const std::lock_guard lock(notes.mutex);
     return notes.*count;
   };
   ASSERT_TRUE(dds::eventually([&] {
     writer.write(state);
-    return in_notes(&Notes::back) >= 1;
+    return in_notes(&Received::back) >= 1;
   }));
-  EXPECT_TRUE(dds::eventually([&] { return in_notes(&Notes::lost) >= 1; })) << "nothing written any more";
+  EXPECT_TRUE(dds::eventually([&] { return in_notes(&Received::lost) >= 1; })) << "nothing written any more";
 }
 
 TEST(PayloadReader, CanGoWhileSamplesCome) {
@@ -140,7 +140,7 @@ TEST(PayloadReader, CanGoWhileSamplesCome) {
   dds::Writer<msg::SlaveState> writer(there, dds::kSlaveState);
   msg::SlaveState state;
   for (int i = 0; i < 5; ++i) {
-    std::optional<Notes> notes(std::in_place);
+    std::optional<Received> notes(std::in_place);
     std::optional<PayloadReader> reader(std::in_place, here, kSlaveTopic, PayloadQos{}, *notes);
     ASSERT_TRUE(dds::eventually([&] {
       writer.write(state);
@@ -154,7 +154,7 @@ TEST(PayloadReader, CanGoWhileSamplesCome) {
 
 TEST(PayloadReader, ATopicOfAnotherTypeInThisParticipantIsRefusedInWords) {
   dds::Participant here("here", dds::test_network());
-  Notes notes;
+  Received notes;
   PayloadReader first(here, kSlaveTopic, {}, notes);
   try {
     PayloadReader second(here, {"slave_state", "acme::Note", false}, {}, notes);

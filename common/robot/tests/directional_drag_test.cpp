@@ -12,8 +12,8 @@ namespace phantom::robot {
 namespace {
 
 using core::JointArray;
-using drag_rig::random_joints;
 using drag_rig::Rig;
+using test_arms::random_joints;
 
 JointArray random_speeds(std::size_t joints, std::mt19937& random) {
   std::normal_distribution<double> normal(0.0, 0.3);

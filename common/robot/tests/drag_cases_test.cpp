@@ -17,21 +17,22 @@ namespace {
 
 using core::JointArray;
 
-const voxel::Workspace& world() {
+const voxel::Workspace& ball_world() {
   static const voxel::Workspace workspace = test_worlds::balls();
   return workspace;
 }
 
 /// An arm with a skin in the world; coefficients of a pose.
-struct Rig {
-  Rig(SerialArm arm_in, const std::vector<LinkSkin>& skin, Normalisation normalisation = Normalisation::kNone)
+struct CaseRig {
+  CaseRig(SerialArm arm_in, const std::vector<LinkSkin>& skin,
+          Normalisation normalisation = Normalisation::kNone)
       : arm(std::move(arm_in)),
         layout(*lay_out_skin(arm, skin, {.voxel_size_m = 0.01, .normalisation = normalisation})),
         sensing(layout, {.gradient = true}) {}
 
   const DragCoefficients& at(const JointArray& q, const DirectionalLaw& law = {}, const JointArray& v = {}) {
     arm.link_poses(q, X_WL);
-    sensing.sense(X_WL, arm.joint_count(), world());
+    sensing.sense(X_WL, arm.joint_count(), ball_world());
     drag_coefficients(arm, X_WL, sensing.sums(), law, v, drag);
     return drag;
   }
@@ -40,7 +41,7 @@ struct Rig {
   void for_link(std::size_t link, Visit&& visit) const {
     for (std::size_t s = layout.first[link]; s < layout.first[link + 1]; ++s) {
       const Eigen::Vector3d p = X_WL[link] * layout.position(s);
-      visit(s, p, layout.weight[s] * static_cast<double>(world().mu(world().grid().index_of(p))));
+      visit(s, p, layout.weight[s] * static_cast<double>(ball_world().mu(ball_world().grid().index_of(p))));
     }
   }
 
@@ -77,23 +78,14 @@ std::vector<LinkSkin> case_skin(const SerialArm& arm) {
   return skin;
 }
 
-JointArray random_joints(const SerialArm& arm, std::mt19937& random) {
-  JointArray q{};
-  for (std::size_t i = 0; i < arm.joint_count(); ++i) {
-    q[i] = std::uniform_real_distribution(std::max(-2.0, arm.joints()[i].lower),
-                                          std::min(2.0, arm.joints()[i].upper))(random);
-  }
-  return q;
-}
-
 /// Case i, spin (5.29–5.33): a sensor's distance from the link's own axis is its ring's radius.
 TEST(AppendixC, SpinAboutTheLinksAxis) {
-  Rig rig(case_arm(), case_skin(case_arm()));
+  CaseRig rig(case_arm(), case_skin(case_arm()));
   const std::size_t link = 2, ring_size = 32;
   std::mt19937 random(1);
   double greatest = 0.0;
   for (int trial = 0; trial < 30; ++trial) {
-    const DragCoefficients& drag = rig.at(random_joints(rig.arm, random));
+    const DragCoefficients& drag = rig.at(test_arms::random_joints(rig.arm, random, 2.0));
     // Only this link's share: the links after it hang on the same joint.
     LinkSums alone{};
     alone[link] = rig.sensing.sums()[link];
@@ -124,11 +116,11 @@ TEST(AppendixC, LinkOrthogonalToItsJoint) {
   const geometry::Pose X_frame_link = arm.find_frame("link_4")->second.inverse();
   axis.from_m = X_frame_link * start, axis.to_m = X_frame_link * end;
   axis.count = static_cast<int>(K);
-  Rig rig(arm, {{"link_4", {}, {axis}, {}}});
+  CaseRig rig(arm, {{"link_4", {}, {axis}, {}}});
   std::mt19937 random(2);
   double greatest = 0.0;
   for (int trial = 0; trial < 30; ++trial) {
-    const DragCoefficients& drag = rig.at(random_joints(rig.arm, random));
+    const DragCoefficients& drag = rig.at(test_arms::random_joints(rig.arm, random, 2.0));
     double literal = 0.0;
     rig.for_link(link, [&](std::size_t s, const Eigen::Vector3d&, double omega) {
       const double k = static_cast<double>(s - rig.layout.first[link] + 1);
@@ -144,11 +136,11 @@ TEST(AppendixC, LinkOrthogonalToItsJoint) {
 /// Any axis (5.35, 5.36, c.14–c.16): the foot I of the normal on the axis; with sensors on the links' axes in
 /// one plane with the joint's, sin ξ times the way along the links.
 TEST(AppendixC, SpinAboutAGeneralisedAxis) {
-  Rig rig(case_arm(), case_skin(case_arm()));
+  CaseRig rig(case_arm(), case_skin(case_arm()));
   std::mt19937 random(3);
   double greatest = 0.0;
   for (int trial = 0; trial < 30; ++trial) {
-    const DragCoefficients& drag = rig.at(random_joints(rig.arm, random));
+    const DragCoefficients& drag = rig.at(test_arms::random_joints(rig.arm, random, 2.0));
     for (std::size_t l = 0; l < 4; ++l) {
       const Eigen::Vector3d a1 = rig.arm.axis_point_W(l, rig.X_WL), along = rig.arm.axis_W(l, rig.X_WL);
       double literal = 0.0;
@@ -177,7 +169,7 @@ TEST(AppendixC, LinksInAPlaneWithTheAxisBySinesOfTheirAngles) {
   rows[0].alpha_rad = std::numbers::pi / 2;
   rows[1].theta_rad = std::numbers::pi / 2 - xi, rows[1].a_m = L1;  // angle from the vertical is ξ₁ − q₂
   rows[2].a_m = L2;
-  Rig rig(*SerialArm::from_dh(rows, DhConvention::kClassic, test_arms::at(0.05, 0.05, 0.45)), [&] {
+  CaseRig rig(*SerialArm::from_dh(rows, DhConvention::kClassic, test_arms::at(0.05, 0.05, 0.45)), [&] {
     AxisSensors first, second;
     first.from_m = {-L1, 0, 0}, first.count = K;
     second.from_m = {-L2, 0, 0}, second.count = K;
@@ -207,11 +199,11 @@ TEST(AppendixC, LinksInAPlaneWithTheAxisBySinesOfTheirAngles) {
 
 /// Base joint (c.19, c.20): its axis is vertical, so distances are those of the projections on the floor.
 TEST(AppendixC, BaseJointByProjectionOnTheFloor) {
-  Rig rig(case_arm(), case_skin(case_arm()));
+  CaseRig rig(case_arm(), case_skin(case_arm()));
   std::mt19937 random(5);
   double greatest = 0.0;
   for (int trial = 0; trial < 30; ++trial) {
-    const DragCoefficients& drag = rig.at(random_joints(rig.arm, random));
+    const DragCoefficients& drag = rig.at(test_arms::random_joints(rig.arm, random, 2.0));
     double literal = 0.0;
     for (std::size_t u = 1; u <= 4; ++u) {
       rig.for_link(u, [&](std::size_t, const Eigen::Vector3d& p, double omega) {
@@ -226,11 +218,11 @@ TEST(AppendixC, BaseJointByProjectionOnTheFloor) {
 
 /// Translation (c.12, c.13): every sensor moves at V, whatever its place.
 TEST(AppendixC, Translation) {
-  Rig rig(test_arms::suspended(), test_worlds::tubes());
+  CaseRig rig(test_arms::suspended(), test_worlds::tubes());
   std::mt19937 random(6);
   double greatest = 0.0;
   for (int trial = 0; trial < 20; ++trial) {
-    const DragCoefficients& drag = rig.at(random_joints(rig.arm, random));
+    const DragCoefficients& drag = rig.at(test_arms::random_joints(rig.arm, random, 2.0));
     double literal = 0.0;
     for (std::size_t u = 1; u <= 7; ++u) {
       rig.for_link(u, [&](std::size_t, const Eigen::Vector3d&, double omega) { literal += omega; });
@@ -243,11 +235,11 @@ TEST(AppendixC, Translation) {
 
 /// Power that drag takes, from positions before and after a short time (c.3–c.7): Σ μ|v|² = vᵀDv.
 TEST(DragEnergy, IsWhatMovingTheSensorsThroughTheFluidCosts) {
-  Rig rig(test_arms::suspended(), test_worlds::tubes(), Normalisation::kArea);
+  CaseRig rig(test_arms::suspended(), test_worlds::tubes(), Normalisation::kArea);
   std::mt19937 random(7);
   std::normal_distribution<double> normal;
   for (int trial = 0; trial < 10; ++trial) {
-    const JointArray q = random_joints(rig.arm, random);
+    const JointArray q = test_arms::random_joints(rig.arm, random, 2.0);
     JointArray v{}, before = q, after = q;
     const double h = 1e-6;
     for (std::size_t i = 0; i < 7; ++i) v[i] = normal(random), before[i] -= h * v[i], after[i] += h * v[i];
@@ -279,7 +271,8 @@ struct ThereAndBack {
   double approach = 0.0, retreat = 0.0;
 };
 
-ThereAndBack reach(Rig& rig, const JointArray& far, const JointArray& near, bool directional, DragMode mode) {
+ThereAndBack reach(CaseRig& rig, const JointArray& far, const JointArray& near, bool directional,
+                   DragMode mode) {
   ThereAndBack power;
   const int steps = 60;
   const DirectionalLaw law{.enabled = directional};
@@ -305,11 +298,12 @@ ThereAndBack reach(Rig& rig, const JointArray& far, const JointArray& near, bool
 /// The suspended arm's whole skin nears one of the balls, by one joint at a time: swung at the shoulder and
 /// at the elbow, and carried by the gantry.
 TEST(DirectionalDrag, LeavingTheWayItCameCostsLessThanATenthAndTheSameWhenSymmetric) {
-  Rig rig(test_arms::suspended(test_arms::at(0.1, 0.1, 1.75)), test_worlds::tubes(), Normalisation::kArea);
+  CaseRig rig(test_arms::suspended(test_arms::at(0.1, 0.1, 1.75)), test_worlds::tubes(),
+              Normalisation::kArea);
   int ways = 0;
   std::mt19937 random(8);
   for (int trial = 0; trial < 400; ++trial) {
-    const JointArray near = random_joints(rig.arm, random);
+    const JointArray near = test_arms::random_joints(rig.arm, random, 2.0);
     const std::size_t joint = random() % 4;
     JointArray far = near;
     far[joint] += (joint == 0 ? 0.15 : 0.3) * (random() % 2 == 0 ? 1.0 : -1.0);

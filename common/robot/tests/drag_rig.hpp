@@ -38,12 +38,4 @@ struct Rig {
   DragCoefficients drag;
 };
 
-inline JointArray random_joints(const SerialArm& arm, std::mt19937& random) {
-  JointArray q{};
-  for (std::size_t i = 0; i < arm.joint_count(); ++i) {
-    q[i] = std::uniform_real_distribution(arm.joints()[i].lower, arm.joints()[i].upper)(random);
-  }
-  return q;
-}
-
 }  // namespace phantom::robot::drag_rig

@@ -13,8 +13,8 @@ namespace phantom::robot {
 namespace {
 
 using core::JointArray;
-using drag_rig::random_joints;
 using drag_rig::Rig;
+using test_arms::random_joints;
 
 /// Thesis 5.29–5.35, C.9–C.13, word by word: for each joint l, over links u ≥ l, over the link's sensors,
 /// μ·θ'·D·D with D the distance of the sensor from the joint's axis; a translation adds V·μ. Per unit of

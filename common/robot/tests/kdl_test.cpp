@@ -20,15 +20,6 @@ namespace {
 
 using core::JointArray;
 
-JointArray random_joints(const SerialArm& arm, std::mt19937& random) {
-  JointArray q{};
-  for (std::size_t i = 0; i < arm.joint_count(); ++i) {
-    const double limit = std::min(std::abs(arm.joints()[i].upper), std::numbers::pi);
-    q[i] = std::uniform_real_distribution(-limit, limit)(random);
-  }
-  return q;
-}
-
 /// The tip frame's pose and Jacobian (linear rows, then angular), ours against KDL's, in random
 /// configurations.
 void compare(const SerialArm& arm, const std::string& tip, const KDL::Chain& chain, unsigned seed) {
@@ -38,7 +29,7 @@ void compare(const SerialArm& arm, const std::string& tip, const KDL::Chain& cha
   KDL::ChainJntToJacSolver differential(chain);
   std::mt19937 random(seed);
   for (int trial = 0; trial < 50; ++trial) {
-    const JointArray q = random_joints(arm, random);
+    const JointArray q = test_arms::random_joints(arm, random, std::numbers::pi);
     KDL::JntArray q_kdl(chain.getNrOfJoints());
     for (unsigned i = 0; i < chain.getNrOfJoints(); ++i) q_kdl(i) = q[i];
     KDL::Frame expected;
@@ -120,7 +111,7 @@ TEST_P(DhTable, EveryRowsFrameAgreesWithKdl) {
     const auto arm = SerialArm::from_dh(part, GetParam(), {});
     compare(*arm, part.back().link, kdl_of(part, GetParam()), 3);
     LinkPoses X_part, X_whole;
-    const JointArray q = random_joints(*whole, random);
+    const JointArray q = test_arms::random_joints(*whole, random, std::numbers::pi);
     arm->link_poses(q, X_part);
     whole->link_poses(q, X_whole);
     const auto [link, X_link_row] = *whole->find_frame(part.back().link);
@@ -189,7 +180,7 @@ TEST(Urdf, TheShippedArmAgreesWithKdl) {
 
 // ---- what is refused
 
-std::string refusal(std::vector<DhRow> rows) {
+std::string table_refusal(std::vector<DhRow> rows) {
   const auto arm = SerialArm::from_dh(rows, DhConvention::kClassic, {});
   EXPECT_FALSE(arm.has_value());
   return arm.has_value() ? "" : arm.status().message();
@@ -198,23 +189,23 @@ std::string refusal(std::vector<DhRow> rows) {
 TEST(DhTableRefuses, WhatCannotBeAnArm) {
   std::mt19937 random(6);
   const auto good = random_table(random, 2);
-  EXPECT_EQ(refusal({}), "DH table: has 0 rows; allowed: 1 to 16");
-  EXPECT_EQ(refusal(random_table(random, 17)), "DH table: has 17 rows; allowed: 1 to 16");
+  EXPECT_EQ(table_refusal({}), "DH table: has 0 rows; allowed: 1 to 16");
+  EXPECT_EQ(table_refusal(random_table(random, 17)), "DH table: has 17 rows; allowed: 1 to 16");
   auto rows = good;
   rows[1].alpha_rad = std::nan("");
-  EXPECT_EQ(refusal(rows), "DH table: row 2: theta, d, a and alpha must be finite numbers");
+  EXPECT_EQ(table_refusal(rows), "DH table: row 2: theta, d, a and alpha must be finite numbers");
   rows = good;
   rows[0].lower = 3.0;
-  EXPECT_EQ(refusal(rows), "DH table: row 1: limit lower 3.000000 must be less than upper 2.000000");
+  EXPECT_EQ(table_refusal(rows), "DH table: row 1: limit lower 3.000000 must be less than upper 2.000000");
   rows = good;
   rows[1].max_speed = 0.0;
-  EXPECT_EQ(refusal(rows), "DH table: row 2: max_speed: 0.000000; allowed: above 0");
+  EXPECT_EQ(table_refusal(rows), "DH table: row 2: max_speed: 0.000000; allowed: above 0");
   rows = good;
   rows[1].link = rows[0].link;
-  EXPECT_EQ(refusal(rows), "DH table: row 2: link 'link_1' stands twice");
+  EXPECT_EQ(table_refusal(rows), "DH table: row 2: link 'link_1' stands twice");
   rows = good;
   rows[0].link = "base";
-  EXPECT_EQ(refusal(rows), "DH table: row 1: link: 'base'; allowed: a name other than 'base'");
+  EXPECT_EQ(table_refusal(rows), "DH table: row 1: link: 'base'; allowed: a name other than 'base'");
 }
 
 }  // namespace

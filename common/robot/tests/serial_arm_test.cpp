@@ -15,14 +15,6 @@ namespace {
 using core::JointArray;
 using testing::HasSubstr;
 
-JointArray random_joints(const SerialArm& arm, std::mt19937& random) {
-  JointArray q{};
-  for (std::size_t i = 0; i < arm.joint_count(); ++i) {
-    q[i] = std::uniform_real_distribution(arm.joints()[i].lower, arm.joints()[i].upper)(random);
-  }
-  return q;
-}
-
 TEST(SerialArm, TwoLinkArmIsWhereTrigonometryPutsIt) {
   const SerialArm arm = test_arms::planar();
   ASSERT_EQ(arm.joint_count(), 2U);
@@ -55,7 +47,7 @@ TEST(SerialArm, PointVelocityIsTheDerivativeOfPosition) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
   for (int trial = 0; trial < 20; ++trial) {
-    const JointArray q = random_joints(arm, random);
+    const JointArray q = test_arms::random_joints(arm, random);
     JointArray v{};
     for (std::size_t i = 0; i < arm.joint_count(); ++i) v[i] = normal(random);
     for (std::size_t link = 0; link <= arm.joint_count(); ++link) {
@@ -80,7 +72,7 @@ TEST(SerialArm, AForceDoesTheSameWorkOnJointsAsOnItsPoint) {
   std::normal_distribution<double> normal;
   for (std::size_t link = 0; link <= arm.joint_count(); ++link) {
     LinkPoses X_WL;
-    arm.link_poses(random_joints(arm, random), X_WL);
+    arm.link_poses(test_arms::random_joints(arm, random), X_WL);
     const Eigen::Vector3d point(normal(random), normal(random), normal(random));
     const Eigen::Vector3d force(normal(random), normal(random), normal(random));
     JointArray v{}, tau{};
@@ -106,7 +98,7 @@ TEST(SerialArm, GravityTorqueIsTheGradientOfPotentialEnergy) {
   };
   std::mt19937 random(3);
   for (int trial = 0; trial < 10; ++trial) {
-    const JointArray q = random_joints(arm, random);
+    const JointArray q = test_arms::random_joints(arm, random);
     LinkPoses X_WL;
     arm.link_poses(q, X_WL);
     const JointArray tau = arm.gravity_torque(X_WL);
@@ -154,7 +146,7 @@ std::string one_joint(const std::string& type, const std::string& inner) {
          R"("><parent link="base"/><child link="tip"/><axis xyz="0 0 1"/>)" + inner + "</joint>";
 }
 
-std::string refusal(const std::string& body, const std::string& tip = "tip") {
+std::string urdf_refusal(const std::string& body, const std::string& tip = "tip") {
   const auto arm = SerialArm::from_urdf(test_arms::write_urdf(body), tip, {});
   EXPECT_FALSE(arm.has_value());
   EXPECT_THAT(arm.status().message(), HasSubstr(".urdf: "));
@@ -168,18 +160,20 @@ TEST(SerialArmRefuses, AFileThatIsNotThere) {
   EXPECT_THAT(arm.status().message(), HasSubstr("/no/such/arm.urdf"));
 }
 
-TEST(SerialArmRefuses, WhatIsNotXml) { EXPECT_THAT(refusal("<link name="), HasSubstr("not a usable URDF")); }
+TEST(SerialArmRefuses, WhatIsNotXml) {
+  EXPECT_THAT(urdf_refusal("<link name="), HasSubstr("not a usable URDF"));
+}
 
 TEST(SerialArmRefuses, AnUnknownTipLink) {
-  EXPECT_THAT(refusal(one_joint("revolute", kLimit), "hand"),
+  EXPECT_THAT(urdf_refusal(one_joint("revolute", kLimit), "hand"),
               HasSubstr("'hand' is not in the file; its links are: base, tip"));
 }
 
 TEST(SerialArmRefuses, AMovingBranch) {
-  EXPECT_THAT(refusal(one_joint("revolute", kLimit) +
-                      R"(<link name="other"/><joint name="branch" type="prismatic"><parent link="base"/>
+  EXPECT_THAT(urdf_refusal(one_joint("revolute", kLimit) +
+                           R"(<link name="other"/><joint name="branch" type="prismatic"><parent link="base"/>
                          <child link="other"/><axis xyz="1 0 0"/>)" +
-                      kLimit + "</joint>"),
+                           kLimit + "</joint>"),
               HasSubstr("joint 'branch' leaves the chain at link 'base'"));
 }
 
@@ -191,28 +185,30 @@ TEST(SerialArmRefuses, SeventeenMovingJoints) {
             std::to_string(i - 1) + R"("/><child link="l)" + n + R"("/><axis xyz="0 0 1"/>)" + kLimit +
             "</joint>";
   }
-  EXPECT_THAT(refusal(body, "l17"), HasSubstr("17 moving joints"));
+  EXPECT_THAT(urdf_refusal(body, "l17"), HasSubstr("17 moving joints"));
 }
 
 TEST(SerialArmRefuses, MissingLimits) {
-  EXPECT_THAT(refusal(one_joint("revolute", "")), HasSubstr("shoulder"));
-  EXPECT_THAT(refusal(one_joint("continuous", "")), HasSubstr("joint 'shoulder' has no <limit>"));
+  EXPECT_THAT(urdf_refusal(one_joint("revolute", "")), HasSubstr("shoulder"));
+  EXPECT_THAT(urdf_refusal(one_joint("continuous", "")), HasSubstr("joint 'shoulder' has no <limit>"));
 }
 
 TEST(SerialArmRefuses, LimitsThatCannotBe) {
-  EXPECT_THAT(refusal(one_joint("revolute", R"(<limit lower="1" upper="-1" velocity="1" effort="1"/>)")),
+  EXPECT_THAT(urdf_refusal(one_joint("revolute", R"(<limit lower="1" upper="-1" velocity="1" effort="1"/>)")),
               HasSubstr("limit lower must be less than upper"));
-  EXPECT_THAT(refusal(one_joint("revolute", R"(<limit lower="-1" upper="1" velocity="0" effort="1"/>)")),
+  EXPECT_THAT(urdf_refusal(one_joint("revolute", R"(<limit lower="-1" upper="1" velocity="0" effort="1"/>)")),
               HasSubstr("limit velocity must be above 0"));
 }
 
 TEST(SerialArmRefuses, JointTypesThatASerialArmDoesNotHave) {
-  EXPECT_THAT(refusal(one_joint("floating", kLimit)), HasSubstr("unsupported type; allowed are revolute"));
-  EXPECT_THAT(refusal(one_joint("planar", kLimit)), HasSubstr("joint 'shoulder' has an unsupported type"));
+  EXPECT_THAT(urdf_refusal(one_joint("floating", kLimit)),
+              HasSubstr("unsupported type; allowed are revolute"));
+  EXPECT_THAT(urdf_refusal(one_joint("planar", kLimit)),
+              HasSubstr("joint 'shoulder' has an unsupported type"));
 }
 
 TEST(SerialArmRefuses, AChainWithoutMotion) {
-  EXPECT_THAT(refusal(one_joint("fixed", "")), HasSubstr("no joint moves"));
+  EXPECT_THAT(urdf_refusal(one_joint("fixed", "")), HasSubstr("no joint moves"));
 }
 
 TEST(SerialArmRefuses, AMissingMesh) {

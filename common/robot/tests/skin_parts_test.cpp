@@ -26,7 +26,7 @@ SkinLayout lay_out(const LinkSkin& skin, const SkinOptions& options = {}) {
   return *std::move(layout);
 }
 
-std::string refusal(const LinkSkin& skin, const SkinOptions& options = {}) {
+std::string part_refusal(const LinkSkin& skin, const SkinOptions& options = {}) {
   const auto layout = lay_out_skin(test_arms::planar(), {skin}, options);
   EXPECT_FALSE(layout.has_value());
   return layout.has_value() ? "" : layout.status().message();
@@ -138,23 +138,24 @@ TEST(PolygonSegment, StandsAtItsOffsetOnTheLinksAxis) {
 TEST(PolygonSegmentRefuses, WhatBreaksThePitchRuleOrIsNoPolygon) {
   SkinSegment segment = tapering();
   segment.sides = 5;
-  EXPECT_THAT(refusal({"upper", {segment}, {}, {}}),
+  EXPECT_THAT(part_refusal({"upper", {segment}, {}, {}}),
               HasSubstr("link 'upper': segments[0]: from_polygon: corners 0 and 1 are"));
   segment.sides = 6;
-  EXPECT_THAT(refusal({"upper", {segment}, {}, {}}),
+  EXPECT_THAT(part_refusal({"upper", {segment}, {}, {}}),
               HasSubstr("sides: 6; allowed: 5, the number of corners, or auto"));
   segment = tapering();
   segment.to_polygon.pop_back();
-  EXPECT_THAT(refusal({"upper", {segment}, {}, {}}), HasSubstr("to_polygon: 4 corners; allowed: 5"));
+  EXPECT_THAT(part_refusal({"upper", {segment}, {}, {}}), HasSubstr("to_polygon: 4 corners; allowed: 5"));
   segment.from_polygon.resize(2);
-  EXPECT_THAT(refusal({"upper", {segment}, {}, {}}),
+  EXPECT_THAT(part_refusal({"upper", {segment}, {}, {}}),
               HasSubstr("from_polygon: 2 corners; allowed: 3 or more"));
   segment = tapering();
   segment.from_polygon[2].psi_rad = std::nan("");
-  EXPECT_THAT(refusal({"upper", {segment}, {}, {}}), HasSubstr("from_polygon: corner 2"));
+  EXPECT_THAT(part_refusal({"upper", {segment}, {}, {}}), HasSubstr("from_polygon: corner 2"));
   segment = tapering();
   segment.cluster = ClusterSpec{16, ClusterShape::kCube};
-  EXPECT_THAT(refusal({"upper", {segment}, {}, {}}), HasSubstr("cluster: reach_vox: 16; allowed: 1 to 15"));
+  EXPECT_THAT(part_refusal({"upper", {segment}, {}, {}}),
+              HasSubstr("cluster: reach_vox: 16; allowed: 1 to 15"));
 }
 
 TEST(NettingSkin, MayStandAsFarApartAsItsZonesReach) {
@@ -260,15 +261,15 @@ TEST(FingerSensors, ShrinkTowardsTheTipAndCoverTheFinger) {
 }
 
 TEST(AxisSensorsRefuse, WhatCannotBe) {
-  EXPECT_THAT(refusal({"upper", {}, {line(10)}, {}}),
+  EXPECT_THAT(part_refusal({"upper", {}, {line(10)}, {}}),
               HasSubstr("link 'upper': axes[0]: point sensors on an axis stand for no area; give a radius"));
-  EXPECT_THAT(refusal({"upper", {}, {line(0)}, {}}), HasSubstr("count: 0; allowed: 1 to 1000000"));
+  EXPECT_THAT(part_refusal({"upper", {}, {line(0)}, {}}), HasSubstr("count: 0; allowed: 1 to 1000000"));
   AxisSensors axis = line(10);
   axis.tip_reach_vox = 1;
-  EXPECT_THAT(refusal({"upper", {}, {axis}, {}}), HasSubstr("tip_reach_vox: stands without a cluster"));
+  EXPECT_THAT(part_refusal({"upper", {}, {axis}, {}}), HasSubstr("tip_reach_vox: stands without a cluster"));
   axis.cluster = ClusterSpec{3, ClusterShape::kSphere};
   axis.tip_reach_vox = 4;
-  EXPECT_THAT(refusal({"upper", {}, {axis}, {}}), HasSubstr("tip_reach_vox: 4; allowed: 1 to 3"));
+  EXPECT_THAT(part_refusal({"upper", {}, {axis}, {}}), HasSubstr("tip_reach_vox: 4; allowed: 1 to 3"));
 }
 
 // ---- meshes
@@ -372,19 +373,20 @@ TEST(MeshSkin, FeelsWhatTheStructuredSkinOfTheSameShapeFeels) {
 }
 
 TEST(MeshSkinRefuses, WhatHasNoSurfaceOrTooMuch) {
-  EXPECT_THAT(refusal({"upper", {}, {}, {{{}, 1.0, std::nullopt}}}),
+  EXPECT_THAT(part_refusal({"upper", {}, {}, {{{}, 1.0, std::nullopt}}}),
               HasSubstr("link 'upper': meshes[0]: has no surface"));
   geometry::TriangleMesh broken = ball();
   broken.triangles[3][1] = 1'000'000;
-  EXPECT_THAT(refusal({"upper", {}, {}, {{broken, 1.0, std::nullopt}}}), HasSubstr("vertex that is missing"));
+  EXPECT_THAT(part_refusal({"upper", {}, {}, {{broken, 1.0, std::nullopt}}}),
+              HasSubstr("vertex that is missing"));
   broken = ball();
   broken.vertices_m[5].x() = std::nanf("");
-  EXPECT_THAT(refusal({"upper", {}, {}, {{broken, 1.0, std::nullopt}}}), HasSubstr("not finite"));
-  EXPECT_THAT(refusal({"upper", {}, {}, {{geometry::make_box({50, 50, 50}), 1.0, std::nullopt}}}),
+  EXPECT_THAT(part_refusal({"upper", {}, {}, {{broken, 1.0, std::nullopt}}}), HasSubstr("not finite"));
+  EXPECT_THAT(part_refusal({"upper", {}, {}, {{geometry::make_box({50, 50, 50}), 1.0, std::nullopt}}}),
               HasSubstr("is too large"));
   SkinOptions options;
   options.max_sensors = 100;
-  EXPECT_THAT(refusal({"upper", {}, {}, {{ball(), 1.0, std::nullopt}}}, options),
+  EXPECT_THAT(part_refusal({"upper", {}, {}, {{ball(), 1.0, std::nullopt}}}, options),
               HasSubstr("needs more sensors than the 100"));
 }
 

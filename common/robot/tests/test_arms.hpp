@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <limits>
+#include <random>
 #include <stdexcept>
 #include <string>
 
@@ -74,6 +77,17 @@ inline SerialArm suspended(const geometry::Pose& X_WB = {{geometry::rotation_fro
                   moving_joint("j6", "revolute", "l5", "l6", "0 0 -0.1", "0 0 0.3", "1 1 0", 2) +
                   moving_joint("j7", "revolute", "l6", "l7", "0 0 -0.1", "0 0 0", "0 0 1", 3),
               "l7", X_WB);
+}
+
+/// A pose anywhere within the joints' limits, and within ±`most` where that is less.
+inline core::JointArray random_joints(const SerialArm& arm, std::mt19937& random,
+                                      double most = std::numeric_limits<double>::infinity()) {
+  core::JointArray q{};
+  for (std::size_t i = 0; i < arm.joint_count(); ++i) {
+    const Joint& joint = arm.joints()[i];
+    q[i] = std::uniform_real_distribution(std::max(-most, joint.lower), std::min(most, joint.upper))(random);
+  }
+  return q;
 }
 
 }  // namespace phantom::robot::test_arms

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "common/core/errors.hpp"
+#include "common/core/units.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell.hpp"
 #include "common/runtime/config_reader.hpp"
@@ -18,8 +19,6 @@ namespace {
 
 using testing::HasSubstr;
 using testing::ThrowsMessage;
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 const CellConfig& bench() {
   static const CellConfig cell = load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/arm_bench/cell.yaml");
@@ -35,7 +34,7 @@ void expect_axes(const std::string& arm_name, const std::vector<Axis>& table) {
   ASSERT_EQ(arm.joint_count(), table.size()) << arm_name;
   for (std::size_t j = 0; j < table.size(); ++j) {
     const robot::Joint& joint = arm.joints()[j];
-    const double unit = joint.type == robot::JointType::kPrismatic ? 1.0 : kDegree;
+    const double unit = joint.type == robot::JointType::kPrismatic ? 1.0 : core::kRadPerDegree;
     EXPECT_NEAR(joint.lower, table[j].lower * unit, 2e-6) << arm_name << " " << joint.name;
     EXPECT_NEAR(joint.upper, table[j].upper * unit, 2e-6) << arm_name << " " << joint.name;
     EXPECT_NEAR(joint.max_speed, table[j].speed * unit, 1e-6) << arm_name << " " << joint.name;
@@ -69,7 +68,7 @@ TEST(ShippedArms, TheTestArmMeetsTheBarAtFortyDegrees) {
   const robot::SerialArm arm = load_arm(bench().arm("test_arm"));
   robot::LinkPoses X_WL;
   core::JointArray q{};
-  q[1] = 40.0 * kDegree;
+  q[1] = 40.0 * core::kRadPerDegree;
   arm.link_poses(q, X_WL);
   const auto [from, to] = arm.link_axis_m(2);
   const Eigen::Vector3d a = X_WL[2] * from, b = X_WL[2] * to, bar = bench().objects[0].X_WO.translation_m;
@@ -133,7 +132,7 @@ TEST_F(ArmFile, LoadsWithUnits) {
   EXPECT_EQ(arm.X_WB.translation_m.z(), 0.5);
   ASSERT_EQ(arm.dh.size(), 2U);
   EXPECT_NEAR(arm.dh[0].alpha_rad, std::numbers::pi / 2, 1e-12);
-  EXPECT_NEAR(arm.dh[0].max_speed, 30 * kDegree, 1e-12);
+  EXPECT_NEAR(arm.dh[0].max_speed, 30 * core::kRadPerDegree, 1e-12);
   EXPECT_EQ(arm.dh[1].upper, 0.4);
   EXPECT_EQ(arm.skin[1].axes[0].cluster->shape, robot::ClusterShape::kFraction);
   EXPECT_EQ(arm.skin[1].axes[0].tip_reach_vox, 1);

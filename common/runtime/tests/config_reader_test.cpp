@@ -10,10 +10,10 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-ConfigReader read(const std::string& yaml) { return ConfigReader::from_text(yaml, "arm.yaml"); }
+ConfigReader read_text(const std::string& yaml) { return ConfigReader::from_text(yaml, "arm.yaml"); }
 
 TEST(ConfigReader, ReadsEveryKind) {
-  const auto file = read(
+  const auto file = read_text(
       "rate_hz: 1000\nname: wall\non: true\nlist: [1, 2]\npoint: [1, 2, 3]\n"
       "mount: {xyz_m: [1, 0, 0], rpy_deg: [0, 0, 90]}\nparts: [{a: 1}, {a: 2}]\nmesh: m/a.stl\n");
   EXPECT_EQ(file.number("rate_hz", {1, 4000, "Hz"}), 1000.0);
@@ -32,8 +32,8 @@ TEST(ConfigReader, ReadsEveryKind) {
 }
 
 TEST(ConfigReader, EveryFaultNamesFileLineKeyValueAndWhatIsAllowed) {
-  const auto file =
-      read("a: 1\nrate_hz: 9000\nname: [1]\nmode: fast\npoint: [1, 2]\nnan: .nan\ntext: abc\nhalf: 0.5\n");
+  const auto file = read_text(
+      "a: 1\nrate_hz: 9000\nname: [1]\nmode: fast\npoint: [1, 2]\nnan: .nan\ntext: abc\nhalf: 0.5\n");
   EXPECT_THAT(
       [&] {
         file.number("rate_hz", {1, 4000, "Hz"});
@@ -55,10 +55,10 @@ TEST(ConfigReader, EveryFaultNamesFileLineKeyValueAndWhatIsAllowed) {
 }
 
 TEST(ConfigReader, TextMustBeUtf8) {
-  EXPECT_EQ(read("name: gefäß 部品\n").text("name"), "gefäß 部品");
+  EXPECT_EQ(read_text("name: gefäß 部品\n").text("name"), "gefäß 部品");
   // Latin 1; cut short; overlong; a surrogate; beyond Unicode.
   for (const char* bytes : {"caf\xe9", "\xe9\x83", "\xc0\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80"}) {
-    EXPECT_THAT([&] { read("name: part\nnote: " + std::string(bytes) + "\n"); },
+    EXPECT_THAT([&] { read_text("name: part\nnote: " + std::string(bytes) + "\n"); },
                 ThrowsMessage<ConfigError>("arm.yaml:2: holds a byte that is no text; allowed: UTF-8"))
         << bytes;
   }
@@ -71,21 +71,21 @@ TEST(ConfigReader, WhatIsNoFileIsRefusedAsThat) {
 }
 
 TEST(ConfigReader, UnknownAndRepeatedKeysAreRefusedAlsoWhenNested) {
-  const auto file = read("staleness_s: 1\nloop: {rat_hz: 3}\n");
+  const auto file = read_text("staleness_s: 1\nloop: {rat_hz: 3}\n");
   file.number("staleness_s");
   const auto loop = file.section("loop");
   loop.number("rate_hz", 1.0);
   EXPECT_THAT([&] { file.finish(); },
               ThrowsMessage<ConfigError>(
                   "arm.yaml:2: loop.rat_hz: unknown key (did you mean rate_hz?); allowed: rate_hz"));
-  const auto twice = read("a: 1\na: 2\n");
+  const auto twice = read_text("a: 1\na: 2\n");
   twice.number("a");
   EXPECT_THAT([&] { twice.finish(); }, ThrowsMessage<ConfigError>(HasSubstr("stands twice")));
 }
 
 TEST(ConfigReader, BrokenFilesAreRefused) {
-  EXPECT_THAT([] { read("a: [1, 2\nb: 3"); }, ThrowsMessage<ConfigError>(HasSubstr("not valid YAML")));
-  EXPECT_THAT([] { read("- 1\n- 2\n"); }, ThrowsMessage<ConfigError>(HasSubstr("must be a mapping")));
+  EXPECT_THAT([] { read_text("a: [1, 2\nb: 3"); }, ThrowsMessage<ConfigError>(HasSubstr("not valid YAML")));
+  EXPECT_THAT([] { read_text("- 1\n- 2\n"); }, ThrowsMessage<ConfigError>(HasSubstr("must be a mapping")));
   EXPECT_THAT([] { ConfigReader::from_file("/nowhere/x.yaml"); },
               ThrowsMessage<ConfigError>(HasSubstr("/nowhere/x.yaml: cannot be read")));
 }

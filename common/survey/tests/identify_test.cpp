@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <set>
 
+#include "common/core/units.hpp"
 #include "common/survey/survey.hpp"
 #include "common/survey/tests/survey_rig.hpp"
 
@@ -123,7 +124,7 @@ TEST(Identify, PosesThatOccupyDifferentSpaceAreRefusedAndAFurtherEdgeTellsThemAp
   }
   ASSERT_NE(tread, nullptr);
   geometry::Pose X_WO;
-  X_WO.rotation = geometry::rotation_from_rpy(90 * kDegree, 0, 0);  // its y upwards
+  X_WO.rotation = geometry::rotation_from_rpy(90 * core::kRadPerDegree, 0, 0);  // its y upwards
   std::vector<Targeting> targetings;
   for (std::size_t i = 0; i < 4; ++i)
     targetings.push_back(
@@ -153,7 +154,7 @@ TEST(Survey, OneBadRangeIsRefusedAndNamed) {
   const PartModel& part = part_named("v_groove_block");
   const RangeHead head = test_head();
   geometry::Pose X_WO;
-  X_WO.rotation = geometry::rotation_from_rpy(90 * kDegree, 0, 20 * kDegree);
+  X_WO.rotation = geometry::rotation_from_rpy(90 * core::kRadPerDegree, 0, 20 * core::kRadPerDegree);
   auto targetings =
       *simulate_targetings(part, X_WO, visible_faces(part, X_WO, head.X_WH.translation_m), head, {}, random);
   targetings[0].reading->range_m += 0.012;

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "common/core/units.hpp"
 #include "common/geometry/primitives.hpp"
 #include "common/survey/tests/survey_rig.hpp"
 
@@ -23,7 +24,7 @@ TEST(PartModel, ABoxHasSixFacesOfFourCorners) {
   double area_m2 = 0.0;
   for (const BorderLoop& loop : box.loops) {
     EXPECT_EQ(loop.nodes.size(), 4u);
-    for (const double turn : loop.turn_rad) EXPECT_NEAR(turn, 90 * kDegree, 1e-6);
+    for (const double turn : loop.turn_rad) EXPECT_NEAR(turn, 90 * core::kRadPerDegree, 1e-6);
     area_m2 += box.faces[loop.face].area_m2;
   }
   EXPECT_NEAR(area_m2, 0.22, 1e-6);
@@ -102,7 +103,7 @@ TEST(PartModel, AHoleIsABorderOfItsOwnAndFacetsOfACurveAreFacesOfTheirOwn) {
 TEST(PartModel, SymmetriesAreThoseOfTheShape) {
   const auto about_z = [](const Eigen::Vector3d& centre, double deg) {
     geometry::Pose X;
-    X.rotation = geometry::rotation_about(Eigen::Vector3d::UnitZ(), deg * kDegree);
+    X.rotation = geometry::rotation_about(Eigen::Vector3d::UnitZ(), deg * core::kRadPerDegree);
     X.translation_m = centre - X.rotation * centre;
     return X;
   };

@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
 #include <string>
 
+#include "common/core/units.hpp"
 #include "common/geometry/mesh_io.hpp"
 #include "common/survey/error_aid.hpp"
 #include "common/survey/fit.hpp"
@@ -12,8 +12,6 @@
 #include "common/survey/visible.hpp"
 
 namespace phantom::survey {
-
-inline constexpr double kDegree = std::numbers::pi / 180.0;
 
 /// A part of the shipped library.
 inline PartModel shipped_part(const std::string& name) {
@@ -52,7 +50,7 @@ inline const PartModel& part_named(const std::string& name) {
 /// A head 3.5 m from the origin of W, above and aside, that looks down on it.
 inline RangeHead test_head() {
   RangeHead head;
-  head.X_WH = {geometry::rotation_from_rpy(0, 0, 50 * kDegree), {-1.6, -1.9, 2.46}};
+  head.X_WH = {geometry::rotation_from_rpy(0, 0, 50 * core::kRadPerDegree), {-1.6, -1.9, 2.46}};
   head.beam_offset_m = 0.06;
   return head;
 }

@@ -15,13 +15,13 @@
 #include "common/teleop/slave_plant.hpp"
 #include "common/teleop/stability_guard.hpp"
 #include "common/teleop/tests/half_space.hpp"
+#include "common/teleop/tests/period.hpp"
 #include "common/teleop/torque_slew.hpp"
 
 namespace phantom::teleop {
 namespace {
 
-constexpr double kDt = 0.001;
-constexpr std::size_t kJoints = 2;
+constexpr std::size_t kLoopJoints = 2;
 
 // Six layers of 20 mm around the wall, μ as in the thesis's fig. 4.33, felt by a tip of 0.02 m² at its lever.
 DragCoefficients drag_at(const robot::SerialArm& arm, const core::JointArray& q, const ContactWorld& world) {
@@ -34,7 +34,7 @@ DragCoefficients drag_at(const robot::SerialArm& arm, const core::JointArray& q,
   drag.valid = true;
   if (clearance_m >= 0.12) return drag;
   const double mu_here = clearance_m < 0 ? 100 : mu[std::min(5, static_cast<int>(clearance_m / 0.02))];
-  for (std::size_t j = 0; j < kJoints; ++j) {
+  for (std::size_t j = 0; j < kLoopJoints; ++j) {
     const double lever_m = (tip_W_m - arm.axis_point_W(j, X_WL)).norm();
     drag.plus[j] = drag.minus[j] = mu_here * 0.02 * lever_m * lever_m;
   }
@@ -50,8 +50,8 @@ struct Outcome {
 
 MasterPlantParameters master_parameters() {
   MasterPlantParameters p{
-      .joint_count = kJoints, .joints = {}, .torque_limit_Nm = {}, .encoder_resolution = {}};
-  for (std::size_t j = 0; j < kJoints; ++j) {
+      .joint_count = kLoopJoints, .joints = {}, .torque_limit_Nm = {}, .encoder_resolution = {}};
+  for (std::size_t j = 0; j < kLoopJoints; ++j) {
     p.joints[j] = {.inertia = 0.02, .viscous = 0.02, .coulomb = 0.02, .lower = -3, .upper = 3};
     p.torque_limit_Nm[j] = 6.0;
     p.encoder_resolution[j] = 2e-5;
@@ -60,8 +60,8 @@ MasterPlantParameters master_parameters() {
 }
 
 OperatorParameters hand_parameters() {
-  OperatorParameters p{.joint_count = kJoints};
-  for (std::size_t j = 0; j < kJoints; ++j) p.stiffness[j] = 50, p.damping[j] = 2.5, p.max_force[j] = 4;
+  OperatorParameters p{.joint_count = kLoopJoints};
+  for (std::size_t j = 0; j < kLoopJoints; ++j) p.stiffness[j] = 50, p.damping[j] = 2.5, p.max_force[j] = 4;
   return p;
 }
 
@@ -71,34 +71,34 @@ Outcome reach_the_wall(bool percept_on, BilateralLaw law, int network_delay_tick
   const HalfSpace wall(-Eigen::Vector3d::UnitY(), -0.30);
   SlavePlantParameters sp;
   std::array<JointServoGains, core::kMaxJoints> gains{};
-  for (std::size_t j = 0; j < kJoints; ++j) {
+  for (std::size_t j = 0; j < kLoopJoints; ++j) {
     sp.joints[j] = {.inertia = 0.6, .viscous = 1.0, .coulomb = 0.5, .lower = -3, .upper = 3};
     sp.encoder_resolution[j] = 1e-5;
     gains[j] = gains_for(0.6, 8, 1.0, 80);
   }
   SlavePlant slave(arm, sp, {{2, {0.3, 0, 0}}}, wall, {}, {0.3, 0, 0});
-  const JointServo servo(kJoints, gains);
+  const JointServo servo(kLoopJoints, gains);
   MasterPlant master(master_parameters(), {});
   OperatorModel hand(hand_parameters(), {});
-  PerceptParameters pp{.joint_count = kJoints, .torque_cap_Nm = {}, .damping_limit_Nms_per_rad = {}};
+  PerceptParameters pp{.joint_count = kLoopJoints, .torque_cap_Nm = {}, .damping_limit_Nms_per_rad = {}};
   DeviceDamping device{
-      .joint_count = kJoints, .inertia = {}, .damping_cap = {}, .period_s = kDt, .delay_samples = 3};
-  for (std::size_t j = 0; j < kJoints; ++j)
+      .joint_count = kLoopJoints, .inertia = {}, .damping_cap = {}, .period_s = kDt, .delay_samples = 3};
+  for (std::size_t j = 0; j < kLoopJoints; ++j)
     pp.torque_cap_Nm[j] = 2.2, device.inertia[j] = 0.02, device.damping_cap[j] = 100;
   pp.damping_limit_Nms_per_rad = usable_damping(device);
   PerceptRenderer percept(pp);
-  FeedbackParameters fp{.joint_count = kJoints, .law = law};
+  FeedbackParameters fp{.joint_count = kLoopJoints, .law = law};
   const double inverse_a[] = {0, 0.05, 0.05, 1, 1};
   for (std::size_t i = 0; i < kBilateralLaws; ++i) fp.inverse_a[i] = everywhere(inverse_a[i]);
-  for (std::size_t j = 0; j < kJoints; ++j) {
+  for (std::size_t j = 0; j < kLoopJoints; ++j) {
     fp.torque_cap_Nm[j] = 4.0;
     fp.exchange.k_p[j] = 15.0, fp.exchange.k_v[j] = 0.2, fp.exchange.force_share = force_share;
     fp.passivity.allowance_J[j] = 0.02, fp.passivity.store_J[j] = 0.1;
     fp.passivity.damping_limit[j] = pp.damping_limit_Nms_per_rad[j];
   }
-  fp.passivity.joint_count = kJoints;
+  fp.passivity.joint_count = kLoopJoints;
   FeedbackRenderer feedback_renderer(fp);
-  TorqueSlew slew({.joint_count = kJoints,
+  TorqueSlew slew({.joint_count = kLoopJoints,
                    .percept_cap_Nm = pp.torque_cap_Nm,
                    .feedback_cap_Nm = fp.torque_cap_Nm,
                    .limit_Nm = everywhere(6.0),
@@ -107,12 +107,12 @@ Outcome reach_the_wall(bool percept_on, BilateralLaw law, int network_delay_tick
     core::JointArray q, v;
   };
   std::deque<Packet> to_slave(static_cast<std::size_t>(network_delay_ticks) + 1, Packet{});
-  struct Answer {
+  struct WallAnswer {
     JointMotion motion;
     SlaveEffort effort;
     bool contact = false;
   };
-  std::deque<Answer> to_master(static_cast<std::size_t>(network_delay_ticks) + 1, Answer{});
+  std::deque<WallAnswer> to_master(static_cast<std::size_t>(network_delay_ticks) + 1, WallAnswer{});
   std::deque<DragCoefficients> field(static_cast<std::size_t>(2 * network_delay_ticks) + 1);
 
   core::JointArray target{};
@@ -123,7 +123,7 @@ Outcome reach_the_wall(bool percept_on, BilateralLaw law, int network_delay_tick
   for (double t = 0; t < 6.0; t += kDt) {
     const auto& v = master.velocity();
     const auto rendered = percept.step(field.front(), true, percept_on, everywhere(15.0), v, kDt);
-    const Answer& heard = to_master.front();
+    const WallAnswer& heard = to_master.front();
     const auto feedback = feedback_renderer
                               .step({.law = law,
                                      .coupled = true,
@@ -135,7 +135,7 @@ Outcome reach_the_wall(bool percept_on, BilateralLaw law, int network_delay_tick
                                     kDt)
                               .torque_Nm;
     double power_W = 0.0;
-    for (std::size_t j = 0; j < kJoints; ++j) power_W += rendered.torque_Nm[j] * v[j];
+    for (std::size_t j = 0; j < kLoopJoints; ++j) power_W += rendered.torque_Nm[j] * v[j];
     out.greatest_power_W = std::max(out.greatest_power_W, power_W);
     out.percept_energy_J += power_W * kDt;
     master.step(hand.step(master.true_position(), master.true_velocity(), true, kDt),

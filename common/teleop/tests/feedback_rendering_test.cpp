@@ -7,11 +7,10 @@
 #include <random>
 
 #include "common/teleop/percept_set.hpp"
+#include "common/teleop/tests/period.hpp"
 
 namespace phantom::teleop {
 namespace {
-
-constexpr double kDt = 0.001;
 
 FeedbackParameters parameters() {
   FeedbackParameters p{.joint_count = 1, .law = BilateralLaw::kSctfb};

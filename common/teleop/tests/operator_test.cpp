@@ -7,11 +7,10 @@
 #include "common/teleop/master_plant.hpp"
 #include "common/teleop/operator_model.hpp"
 #include "common/teleop/reach_script.hpp"
+#include "common/teleop/tests/period.hpp"
 
 namespace phantom::teleop {
 namespace {
-
-constexpr double kDt = 0.001;
 
 OperatorParameters hand(OperatorKind kind) {
   OperatorParameters p{.joint_count = 1, .kind = kind};

@@ -6,10 +6,10 @@
 #include <deque>
 #include <random>
 
+#include "common/teleop/tests/period.hpp"
+
 namespace phantom::teleop {
 namespace {
-
-constexpr double kDt = 0.001;
 
 PassivityParameters one_joint(double allowance_J, double store_J, double damping_limit) {
   PassivityParameters p{.joint_count = 1, .allowance_J = {}, .store_J = {}, .damping_limit = {}};

@@ -7,6 +7,8 @@
 #include <limits>
 #include <random>
 
+#include "common/teleop/tests/period.hpp"
+
 namespace phantom::teleop {
 namespace {
 
@@ -17,13 +19,12 @@ core::JointArray all(double gain) {
 }
 std::size_t triangle_index(std::size_t i, std::size_t j) { return i * (i + 1) / 2 + j; }
 
-constexpr std::size_t kJoints = 5;
-constexpr double kDt = 0.001;
+constexpr std::size_t kPerceptJoints = 5;
 
 PerceptParameters parameters(DragMode mode) {
   PerceptParameters p{
-      .joint_count = kJoints, .mode = mode, .torque_cap_Nm = {}, .damping_limit_Nms_per_rad = {}};
-  for (std::size_t j = 0; j < kJoints; ++j) {
+      .joint_count = kPerceptJoints, .mode = mode, .torque_cap_Nm = {}, .damping_limit_Nms_per_rad = {}};
+  for (std::size_t j = 0; j < kPerceptJoints; ++j) {
     p.torque_cap_Nm[j] = 1.0 + 0.3 * static_cast<double>(j);
     p.damping_limit_Nms_per_rad[j] = 2.0 + static_cast<double>(j);
   }
@@ -37,7 +38,7 @@ struct Random {
   }
   core::JointArray velocity(double greatest) {
     core::JointArray v{};
-    for (std::size_t j = 0; j < kJoints; ++j) v[j] = uniform(-greatest, greatest);
+    for (std::size_t j = 0; j < kPerceptJoints; ++j) v[j] = uniform(-greatest, greatest);
     return v;
   }
   // D = JᵀJ with random J: positive semi-definite, often of low rank.
@@ -45,11 +46,11 @@ struct Random {
     DragCoefficients d;
     d.valid = true;
     const int rank = static_cast<int>(uniform(1, 6));
-    double jacobian[6][kJoints] = {};
+    double jacobian[6][kPerceptJoints] = {};
     for (int r = 0; r < rank; ++r) {
       for (auto& value : jacobian[r]) value = uniform(-1, 1);
     }
-    for (std::size_t i = 0; i < kJoints; ++i) {
+    for (std::size_t i = 0; i < kPerceptJoints; ++i) {
       for (std::size_t j = 0; j <= i; ++j) {
         for (auto& row : jacobian) d.coupled[triangle_index(i, j)] += scale * row[i] * row[j];
       }
@@ -63,7 +64,7 @@ struct Random {
 
 double power(const RenderedPercept& out, const core::JointArray& v) {
   double sum_W = 0.0;
-  for (std::size_t j = 0; j < kJoints; ++j) sum_W += out.torque_Nm[j] * v[j];
+  for (std::size_t j = 0; j < kPerceptJoints; ++j) sum_W += out.torque_Nm[j] * v[j];
   return sum_W;
 }
 
@@ -80,7 +81,7 @@ TEST_P(Rendering, NeverDrivesTheHandAndStaysWithinTheCaps) {
     const bool fresh = random.uniform(0, 1) < 0.9, enabled = random.uniform(0, 1) < 0.95;
     const auto out = renderer.step(drag, fresh, enabled, all(random.uniform(0, 50)), v, kDt);
     ASSERT_LE(power(out, v), 1e-12);
-    for (std::size_t j = 0; j < kJoints; ++j)
+    for (std::size_t j = 0; j < kPerceptJoints; ++j)
       ASSERT_LE(std::abs(out.torque_Nm[j]), p.torque_cap_Nm[j] * (1 + 1e-12));
   }
 }
@@ -127,7 +128,7 @@ TEST_P(Rendering, FadesOutInBoundedTimeWithoutAJump) {
   int ticks = 0;
   while (power(before, v) < 0.0) {
     const auto now = renderer.step(DragCoefficients{}, ticks % 2 == 0, true, all(1.0), v, kDt);
-    for (std::size_t j = 0; j < kJoints; ++j) {
+    for (std::size_t j = 0; j < kPerceptJoints; ++j) {
       ASSERT_LE(std::abs(now.torque_Nm[j] - before.torque_Nm[j]),
                 1.1 * p.torque_cap_Nm[j] * kDt / p.ramp_down_s);
     }
@@ -146,7 +147,7 @@ TEST_P(Rendering, ComesInWithoutAKick) {
   auto before = renderer.step(drag, false, true, all(20.0), v, kDt);
   for (int i = 0; i < 1000; ++i) {
     const auto now = renderer.step(drag, true, true, all(20.0), v, kDt);
-    for (std::size_t j = 0; j < kJoints; ++j) {
+    for (std::size_t j = 0; j < kPerceptJoints; ++j) {
       const double stiffest_Nm =
           p.damping_limit_Nms_per_rad[j] * 5.0 * 3.0;  // coupled: rows add up to at most this much
       ASSERT_LE(std::abs(now.torque_Nm[j] - before.torque_Nm[j]),
@@ -200,9 +201,9 @@ TEST(PerceptRendering, CoupledEqualsTheLiteralProductWhenNothingLimits) {
   RenderedPercept out;
   for (int i = 0; i < 1000; ++i) out = renderer.step(drag, true, true, all(1.5), v, kDt);
   ASSERT_FALSE(out.damping_limited || out.torque_limited);
-  for (std::size_t i = 0; i < kJoints; ++i) {
+  for (std::size_t i = 0; i < kPerceptJoints; ++i) {
     double expected = 0.0;
-    for (std::size_t j = 0; j < kJoints; ++j) {
+    for (std::size_t j = 0; j < kPerceptJoints; ++j) {
       expected -=
           1.5 * (i >= j ? drag.coupled[triangle_index(i, j)] : drag.coupled[triangle_index(j, i)]) * v[j];
     }
@@ -232,7 +233,8 @@ TEST_P(Rendering, EffectiveDampingNeverExceedsTheDevicesLimit) {
     RenderedPercept out;
     for (int k = 0; k < 1000; ++k) out = renderer.step(drag, true, true, all(10), v, kDt);
     double rendered_W = -power(out, v), greatest_W = 0.0;
-    for (std::size_t j = 0; j < kJoints; ++j) greatest_W += p.damping_limit_Nms_per_rad[j] * v[j] * v[j];
+    for (std::size_t j = 0; j < kPerceptJoints; ++j)
+      greatest_W += p.damping_limit_Nms_per_rad[j] * v[j] * v[j];
     EXPECT_LE(rendered_W, greatest_W * (1 + 1e-9));  // D ≤ diag(limit) as quadratic forms
   }
 }
@@ -246,7 +248,7 @@ TEST_P(Rendering, OverflowGivesNoTorqueThatIsNotANumber) {
   for (int i = 0; i < 500; ++i) renderer.step(drag, true, true, all(1.0), v, kDt);
   for (double& speed : v) speed *= 1e308;
   const auto out = renderer.step(drag, true, true, all(1.0), v, kDt);
-  for (std::size_t j = 0; j < kJoints; ++j) {
+  for (std::size_t j = 0; j < kPerceptJoints; ++j) {
     ASSERT_TRUE(std::isfinite(out.torque_Nm[j])) << j;
     ASSERT_LE(std::abs(out.torque_Nm[j]), p.torque_cap_Nm[j] * (1 + 1e-12));
   }
@@ -282,10 +284,11 @@ TEST_P(Rendering, IsTheLawThatThePhantomReportsBy) {
       PerceptRenderer renderer(p);
       RenderedPercept out;
       for (int k = 0; k < 1000; ++k) out = renderer.step(drag, true, true, all(1.0), v, kDt);
-      const auto reported = robot::drag_torque(drag, GetParam(), v, kJoints);
+      const auto reported = robot::drag_torque(drag, GetParam(), v, kPerceptJoints);
       double scale = 0.0;
-      for (std::size_t j = 0; j < kJoints; ++j) scale = std::max(scale, std::abs(reported[j]));
-      for (std::size_t j = 0; j < kJoints; ++j) ASSERT_NEAR(out.torque_Nm[j], reported[j], 1e-9 * scale) << i;
+      for (std::size_t j = 0; j < kPerceptJoints; ++j) scale = std::max(scale, std::abs(reported[j]));
+      for (std::size_t j = 0; j < kPerceptJoints; ++j)
+        ASSERT_NEAR(out.torque_Nm[j], reported[j], 1e-9 * scale) << i;
       ASSERT_LE(power(out, v), 1e-12);
     }
   }
@@ -302,8 +305,8 @@ TEST_P(Rendering, EachJointHasItsOwnGain) {
     const auto v = random.velocity(1.0);
     core::JointArray gain{};
     auto scaled = drag;
-    for (std::size_t j = 0; j < kJoints; ++j) gain[j] = random.uniform(0, 20);
-    for (std::size_t j = 0; j < kJoints; ++j) {
+    for (std::size_t j = 0; j < kPerceptJoints; ++j) gain[j] = random.uniform(0, 20);
+    for (std::size_t j = 0; j < kPerceptJoints; ++j) {
       scaled.plus[j] *= gain[j];
       scaled.minus[j] *= gain[j];
       for (std::size_t k = 0; k <= j; ++k)
@@ -312,10 +315,10 @@ TEST_P(Rendering, EachJointHasItsOwnGain) {
     PerceptRenderer renderer(p);
     RenderedPercept out;
     for (int k = 0; k < 1000; ++k) out = renderer.step(drag, true, true, gain, v, kDt);
-    const auto expected = robot::drag_torque(scaled, GetParam(), v, kJoints);
-    for (std::size_t j = 0; j < kJoints; ++j) ASSERT_NEAR(out.torque_Nm[j], expected[j], 1e-7) << i;
+    const auto expected = robot::drag_torque(scaled, GetParam(), v, kPerceptJoints);
+    for (std::size_t j = 0; j < kPerceptJoints; ++j) ASSERT_NEAR(out.torque_Nm[j], expected[j], 1e-7) << i;
     ASSERT_LE(power(out, v), 1e-12);
-    ASSERT_NEAR(out.gain, *std::min_element(gain.begin(), gain.begin() + kJoints), 1e-12);
+    ASSERT_NEAR(out.gain, *std::min_element(gain.begin(), gain.begin() + kPerceptJoints), 1e-12);
   }
 }
 

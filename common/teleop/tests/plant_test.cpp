@@ -9,11 +9,10 @@
 #include "common/teleop/master_plant.hpp"
 #include "common/teleop/slave_plant.hpp"
 #include "common/teleop/tests/half_space.hpp"
+#include "common/teleop/tests/period.hpp"
 
 namespace phantom::teleop {
 namespace {
-
-constexpr double kDt = 0.001;
 
 SlavePlantParameters slave_parameters(const robot::SerialArm& arm) {
   SlavePlantParameters p;

@@ -6,17 +6,17 @@
 #include <limits>
 #include <random>
 
+#include "common/teleop/tests/period.hpp"
 #include "tests/support/heap_guard.hpp"
 
 namespace phantom::teleop {
 namespace {
 
-constexpr std::size_t kJoints = 4;
-constexpr double kDt = 0.001;
+constexpr std::size_t kSlewJoints = 4;
 
 TorqueSlewParameters parameters(robot::DragMode mode) {
-  TorqueSlewParameters p{.joint_count = kJoints, .mode = mode};
-  for (std::size_t j = 0; j < kJoints; ++j) {
+  TorqueSlewParameters p{.joint_count = kSlewJoints, .mode = mode};
+  for (std::size_t j = 0; j < kSlewJoints; ++j) {
     const double size = 1.0 + static_cast<double>(j);
     p.percept_cap_Nm[j] = 2.0 * size;
     p.feedback_cap_Nm[j] = 4.0 * size;
@@ -37,17 +37,17 @@ struct AnyInput {
     return std::uniform_real_distribution<double>(low, high)(engine);
   }
   double value(double scale) {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    constexpr double kEndless = std::numeric_limits<double>::infinity();
     const double kind = uniform(0, 1);
     if (kind < 0.01) return std::numeric_limits<double>::quiet_NaN();
-    if (kind < 0.02) return uniform(0, 1) < 0.5 ? kInfinity : -kInfinity;
+    if (kind < 0.02) return uniform(0, 1) < 0.5 ? kEndless : -kEndless;
     if (kind < 0.03) return uniform(-1, 1) * 1e308;
     if (kind < 0.2) return 0.0;
     return uniform(-scale, scale);
   }
   core::JointArray values(double scale) {
     core::JointArray all{};
-    for (std::size_t j = 0; j < kJoints; ++j) all[j] = value(scale);
+    for (std::size_t j = 0; j < kSlewJoints; ++j) all[j] = value(scale);
     return all;
   }
 };
@@ -69,7 +69,7 @@ TEST_P(Slew, WhateverComesCapSlewAndPassivityHold) {
       return slew.step(percept, feedback, v, kDt);
     }();
     double power_W = 0.0, greatest_W = 0.0;
-    for (std::size_t j = 0; j < kJoints; ++j) {
+    for (std::size_t j = 0; j < kSlewJoints; ++j) {
       ASSERT_LE(std::abs(now.percept_Nm[j]), p.percept_cap_Nm[j] + 1e-12) << i;
       ASSERT_LE(std::abs(now.feedback_Nm[j]), p.feedback_cap_Nm[j] + 1e-12) << i;
       ASSERT_LE(std::abs(now.motor_Nm[j]), p.limit_Nm[j]) << i;

@@ -11,11 +11,6 @@
 namespace phantom::voxel {
 namespace {
 
-VersionDescription describe(const Workspace& workspace) {
-  return {workspace.version, workspace.grid(), workspace.palette(),
-          static_cast<std::uint32_t>(workspace.brick_count()), workspace.content_hash()};
-}
-
 void put(WorkspaceAssembler& assembler, const Workspace& workspace, BrickKey key) {
   ASSERT_TRUE(assembler.put_brick(key, workspace.version, encode_brick(workspace.brick(key))));
 }

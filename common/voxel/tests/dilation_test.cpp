@@ -23,10 +23,10 @@ LayerProfile layers(ShapingElement element, std::vector<int> thickness, int guar
 
 constexpr ShapingElement kElements[] = {ShapingElement::kCube, ShapingElement::kSphere,
                                         ShapingElement::kSphereContained};
-const VoxelBox kGrid{{0, 0, 0}, {150, 100, 100}};
+const VoxelBox kDilated{{0, 0, 0}, {150, 100, 100}};
 
-void expect_like_the_twin(const SolidVoxels& solid, const LayerProfile& profile,
-                          const VoxelBox& part = kGrid) {
+void expect_like_the_dilated_twin(const SolidVoxels& solid, const LayerProfile& profile,
+                                  const VoxelBox& part = kDilated) {
   ASSERT_TRUE(check_profile(profile)) << check_profile(profile).message();
   const ObjectVoxels expected = twin::dilation(solid, profile);
   for (const int threads : {1, 3}) {
@@ -42,12 +42,13 @@ TEST(Dilation, EqualsTheLiteralTwinInEveryVoxelForAllElements) {
   for (const ShapingElement element : kElements) {
     for (int m = 1; m <= 4; ++m) {
       for (const int guard : {0, 2}) {
-        expect_like_the_twin(scattered_solid(seed++, {9, 7, 8}, 60), layers(element, {m, m, m}, guard));
+        expect_like_the_dilated_twin(scattered_solid(seed++, {9, 7, 8}, 60),
+                                     layers(element, {m, m, m}, guard));
       }
-      expect_like_the_twin(scattered_solid(seed++, {60, 5, 4}, 90), layers(element, {m, m}, 0));
+      expect_like_the_dilated_twin(scattered_solid(seed++, {60, 5, 4}, 90), layers(element, {m, m}, 0));
     }
-    expect_like_the_twin(scattered_solid(seed++, {12, 9, 9}, 150), layers(element, {1, 4, 2, 3}, 1));
-    expect_like_the_twin(scattered_solid(seed++, {3, 3, 3}, 20), layers(element, {9, 2}, 0));
+    expect_like_the_dilated_twin(scattered_solid(seed++, {12, 9, 9}, 150), layers(element, {1, 4, 2, 3}, 1));
+    expect_like_the_dilated_twin(scattered_solid(seed++, {3, 3, 3}, 20), layers(element, {9, 2}, 0));
   }
 }
 
@@ -57,7 +58,7 @@ TEST(Dilation, EqualsTheLiteralTwinOnBodies) {
   const auto mesh = geometry::make_cylinder(0.13F, 0.3F, 40).transformed(X);
   for (const ShapingElement element : kElements) {
     const LayerProfile profile = layers(element, {2, 3, 1});
-    expect_like_the_twin(*voxelise(mesh, grid, voxelise_clip(grid, profile)), profile);
+    expect_like_the_dilated_twin(*voxelise(mesh, grid, voxelise_clip(grid, profile)), profile);
   }
 }
 
@@ -65,14 +66,14 @@ TEST(Dilation, EqualsTheLiteralTwinAcrossGroupsOfWords) {
   const VoxelBox wide{{0, 0, 0}, {1700, 20, 20}};
   for (const ShapingElement element : kElements) {
     for (const std::int32_t x : {-3, 0, 37})
-      expect_like_the_twin(scattered_solid(5, {1690, 3, 4}, 500, {x, 9, 8}), layers(element, {4, 1, 3}),
-                           wide);
+      expect_like_the_dilated_twin(scattered_solid(5, {1690, 3, 4}, 500, {x, 9, 8}),
+                                   layers(element, {4, 1, 3}), wide);
     // Alone beside where a group ends: 512 voxels from 64 before the solid's box on.
     for (const std::int32_t x : {444, 447, 448, 451}) {
       SolidVoxels dot = scattered_solid(1, {600, 1, 1}, 1, {0, 9, 8});
       dot.boundary = dot.inside = BitVolume(dot.box.size);
       dot.boundary.set(x, 0, 0);
-      expect_like_the_twin(dot, layers(element, {4, 1, 3}), wide);
+      expect_like_the_dilated_twin(dot, layers(element, {4, 1, 3}), wide);
     }
   }
 }
@@ -84,7 +85,7 @@ TEST(Dilation, ReachesTheNextGroupFromAnyWordOfOne) {
     SolidVoxels dot = scattered_solid(1, {600, 1, 1}, 1, {0, 1, 1});
     dot.boundary = dot.inside = BitVolume(dot.box.size);
     dot.boundary.set(x, 0, 0);
-    expect_like_the_twin(dot, layers(ShapingElement::kCube, {90}), wide);
+    expect_like_the_dilated_twin(dot, layers(ShapingElement::kCube, {90}), wide);
   }
 }
 
@@ -94,7 +95,7 @@ TEST(Dilation, IsTheSameWithEveryInstructionSet) {
     SCOPED_TRACE(hwy::TargetName(target));
     unsigned seed = 1;
     for (const ShapingElement element : kElements)
-      expect_like_the_twin(scattered_solid(seed++, {40, 5, 6}, 50), layers(element, {3, 2}, 1));
+      expect_like_the_dilated_twin(scattered_solid(seed++, {40, 5, 6}, 50), layers(element, {3, 2}, 1));
   }
   hwy::SetSupportedTargetsForTest(0);
 }
@@ -105,8 +106,8 @@ TEST(Dilation, WidensByMoreThanAWord) {
   boundary.boundary.set(0, 0, 0);
   boundary.inside = BitVolume(boundary.box.size);
   const LayerProfile profile = layers(ShapingElement::kSphere, {70});
-  const ObjectBricks bricks = dilation_bricks(boundary, profile, kGrid);
-  twin::for_each(kGrid, [&](Index3 v) {
+  const ObjectBricks bricks = dilation_bricks(boundary, profile, kDilated);
+  twin::for_each(kDilated, [&](Index3 v) {
     const int square = (v.x - 75) * (v.x - 75) + (v.y - 50) * (v.y - 50) + (v.z - 50) * (v.z - 50);
     ASSERT_EQ(bricks.at(v), square == 0 ? kOrderBoundary : square <= 70 * 70 ? 1 : 0);
   });
@@ -114,7 +115,7 @@ TEST(Dilation, WidensByMoreThanAWord) {
 
 TEST(Dilation, KeepsAWallWithinABodyAsBoundary) {
   const SolidVoxels block = walled_block();
-  const ObjectBricks bricks = dilation_bricks(block, layers(ShapingElement::kSphere, {2}), kGrid);
+  const ObjectBricks bricks = dilation_bricks(block, layers(ShapingElement::kSphere, {2}), kDilated);
   twin::for_each(block.box, [&](Index3 v) {
     ASSERT_EQ(bricks.at(v), twin::is_boundary(block, v) ? kOrderBoundary : kOrderInterior)
         << v.x << ' ' << v.y << ' ' << v.z;
@@ -128,12 +129,13 @@ TEST(Dilation, DoesNotDependOnPartsNorOnWhatLiesBeyondTheGrid) {
     for (const LayerProfile& profile :
          {layers(element, {3, 2, 4}, 1), layers(element, {1, 8}), layers(element, {8, 1}),
           layers(element, {5}), layers(element, {1}, 6)}) {
-      expect_like_the_twin(solid, profile, small);
-      const ObjectBricks whole = dilation_bricks(solid, profile, kGrid);
+      expect_like_the_dilated_twin(solid, profile, small);
+      const ObjectBricks whole = dilation_bricks(solid, profile, kDilated);
       for (const BrickKey key : whole.keys()) {
         const ObjectBricks one = dilation_bricks(solid, profile, box_of(key));
         ASSERT_EQ(one.keys(), std::vector{key});
-        twin::for_each(box_of(key).intersection(kGrid), [&](Index3 v) { ASSERT_EQ(one.at(v), whole.at(v)); });
+        twin::for_each(box_of(key).intersection(kDilated),
+                       [&](Index3 v) { ASSERT_EQ(one.at(v), whole.at(v)); });
       }
     }
   }
@@ -154,7 +156,7 @@ TEST(Dilation, SharesBricksThatAreInteriorThroughout) {
 TEST(Dilation, EndsWhenToldTo) {
   int asked = 0;
   const auto bricks =
-      dilation_bricks(scattered_solid(1, {9, 9, 9}, 9), layers(ShapingElement::kCube, {1, 1, 1}), kGrid,
+      dilation_bricks(scattered_solid(1, {9, 9, 9}, 9), layers(ShapingElement::kCube, {1, 1, 1}), kDilated,
                       {1, [&](double) { return ++asked < 2; }});
   EXPECT_TRUE(bricks.keys().empty());
   EXPECT_EQ(asked, 2);

@@ -18,7 +18,7 @@ namespace {
 using Eigen::Vector3d;
 using geometry::Pose;
 
-const GridSpec kGrid{{-0.5, -0.5, -0.5}, 0.01, {100, 100, 100}};
+const GridSpec kFieldGrid{{-0.5, -0.5, -0.5}, 0.01, {100, 100, 100}};
 
 double mesh_distance(const geometry::TriangleMesh& mesh, const Vector3d& p) {
   double best = 1e30;
@@ -33,7 +33,7 @@ double mesh_distance(const geometry::TriangleMesh& mesh, const Vector3d& p) {
 }
 
 TEST(DistanceField, IsThatOfASphere) {
-  const auto field = DistanceField::build(kGrid, {{geometry::make_sphere(0.2, 5), 3}});
+  const auto field = DistanceField::build(kFieldGrid, {{geometry::make_sphere(0.2, 5), 3}});
   ASSERT_TRUE(field) << field.status().message();
   std::mt19937 random(1);
   std::uniform_real_distribution<double> coordinate(-0.29, 0.29);
@@ -50,14 +50,14 @@ TEST(DistanceField, IsThatOfASphere) {
 TEST(DistanceField, AgreesWithEveryTriangleAtVoxelCentres) {
   const Pose X_WO{geometry::rotation_from_rpy(0.4, 0.7, -0.3), {0.05, -0.03, 0.02}};
   const auto mesh = geometry::make_box({0.31, 0.17, 0.23}).transformed(X_WO);
-  const auto field = DistanceField::build(kGrid, {{mesh, 1}});
+  const auto field = DistanceField::build(kFieldGrid, {{mesh, 1}});
   ASSERT_TRUE(field);
   std::mt19937 random(2);
   int compared = 0;
   for (int i = 0; i < 20000; ++i) {
     const Index3 v{static_cast<int>(random() % 100), static_cast<int>(random() % 100),
                    static_cast<int>(random() % 100)};
-    const Vector3d p = kGrid.centre_of(v);
+    const Vector3d p = kFieldGrid.centre_of(v);
     const Vector3d local = X_WO.inverse() * p;
     const bool inside =
         std::abs(local.x()) < 0.155 && std::abs(local.y()) < 0.085 && std::abs(local.z()) < 0.115;
@@ -72,7 +72,7 @@ TEST(DistanceField, AgreesWithEveryTriangleAtVoxelCentres) {
 TEST(DistanceField, OfManyBodiesIsThatOfTheNearest) {
   const auto left = geometry::make_sphere(0.1, 4).transformed({Eigen::Matrix3d::Identity(), {-0.12, 0, 0}});
   const auto right = geometry::make_sphere(0.1, 4).transformed({Eigen::Matrix3d::Identity(), {0.12, 0, 0}});
-  const auto field = DistanceField::build(kGrid, {{left, 1}, {right, 2}});
+  const auto field = DistanceField::build(kFieldGrid, {{left, 1}, {right, 2}});
   ASSERT_TRUE(field);
   EXPECT_NEAR(field->distance_m({-0.005, 0.0, 0.0}), 0.015, 6e-4);
   EXPECT_EQ(field->object({-0.015, 0.002, 0.002}), 1);
@@ -80,7 +80,7 @@ TEST(DistanceField, OfManyBodiesIsThatOfTheNearest) {
 }
 
 TEST(DistanceField, SaysFreeOutOfTheBandAndDeepInTheBody) {
-  const auto field = DistanceField::build(kGrid, {{geometry::make_box({0.4, 0.4, 0.4}), 1}});
+  const auto field = DistanceField::build(kFieldGrid, {{geometry::make_box({0.4, 0.4, 0.4}), 1}});
   ASSERT_TRUE(field);
   EXPECT_DOUBLE_EQ(field->distance_m({0, 0, 0}), -0.03);
   EXPECT_EQ(field->gradient({0, 0, 0}), Vector3d::Zero());
@@ -92,7 +92,7 @@ TEST(DistanceField, SaysFreeOutOfTheBandAndDeepInTheBody) {
 }
 
 TEST(DistanceField, GradientIsTheSlopeOfTheDistance) {
-  const auto field = DistanceField::build(kGrid, {{geometry::make_torus(0.2, 0.07), 1}});
+  const auto field = DistanceField::build(kFieldGrid, {{geometry::make_torus(0.2, 0.07), 1}});
   ASSERT_TRUE(field);
   std::mt19937 random(4);
   std::uniform_real_distribution<double> coordinate(-0.3, 0.3);
@@ -117,7 +117,7 @@ TEST(DistanceField, EndsSoonWhereverItIsToldTo) {
     std::atomic<int> asked{0};
     DistanceFieldOptions options;
     options.keep_going = [&] { return ++asked <= most; };
-    const auto field = DistanceField::build(kGrid, bodies, options);
+    const auto field = DistanceField::build(kFieldGrid, bodies, options);
     EXPECT_TRUE(field || field.status().code() == core::ErrorCode::kUnavailable) << field.status().message();
     return std::pair(field.has_value(), asked.load());
   };
@@ -134,10 +134,10 @@ TEST(DistanceField, EndsSoonWhereverItIsToldTo) {
 
 TEST(DistanceField, RefusesWhatItCannotHold) {
   const auto sphere = geometry::make_sphere(0.2, 2);
-  EXPECT_FALSE(DistanceField::build(kGrid, {{sphere, 1}}, {.outside_m = 0.0}));
-  EXPECT_FALSE(DistanceField::build(kGrid, {{sphere, 1}}, {.outside_m = 0.7}));
+  EXPECT_FALSE(DistanceField::build(kFieldGrid, {{sphere, 1}}, {.outside_m = 0.0}));
+  EXPECT_FALSE(DistanceField::build(kFieldGrid, {{sphere, 1}}, {.outside_m = 0.7}));
   const auto huge = geometry::make_sphere(1e4, 2);
-  const auto refused = DistanceField::build(kGrid, {{huge, 5}});
+  const auto refused = DistanceField::build(kFieldGrid, {{huge, 5}});
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.status().message().find("body 5"), std::string::npos);
 }
@@ -145,7 +145,7 @@ TEST(DistanceField, RefusesWhatItCannotHold) {
 TEST(DistanceField, IsTheSameAfterItWasEncoded) {
   const Pose X_WO{geometry::rotation_from_rpy(0.4, 0.7, -0.3), {0.05, -0.03, 0.02}};
   const auto field = DistanceField::build(
-      kGrid,
+      kFieldGrid,
       {{geometry::make_sphere(0.2, 4), 3}, {geometry::make_box({0.3, 0.2, 0.5}).transformed(X_WO), 4}});
   ASSERT_TRUE(field);
   const auto back = DistanceField::decode(field->encode());
@@ -164,7 +164,8 @@ TEST(DistanceField, IsTheSameAfterItWasEncoded) {
 }
 
 TEST(DistanceField, RefusesWhatIsNotWhole) {
-  const auto field = DistanceField::build(kGrid, {{geometry::make_sphere(0.1, 3), 3}}, {.outside_m = 0.02});
+  const auto field =
+      DistanceField::build(kFieldGrid, {{geometry::make_sphere(0.1, 3), 3}}, {.outside_m = 0.02});
   ASSERT_TRUE(field);
   const auto whole = field->encode();
   std::mt19937 random(4);
@@ -181,7 +182,8 @@ TEST(DistanceField, RefusesWhatIsNotWhole) {
 
 // What has a fitting checksum and yet is none: made by another program.
 TEST(DistanceField, RefusesAFrameThatWouldLeadOutOfItsMemory) {
-  const auto field = DistanceField::build(kGrid, {{geometry::make_sphere(0.1, 3), 3}}, {.outside_m = 0.02});
+  const auto field =
+      DistanceField::build(kFieldGrid, {{geometry::make_sphere(0.1, 3), 3}}, {.outside_m = 0.02});
   ASSERT_TRUE(field);
   const auto frame = field->encode();
   std::vector<std::uint8_t> plain(ZSTD_getFrameContentSize(frame.data(), frame.size()));

@@ -13,7 +13,7 @@ namespace {
 
 using geometry::Pose;
 
-const GridSpec kGrid{{-0.1, 0.05, 0.0}, 0.01, {70, 64, 50}};
+const GridSpec kOffGrid{{-0.1, 0.05, 0.0}, 0.01, {70, 64, 50}};
 
 LayerProfile profile_with(int guard, std::vector<int> inside = {}) {
   LayerProfile profile{{3, 2, 4}, {30.0F, 20.0F, 10.0F}, 100.0F, guard};
@@ -29,14 +29,15 @@ geometry::TriangleMesh tilted_cylinder() {
 }
 
 void expect_surface_like_the_twin(const geometry::TriangleMesh& mesh, const LayerProfile& profile) {
-  const SolidVoxels solid = *voxelise(mesh, kGrid, voxelise_clip(kGrid, profile));
-  const ObjectBricks bricks = surface_bricks(mesh, solid, profile, kGrid, VoxelBox::of(kGrid), {2, nullptr});
+  const SolidVoxels solid = *voxelise(mesh, kOffGrid, voxelise_clip(kOffGrid, profile));
+  const ObjectBricks bricks =
+      surface_bricks(mesh, solid, profile, kOffGrid, VoxelBox::of(kOffGrid), {2, nullptr});
   std::size_t layered = 0;
-  twin::for_each(VoxelBox::of(kGrid), [&](Index3 v) {
+  twin::for_each(VoxelBox::of(kOffGrid), [&](Index3 v) {
     const std::int8_t expected = twin::is_boundary(solid, v) ? kOrderBoundary
                                  : twin::is_solid(solid, v)
                                      ? kOrderInterior
-                                     : twin::order_at(profile, twin::surface_distance(mesh, kGrid, v));
+                                     : twin::order_at(profile, twin::surface_distance(mesh, kOffGrid, v));
     ASSERT_EQ(bricks.at(v), expected) << v.x << ' ' << v.y << ' ' << v.z;
     layered += expected > 0 && expected < kOrderGuard ? 1 : 0;
   });
@@ -60,11 +61,11 @@ TEST(SurfaceLayers, KnowTheExactDistanceOfASphere) {
   const Eigen::Vector3d centre(0.2013, 0.3527, 0.2541);
   const auto mesh = geometry::make_sphere(0.11, 6).transformed({Eigen::Matrix3d::Identity(), centre});
   const LayerProfile profile = profile_with(1);
-  const SolidVoxels solid = *voxelise(mesh, kGrid, voxelise_clip(kGrid, profile));
-  const ObjectBricks bricks = surface_bricks(mesh, solid, profile, kGrid, VoxelBox::of(kGrid));
-  twin::for_each(VoxelBox::of(kGrid), [&](Index3 v) {
+  const SolidVoxels solid = *voxelise(mesh, kOffGrid, voxelise_clip(kOffGrid, profile));
+  const ObjectBricks bricks = surface_bricks(mesh, solid, profile, kOffGrid, VoxelBox::of(kOffGrid));
+  twin::for_each(VoxelBox::of(kOffGrid), [&](Index3 v) {
     if (twin::is_solid(solid, v)) return;
-    const double d = ((kGrid.centre_of(v) - centre).norm() - 0.11) / kGrid.voxel_size_m;
+    const double d = ((kOffGrid.centre_of(v) - centre).norm() - 0.11) / kOffGrid.voxel_size_m;
     const double slack = 0.005;
     EXPECT_TRUE(bricks.at(v) == twin::order_at(profile, d - slack) ||
                 bricks.at(v) == twin::order_at(profile, d + slack))
@@ -75,11 +76,11 @@ TEST(SurfaceLayers, KnowTheExactDistanceOfASphere) {
 TEST(SurfaceLayers, AreTheSameInWhateverPartsTheGridIsDone) {
   const auto mesh = tilted_cylinder();
   const LayerProfile profile = profile_with(1);
-  const SolidVoxels solid = *voxelise(mesh, kGrid, voxelise_clip(kGrid, profile));
-  const ObjectBricks whole = surface_bricks(mesh, solid, profile, kGrid, VoxelBox::of(kGrid));
+  const SolidVoxels solid = *voxelise(mesh, kOffGrid, voxelise_clip(kOffGrid, profile));
+  const ObjectBricks whole = surface_bricks(mesh, solid, profile, kOffGrid, VoxelBox::of(kOffGrid));
   for (const BrickKey key : whole.keys()) {
-    const VoxelBox part = box_of(key).intersection(VoxelBox::of(kGrid));
-    const ObjectBricks one = surface_bricks(mesh, solid, profile, kGrid, part, {2, nullptr});
+    const VoxelBox part = box_of(key).intersection(VoxelBox::of(kOffGrid));
+    const ObjectBricks one = surface_bricks(mesh, solid, profile, kOffGrid, part, {2, nullptr});
     twin::for_each(part, [&](Index3 v) { ASSERT_EQ(one.at(v), whole.at(v)); });
   }
 }
@@ -90,14 +91,15 @@ TEST(InsideLayers, EqualTheLiteralTwinForEveryMethod) {
     LayerProfile profile = profile_with(1, {2, 1, 3});
     profile.method = method;
     ASSERT_TRUE(check_profile(profile)) << check_profile(profile).message();
-    const SolidVoxels solid = *voxelise(mesh, kGrid, voxelise_clip(kGrid, profile));
-    const ObjectBricks bricks = lay_layers(mesh, solid, profile, kGrid, VoxelBox::of(kGrid), {2, nullptr});
+    const SolidVoxels solid = *voxelise(mesh, kOffGrid, voxelise_clip(kOffGrid, profile));
+    const ObjectBricks bricks =
+        lay_layers(mesh, solid, profile, kOffGrid, VoxelBox::of(kOffGrid), {2, nullptr});
     LayerProfile without = profile;
     without.inside_thickness_vox.clear();
     without.mu_inside_Pa_s_per_m.clear();
-    const ObjectBricks outer = lay_layers(mesh, solid, without, kGrid, VoxelBox::of(kGrid));
+    const ObjectBricks outer = lay_layers(mesh, solid, without, kOffGrid, VoxelBox::of(kOffGrid));
     std::size_t deep = 0, innermost = 0;
-    twin::for_each(VoxelBox::of(kGrid), [&](Index3 v) {
+    twin::for_each(VoxelBox::of(kOffGrid), [&](Index3 v) {
       if (outer.at(v) != kOrderInterior) {
         ASSERT_EQ(bricks.at(v), outer.at(v));
         return;
@@ -116,9 +118,9 @@ TEST(InsideLayers, DoNotTakeTheGridsEndForTheBodys) {
   const auto mesh =
       geometry::make_box({4.0F, 4.0F, 2.0F}).transformed({Eigen::Matrix3d::Identity(), {0.2, 0.3, -0.75}});
   const LayerProfile profile = profile_with(0, {4});
-  const SolidVoxels solid = *voxelise(mesh, kGrid, voxelise_clip(kGrid, profile));
-  const ObjectBricks bricks = lay_layers(mesh, solid, profile, kGrid, VoxelBox::of(kGrid));
-  twin::for_each(VoxelBox::of(kGrid), [&](Index3 v) {
+  const SolidVoxels solid = *voxelise(mesh, kOffGrid, voxelise_clip(kOffGrid, profile));
+  const ObjectBricks bricks = lay_layers(mesh, solid, profile, kOffGrid, VoxelBox::of(kOffGrid));
+  twin::for_each(VoxelBox::of(kOffGrid), [&](Index3 v) {
     const int above = v.z - 25;  // the top face lies on the border below voxel 25, which is boundary
     if (above <= 0) {
       ASSERT_EQ(bricks.at(v), above == 0 ? kOrderBoundary : above >= -4 ? -1 : kOrderInterior) << v.z;

@@ -13,10 +13,10 @@
 namespace phantom::voxel {
 namespace {
 
-const VoxelBox kGrid{{0, 0, 0}, {100, 90, 96}};
+const VoxelBox kBox{{0, 0, 0}, {100, 90, 96}};
 
 /// Every voxel of `part`, and nothing beyond it.
-void expect_like_the_twin(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& part = kGrid,
+void expect_like_the_twin(const SolidVoxels& solid, const LayerProfile& profile, const VoxelBox& part = kBox,
                           int threads = 1) {
   ASSERT_TRUE(check_profile(profile)) << check_profile(profile).message();
   const ObjectBricks bricks = distance_bricks(solid, profile, part, {threads, {}});
@@ -79,7 +79,7 @@ TEST(DistanceBricks, AreTheSameWithEveryInstructionSet) {
 
 TEST(DistanceBricks, AreTheSameWithManyThreads) {
   const LayerProfile profile{{3, 2}, {9.0F, 8.0F}, 100.0F, 1};
-  expect_like_the_twin(scattered_solid(3, {60, 30, 40}, 2000), profile, kGrid, 3);
+  expect_like_the_twin(scattered_solid(3, {60, 30, 40}, 2000), profile, kBox, 3);
 }
 
 TEST(DistanceBricks, ReachFarWithoutOverflow) {
@@ -103,7 +103,7 @@ TEST(DistanceBricks, ReachFarWithoutOverflow) {
 TEST(DistanceBricks, OfAPartOfTheGridAreThoseOfTheWhole) {
   const LayerProfile profile{{3, 2}, {9.0F, 8.0F}, 100.0F, 1};
   SolidVoxels solid = scattered_solid(9, {40, 40, 40}, 400);
-  const ObjectBricks whole = distance_bricks(solid, profile, kGrid);
+  const ObjectBricks whole = distance_bricks(solid, profile, kBox);
   for (const VoxelBox part : {VoxelBox{{32, 0, 32}, {32, 64, 64}}, VoxelBox{{0, 32, 0}, {96, 32, 96}}}) {
     const ObjectBricks bricks = distance_bricks(solid, profile, part);
     twin::for_each(part, [&](Index3 v) { ASSERT_EQ(bricks.at(v), whole.at(v)); });
@@ -121,7 +121,7 @@ TEST(DistanceBricks, OfASolidBeyondTheGridReachIn) {
 
 TEST(DistanceBricks, KeepAWallWithinABodyAsBoundary) {
   const SolidVoxels block = walled_block();
-  const ObjectBricks bricks = distance_bricks(block, {{2}, {9.0F}, 100.0F, 0}, kGrid, {2, {}});
+  const ObjectBricks bricks = distance_bricks(block, {{2}, {9.0F}, 100.0F, 0}, kBox, {2, {}});
   twin::for_each(block.box, [&](Index3 v) {
     ASSERT_EQ(bricks.at(v), twin::is_boundary(block, v) ? kOrderBoundary : kOrderInterior)
         << v.x << ' ' << v.y << ' ' << v.z;
@@ -138,8 +138,8 @@ TEST(DistanceBricks, OfABallAreShellsAroundIt) {
     if (r < 44.0) (r > 42.0 ? ball.boundary : ball.inside).set(v.x, v.y, v.z);
   });
   const LayerProfile profile{{2, 3}, {9.0F, 8.0F}, 100.0F, 0};
-  const ObjectBricks bricks = distance_bricks(ball, profile, kGrid, {2, {}});
-  twin::for_each(kGrid, [&](Index3 v) {
+  const ObjectBricks bricks = distance_bricks(ball, profile, kBox, {2, {}});
+  twin::for_each(kBox, [&](Index3 v) {
     const double outside = std::hypot(v.x - 47.5, v.y - 46.5, v.z - 45.5) - 44.0;
     const int order = bricks.at(v);
     if (twin::is_solid(ball, v)) {
@@ -153,14 +153,14 @@ TEST(DistanceBricks, OfABallAreShellsAroundIt) {
 }
 
 TEST(DistanceBricks, OfNothingAreNothing) {
-  EXPECT_TRUE(distance_bricks(SolidVoxels{}, {{1}, {1.0F}, 100.0F, 0}, kGrid).keys().empty());
+  EXPECT_TRUE(distance_bricks(SolidVoxels{}, {{1}, {1.0F}, 100.0F, 0}, kBox).keys().empty());
 }
 
 TEST(DistanceBricks, EndWhenToldTo) {
   const LayerProfile profile{{3, 2}, {9.0F, 8.0F}, 100.0F, 1};
   int asked = 0;
   const WorkOptions options{1, [&](double) { return ++asked < 2; }};
-  EXPECT_TRUE(distance_bricks(scattered_solid(9, {70, 60, 60}, 400), profile, kGrid, options).keys().empty());
+  EXPECT_TRUE(distance_bricks(scattered_solid(9, {70, 60, 60}, 400), profile, kBox, options).keys().empty());
   EXPECT_EQ(asked, 2);
 }
 

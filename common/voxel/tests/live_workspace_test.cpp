@@ -16,7 +16,7 @@ namespace {
 
 using testing::HasSubstr;
 
-const GridSpec kGrid{{-0.5, -0.4, 0.0}, 0.01, {100, 90, 70}};
+const GridSpec kLiveGrid{{-0.5, -0.4, 0.0}, 0.01, {100, 90, 70}};
 
 const LayerProfile kCell{{2, 3}, {30.0F, 20.0F}, 100.0F, 0};
 const LayerProfile kAsCell{{4}, {20.0F}, 100.0F, 1};  // other layers, the same viscosities
@@ -44,11 +44,11 @@ Body random_body(std::uint16_t id, std::mt19937& random) {
 Workspace from_scratch(const std::vector<Thing>& things, MergeLaw law) {
   std::vector<LayerProfile> profiles;
   for (const Thing& thing : things) profiles.push_back(thing.body.profile);
-  Workspace workspace(kGrid, make_palette(profiles).value());
+  Workspace workspace(kLiveGrid, make_palette(profiles).value());
   std::vector<ObjectBricks> bricks;
   std::vector<CodeTable> codes;
   for (const Thing& thing : things) {
-    bricks.push_back(activate_object(thing.body, kGrid).value().bricks);
+    bricks.push_back(activate_object(thing.body, kLiveGrid).value().bricks);
     codes.push_back(code_table(thing.body.profile, workspace.palette()));
   }
   std::vector<MergeEntry> entries;
@@ -99,7 +99,7 @@ class AnySequence : public testing::TestWithParam<MergeLaw> {};
 TEST_P(AnySequence, OfChangesEndsInWhatItsObjectsMakeFromScratch) {
   for (unsigned seed = 0; seed < 3; ++seed) {
     std::mt19937 random(seed);
-    LiveWorkspace live(kGrid, GetParam());
+    LiveWorkspace live(kLiveGrid, GetParam());
     std::vector<Thing> things;
     std::uint16_t next_id = 1;
     for (std::uint64_t version = 1; version <= 25; ++version) {
@@ -162,14 +162,14 @@ class Live : public testing::Test {
     EXPECT_EQ(live_.content_hash(), hash_of_both_);
   }
   Body left_ = ball(1, {-0.3, 0, 0.3}), right_ = ball(2, {0.3, 0, 0.3});
-  LiveWorkspace live_{kGrid, MergeLaw::kHighestViscosity};
+  LiveWorkspace live_{kLiveGrid, MergeLaw::kHighestViscosity};
   std::uint64_t hash_of_both_ = from_scratch({{left_}, {right_}}, MergeLaw::kHighestViscosity).content_hash();
 };
 
 TEST_F(Live, TouchesOnlyTheBricksThatTheObjectLeavesAndEnters) {
   const Body moved = ball(2, {0.3, 0.05, 0.3});
-  std::vector<BrickKey> reach = activate_object(right_, kGrid).value().bricks.keys();
-  const auto there = activate_object(moved, kGrid);
+  std::vector<BrickKey> reach = activate_object(right_, kLiveGrid).value().bricks.keys();
+  const auto there = activate_object(moved, kLiveGrid);
   ASSERT_TRUE(there);
   for (const BrickKey key : there->bricks.keys()) reach.push_back(key);
   const auto change = live_.move(moved, 6);
@@ -206,7 +206,7 @@ TEST_F(Live, WithoutObjectsItIsEmpty) {
   const auto last = live_.remove(2, 7);
   ASSERT_TRUE(last);
   EXPECT_EQ(live_.workspace().brick_count(), 0U);
-  EXPECT_EQ(live_.content_hash(), Workspace(kGrid, {0.0F}).content_hash());
+  EXPECT_EQ(live_.content_hash(), Workspace(kLiveGrid, {0.0F}).content_hash());
 }
 
 TEST_F(Live, RefusesWhatCannotBeAndStaysAsItWas) {
@@ -259,7 +259,7 @@ TEST(LiveProgress, RisesOverAllBodiesAndTellsOfEach) {
   const LiveBody bodies[] = {{&one, 0}, {&two, 0}, {&three, 0}};
   std::vector<double> shares;
   std::vector<std::string> told;
-  LiveWorkspace live(kGrid, MergeLaw::kHighestViscosity);
+  LiveWorkspace live(kLiveGrid, MergeLaw::kHighestViscosity);
   ASSERT_TRUE(live.add(bodies, 1, {.on_progress = [&](double share) { shares.push_back(share); }},
                        [&](const Body& body, const BodyReport& report, std::size_t done) {
                          told.push_back(body.name + " " + std::to_string(done));

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "common/voxel/workspace.hpp"
+#include "common/voxel/workspace_assembler.hpp"
 
 namespace phantom::voxel {
 
@@ -36,6 +37,11 @@ inline Workspace random_workspace(unsigned seed, bool backwards = false) {
   }
   workspace.version = seed;
   return workspace;
+}
+
+inline VersionDescription describe(const Workspace& workspace) {
+  return {workspace.version, workspace.grid(), workspace.palette(),
+          static_cast<std::uint32_t>(workspace.brick_count()), workspace.content_hash()};
 }
 
 }  // namespace phantom::voxel

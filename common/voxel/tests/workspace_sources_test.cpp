@@ -11,11 +11,6 @@ namespace {
 
 constexpr SourceId kFirst{1}, kSecond{2}, kThird{3}, kFourth{4};
 
-VersionDescription describe(const Workspace& workspace) {
-  return {workspace.version, workspace.grid(), workspace.palette(),
-          static_cast<std::uint32_t>(workspace.brick_count()), workspace.content_hash()};
-}
-
 void put(WorkspaceSources& sources, const SourceId& from, const Workspace& workspace) {
   for (const BrickKey key : workspace.bricks())
     ASSERT_TRUE(sources.put_brick(from, key, workspace.version, encode_brick(workspace.brick(key))));

@@ -11,13 +11,11 @@
 namespace phantom::audio_percept {
 namespace {
 
-constexpr core::Nanoseconds kMs = core::kNsPerMillisecond;
-
 /// A component whose clock moves with what it renders.
 struct Desk {
   AudioPercept percept{test_config()};
   Inputs inputs;
-  core::Nanoseconds now_ns = 1'000'000 * kMs;
+  core::Nanoseconds now_ns = 1'000'000 * core::kNsPerMillisecond;
   Model model = Model::kSound;
   std::array<float, kPeriodFrames> tone{}, alarm{};
 
@@ -34,7 +32,7 @@ struct Desk {
   double run(int duration_ms) {
     double peak = 0.0;
     for (int t = 0; t < duration_ms; t += 5) {
-      now_ns += 5 * kMs;
+      now_ns += 5 * core::kNsPerMillisecond;
       inputs.now_ns = now_ns;
       percept.step(inputs, tone, alarm);
       peak = 0.0;

@@ -127,17 +127,18 @@ TEST(PerceptConverter, TakesPlaceModelAndWhatIsMuted) {
 }
 
 TEST(PerceptConverter, CountsFromTheStampOnlyWhereItsClockIsOurs) {
-  constexpr core::Nanoseconds kMs = core::kNsPerMillisecond;
   PerceptConverter converter;
   PerceptSample sample;
   std::uint64_t number = 0;
-  for (const auto& [stamp_ns, sent_ns] : {std::pair{9'998 * kMs, 9'998 * kMs},  // 2 ms ago
-                                          {10'001 * kMs, 10'000 * kMs},  // another host's: in the future
-                                          {1'000 * kMs, 10'000 * kMs},   // another host's: long ago
-                                          {std::numeric_limits<core::Nanoseconds>::min(), 10'000 * kMs}}) {
+  for (const auto& [stamp_ns, sent_ns] :
+       {std::pair{9'998 * core::kNsPerMillisecond, 9'998 * core::kNsPerMillisecond},  // 2 ms ago
+        {10'001 * core::kNsPerMillisecond,
+         10'000 * core::kNsPerMillisecond},                                   // another host's: in the future
+        {1'000 * core::kNsPerMillisecond, 10'000 * core::kNsPerMillisecond},  // another host's: long ago
+        {std::numeric_limits<core::Nanoseconds>::min(), 10'000 * core::kNsPerMillisecond}}) {
     auto message = percept(++number);
     message.stamp().monotonic_ns(stamp_ns);
-    ASSERT_TRUE(converter.accept(message, 10'000 * kMs, sample));
+    ASSERT_TRUE(converter.accept(message, 10'000 * core::kNsPerMillisecond, sample));
     EXPECT_EQ(sample.sent_ns, sent_ns);
   }
 }

@@ -8,10 +8,8 @@
 namespace phantom::audio_percept {
 namespace {
 
-constexpr core::Nanoseconds kMs = core::kNsPerMillisecond;
-
 /// An engine and its keeper, time passing for both.
-struct Desk {
+struct KeeperRig {
   FakeDevice fake;
   bool can_open = false;
   int attempts = 0;
@@ -19,9 +17,9 @@ struct Desk {
   SampleRing ring{1U << 20};
   Engine engine;
   DeviceKeeper keeper;
-  core::Nanoseconds now_ns = 1'000'000 * kMs;
+  core::Nanoseconds now_ns = 1'000'000 * core::kNsPerMillisecond;
 
-  explicit Desk(bool from_the_start)
+  explicit KeeperRig(bool from_the_start)
       : engine(test_config(), from_the_start ? std::make_unique<FakeSink>(fake) : nullptr, inbox, &ring),
         keeper(
             engine,
@@ -36,7 +34,7 @@ struct Desk {
 
   void run(double duration_s) {
     for (int i = 0; i < duration_s / kPeriod_s; ++i) {
-      now_ns += 5 * kMs;
+      now_ns += 5 * core::kNsPerMillisecond;
       if (i % 2 == 0)
         inbox.percept.write(
             {.received_ns = now_ns, .valid = true, .closeness = 0.5, .speed_m_s = 0.1, .sent_ns = now_ns});
@@ -51,7 +49,7 @@ struct Desk {
 };
 
 TEST(DeviceKeeper, FindsADeviceThatAppearsLater) {
-  Desk desk(false);
+  KeeperRig desk(false);
   desk.run(6.0);
   EXPECT_EQ(desk.attempts, 1) << "every five seconds, not all the time";
   EXPECT_FALSE(desk.engine.figures().live);
@@ -67,7 +65,7 @@ TEST(DeviceKeeper, FindsADeviceThatAppearsLater) {
 }
 
 TEST(DeviceKeeper, GoesOnWithoutADeviceThatGoesAndComesBackToIt) {
-  Desk desk(true);
+  KeeperRig desk(true);
   desk.run(1.0);
   EXPECT_TRUE(desk.engine.figures().live);
   const auto heard = desk.fake.heard.size();
@@ -90,7 +88,7 @@ TEST(DeviceKeeper, GoesOnWithoutADeviceThatGoesAndComesBackToIt) {
 
 TEST(DeviceKeeper, ADeviceThatComesAndGoesAllTheTimeLeavesNothingOpen) {
   {
-    Desk desk(true);
+    KeeperRig desk(true);
     desk.can_open = true;
     for (int i = 0; i < 8; ++i) {
       desk.run(1.0);

@@ -16,8 +16,6 @@
 namespace phantom::audio_percept {
 namespace {
 
-constexpr core::Nanoseconds kMs = core::kNsPerMillisecond;
-
 PerceptSample sensed(core::Nanoseconds at_ns) {
   return {.received_ns = at_ns, .valid = true, .closeness = 0.5, .speed_m_s = 0.1, .sent_ns = at_ns};
 }
@@ -46,11 +44,11 @@ TEST(Engine, WritesWhatTheDeviceWantsAndRecordsTheSame) {
   Inbox inbox;
   SampleRing ring(48000);
   Engine engine(test_config(), std::move(device), inbox, &ring);
-  core::Nanoseconds now_ns = 1000 * kMs;
+  core::Nanoseconds now_ns = 1000 * core::kNsPerMillisecond;
   for (int due : {3, 0, 1, 2, 0, 1}) {
     inbox.percept.write(sensed(now_ns));
     fake.due = due;
-    engine.turn(kPeriod_s, now_ns += 5 * kMs);
+    engine.turn(kPeriod_s, now_ns += 5 * core::kNsPerMillisecond);
   }
   EXPECT_EQ(heard.size(), 7 * kPeriodFrames);
   std::vector<std::int16_t> recorded(48000);
@@ -63,10 +61,10 @@ TEST(Engine, LatencyIsTheWaitForTheTurnTheQueueAheadAndTheDevice) {
   std::vector<std::int16_t> heard;
   Inbox inbox;
   Engine engine(test_config(), std::make_unique<ScriptedDevice>(&heard), inbox, nullptr);
-  core::Nanoseconds now_ns = 1000 * kMs;
+  core::Nanoseconds now_ns = 1000 * core::kNsPerMillisecond;
   for (int i = 0; i < 200; ++i) {
     inbox.percept.write(sensed(now_ns));
-    engine.turn(kPeriod_s, now_ns += 3 * kMs);
+    engine.turn(kPeriod_s, now_ns += 3 * core::kNsPerMillisecond);
   }
   const EngineFigures figures = engine.figures();
   EXPECT_EQ(figures.percepts, 200U);
@@ -80,8 +78,8 @@ TEST(Engine, APerceptCountsOnce) {
   std::vector<std::int16_t> heard;
   Inbox inbox;
   Engine engine(test_config(), std::make_unique<ScriptedDevice>(&heard), inbox, nullptr);
-  inbox.percept.write(sensed(1000 * kMs));
-  for (int i = 0; i < 50; ++i) engine.turn(kPeriod_s, (1001 + i) * kMs);
+  inbox.percept.write(sensed(1000 * core::kNsPerMillisecond));
+  for (int i = 0; i < 50; ++i) engine.turn(kPeriod_s, (1001 + i) * core::kNsPerMillisecond);
   EXPECT_EQ(engine.figures().percepts, 1U);
 }
 
@@ -89,12 +87,12 @@ TEST(Engine, LatencyCountsFromTheStamp) {
   std::vector<std::int16_t> heard;
   Inbox inbox;
   Engine engine(test_config(), std::make_unique<ScriptedDevice>(&heard), inbox, nullptr);
-  core::Nanoseconds now_ns = 1000 * kMs;
+  core::Nanoseconds now_ns = 1000 * core::kNsPerMillisecond;
   for (int i = 0; i < 50; ++i) {
     PerceptSample sample = sensed(now_ns);
-    sample.sent_ns -= 2 * kMs;
+    sample.sent_ns -= 2 * core::kNsPerMillisecond;
     inbox.percept.write(sample);
-    engine.turn(kPeriod_s, now_ns += 3 * kMs);
+    engine.turn(kPeriod_s, now_ns += 3 * core::kNsPerMillisecond);
   }
   EXPECT_NEAR(engine.figures().latency_p50_ms, 19.0, 19.0 / 16.0);
 }
@@ -105,8 +103,8 @@ TEST(Engine, EveryLayoutIsRecordedWithAllItsChannels) {
     SampleRing ring(1U << 19);
     Engine engine(test_config(layout), nullptr, inbox, &ring);
     for (int i = 0; i < 50; ++i) {
-      inbox.percept.write(sensed((1000 + 5 * i) * kMs));
-      engine.turn(kPeriod_s, (1001 + 5 * i) * kMs);
+      inbox.percept.write(sensed((1000 + 5 * i) * core::kNsPerMillisecond));
+      engine.turn(kPeriod_s, (1001 + 5 * i) * core::kNsPerMillisecond);
     }
     std::vector<std::int16_t> recorded(1U << 19);
     recorded.resize(ring.pop(recorded));
@@ -122,10 +120,10 @@ TEST(Engine, TellsTheDirectionThatIsHeard) {
   Inbox inbox;
   Engine engine(config, nullptr, inbox, nullptr);
   for (int i = 0; i < 100; ++i) {
-    PerceptSample sample = sensed((1000 + 5 * i) * kMs);
+    PerceptSample sample = sensed((1000 + 5 * i) * core::kNsPerMillisecond);
     sample.position_m = {1, 0, 1};
     inbox.percept.write(sample);
-    engine.turn(kPeriod_s, (1001 + 5 * i) * kMs);
+    engine.turn(kPeriod_s, (1001 + 5 * i) * core::kNsPerMillisecond);
   }
   EXPECT_NEAR(engine.figures().azimuth_deg, 90.0, 0.5);
   EXPECT_NEAR(engine.figures().elevation_deg, 45.0, 0.5);
@@ -137,8 +135,8 @@ TEST(Engine, ATurnUsesNoHeap) {
   Engine engine(test_config(Layout::kStereo), nullptr, inbox, &ring);
   const test::HeapGuard guard;
   for (int i = 0; i < 100; ++i) {
-    inbox.percept.write(sensed((1000 + 5 * i) * kMs));
-    engine.turn(kPeriod_s, (1001 + 5 * i) * kMs);
+    inbox.percept.write(sensed((1000 + 5 * i) * core::kNsPerMillisecond));
+    engine.turn(kPeriod_s, (1001 + 5 * i) * core::kNsPerMillisecond);
   }
 }
 

@@ -16,7 +16,6 @@
 namespace phantom::audio_percept {
 namespace {
 
-constexpr core::Nanoseconds kMs = core::kNsPerMillisecond;
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
 /// The component's signal path on a clock that moves with what it renders.
@@ -25,7 +24,7 @@ struct Desk {
   AudioPercept percept;
   Spatialiser spatialiser;
   Inputs inputs;
-  core::Nanoseconds now_ns = 1'000'000 * kMs;
+  core::Nanoseconds now_ns = 1'000'000 * core::kNsPerMillisecond;
   std::vector<float> frames;  // all that was rendered
 
   explicit Desk(AudioPerceptConfig with = test_config())
@@ -44,7 +43,7 @@ struct Desk {
   }
   void period() {
     std::array<float, kPeriodFrames> tone{}, alarm{};
-    now_ns += 5 * kMs;
+    now_ns += 5 * core::kNsPerMillisecond;
     inputs.now_ns = now_ns;
     percept.step(inputs, tone, alarm);
     const std::size_t at = frames.size();

@@ -17,28 +17,26 @@ namespace phantom::dds_recorder {
 namespace {
 
 using testing::HasSubstr;
-constexpr auto kSecond = FakeWorld::kSecond;
-constexpr auto kMs = core::kNsPerMillisecond;
 
 class Files : public testing::Test {
  protected:
   void SetUp() override {
     std::filesystem::create_directories(folder);
     RecorderSettings settings;
-    settings.split_ns = 6 * kSecond;
+    settings.split_ns = 6 * FakeWorld::kSecond;
     settings.chunk_bytes = 4'000;
     const auto owner = world.recorder(settings);
     Recorder& recorder = *owner;
     recorder.tick(0);
     recorder.take(world.sample(world.brick, 1, 0, {1, 1}));
     for (std::uint64_t i = 0; i < 100; ++i) {
-      const auto now_ns = static_cast<core::Nanoseconds>(i) * 100 * kMs;
+      const auto now_ns = static_cast<core::Nanoseconds>(i) * 100 * core::kNsPerMillisecond;
       recorder.take(
           world.sample(world.state, 1 + i + (i > 50 ? 7 : 0), now_ns, std::vector<std::uint8_t>(100)));
       if (i == 30) recorder.trigger("hit alert 3 (gripper)", now_ns);
       recorder.tick(now_ns);
     }
-    recorder.finish(10 * kSecond);
+    recorder.finish(10 * FakeWorld::kSecond);
     for (const auto& [path, sink] : world.files) {
       const auto file = folder / std::filesystem::path(path).filename();
       std::ofstream(file, std::ios::binary)
@@ -131,9 +129,9 @@ TEST_F(Files, ConvertToJsonDecodesTheProjectsTypes) {
   const TopicNumber topic = recorder.add_topic(
       {"operator_command", dds::kOperatorCommand.type_name, false, false, "omgidl", "", {}});
   recorder.tick(0);
-  recorder.take(other.sample(topic, 1, kMs, bytes));
-  recorder.take(other.sample(other.state, 1, kMs));
-  recorder.finish(kSecond);
+  recorder.take(other.sample(topic, 1, core::kNsPerMillisecond, bytes));
+  recorder.take(other.sample(other.state, 1, core::kNsPerMillisecond));
+  recorder.finish(FakeWorld::kSecond);
   const auto file = folder / "commands.mcap", out = folder / "commands.jsonl";
   const auto& sink = other.files.begin()->second->bytes();
   std::ofstream(file, std::ios::binary)

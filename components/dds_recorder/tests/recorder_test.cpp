@@ -13,8 +13,6 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-constexpr auto kSecond = FakeWorld::kSecond;
-constexpr auto kMs = core::kNsPerMillisecond;
 
 RecorderSettings continuous() {
   RecorderSettings settings;
@@ -25,8 +23,8 @@ RecorderSettings continuous() {
 RecorderSettings on_event() {
   RecorderSettings settings = continuous();
   settings.on_event = true;
-  settings.before_ns = 5 * kSecond;
-  settings.after_ns = 2 * kSecond;
+  settings.before_ns = 5 * FakeWorld::kSecond;
+  settings.after_ns = 2 * FakeWorld::kSecond;
   return settings;
 }
 
@@ -42,8 +40,8 @@ TEST(Continuous, KeepsEverySampleWithItsTimesChannelAndSchema) {
   Recorder& recorder = *owner;
   recorder.tick(0);
   for (std::uint64_t i = 1; i <= 100; ++i)
-    recorder.take(world.sample(world.state, i, static_cast<core::Nanoseconds>(i) * kMs));
-  recorder.finish(kSecond);
+    recorder.take(world.sample(world.state, i, static_cast<core::Nanoseconds>(i) * core::kNsPerMillisecond));
+  recorder.finish(FakeWorld::kSecond);
   ASSERT_EQ(world.files.size(), 1u);
   const auto& [path, file] = *world.files.begin();
   EXPECT_EQ(path, "/disk/phantom_20231114T221320Z_000.mcap");
@@ -51,7 +49,8 @@ TEST(Continuous, KeepsEverySampleWithItsTimesChannelAndSchema) {
   const auto reader = world.open(path);
   const auto messages = all_messages(reader);
   ASSERT_EQ(messages.size(), 100u);
-  EXPECT_EQ(messages[4].log_time_ns, static_cast<std::uint64_t>(FakeWorld::kUtc + 5 * kMs));
+  EXPECT_EQ(messages[4].log_time_ns,
+            static_cast<std::uint64_t>(FakeWorld::kUtc + 5 * core::kNsPerMillisecond));
   EXPECT_EQ(messages[4].publish_time_ns, messages[4].log_time_ns - 1000);
   EXPECT_EQ(messages[4].data, (recording::Bytes{1, 2, 3}));
   const auto& channel = reader.channels().begin()->second;
@@ -66,19 +65,19 @@ TEST(Continuous, KeepsEverySampleWithItsTimesChannelAndSchema) {
 TEST(Continuous, EveryFileOfASplitStandsAlone) {
   FakeWorld world;
   RecorderSettings settings = continuous();
-  settings.split_ns = 10 * kSecond;
+  settings.split_ns = 10 * FakeWorld::kSecond;
   const auto owner = world.recorder(settings);
   Recorder& recorder = *owner;
   recorder.tick(0);
   for (std::uint8_t instance = 0; instance < 3; ++instance)
-    recorder.take(world.sample(world.brick, 1U + instance, kMs, {instance, 1}));
+    recorder.take(world.sample(world.brick, 1U + instance, core::kNsPerMillisecond, {instance, 1}));
   for (std::uint64_t i = 1; i <= 25; ++i) {
-    const auto now_ns = static_cast<core::Nanoseconds>(i) * kSecond;
+    const auto now_ns = static_cast<core::Nanoseconds>(i) * FakeWorld::kSecond;
     recorder.take(world.sample(world.state, i, now_ns));
     if (i == 12) recorder.take(world.sample(world.brick, 4, now_ns, {1, 2}));  // instance 1 changes
     recorder.tick(now_ns);
   }
-  recorder.finish(26 * kSecond);
+  recorder.finish(26 * FakeWorld::kSecond);
   ASSERT_EQ(world.files.size(), 3u);
   for (const auto& [path, file] : world.files) EXPECT_TRUE(passes_check(*file)) << path;
   const auto names = world.names();
@@ -110,9 +109,10 @@ TEST(Continuous, SplitsBySizeAndRemembersTheSampleThatMadeItSplit) {
   for (std::uint64_t i = 1; i <= 60; ++i) {
     std::vector<std::uint8_t> bytes(1000, static_cast<std::uint8_t>(i));
     bytes[0] = 7;  // one instance
-    recorder.take(world.sample(world.brick, i, static_cast<core::Nanoseconds>(i) * kMs, bytes));
+    recorder.take(
+        world.sample(world.brick, i, static_cast<core::Nanoseconds>(i) * core::kNsPerMillisecond, bytes));
   }
-  recorder.finish(kSecond);
+  recorder.finish(FakeWorld::kSecond);
   ASSERT_GE(world.files.size(), 3u);
   std::uint32_t last = 0;
   for (const auto& [path, file] : world.files) {
@@ -132,16 +132,16 @@ TEST(OnEvent, WritesTheSecondsBeforeAndAfterAndNothingElse) {
   const auto owner = world.recorder(on_event());
   Recorder& recorder = *owner;
   recorder.take(world.sample(world.brick, 1, 0, {1, 1}));
-  recorder.take(world.sample(world.brick, 2, kMs, {2, 1}));
+  recorder.take(world.sample(world.brick, 2, core::kNsPerMillisecond, {2, 1}));
   for (std::uint64_t i = 1; i <= 300; ++i) {  // 30 s, 10 Hz
-    const auto now_ns = static_cast<core::Nanoseconds>(i) * 100 * kMs;
+    const auto now_ns = static_cast<core::Nanoseconds>(i) * 100 * core::kNsPerMillisecond;
     recorder.take(world.sample(world.state, i, now_ns));
     if (i == 180) recorder.take(world.sample(world.brick, 3, now_ns, {2, 2}));  // within the window
     if (i == 200) recorder.trigger("hit alert 1", now_ns);
     recorder.tick(now_ns);
     EXPECT_EQ(world.files.size(), i < 200 ? 0u : 1u);
   }
-  recorder.finish(40 * kSecond);
+  recorder.finish(40 * FakeWorld::kSecond);
   ASSERT_EQ(world.files.size(), 1u);
   const auto& [path, file] = *world.files.begin();
   EXPECT_THAT(path, HasSubstr("_event_"));
@@ -156,7 +156,7 @@ TEST(OnEvent, WritesTheSecondsBeforeAndAfterAndNothingElse) {
   EXPECT_EQ(reader.metadata(kTriggerRecord).at(0).at("reason"), "hit alert 1");
   EXPECT_EQ(reader.metadata(kEndRecord).at(0).at("reason"), "event over");
   for (const auto& message : all_messages(reader))
-    EXPECT_GE(message.log_time_ns, static_cast<std::uint64_t>(FakeWorld::kUtc + 15 * kSecond));
+    EXPECT_GE(message.log_time_ns, static_cast<std::uint64_t>(FakeWorld::kUtc + 15 * FakeWorld::kSecond));
 }
 
 TEST(OnEvent, AnotherEventProlongsAndALaterOneMakesANewFile) {
@@ -164,12 +164,12 @@ TEST(OnEvent, AnotherEventProlongsAndALaterOneMakesANewFile) {
   const auto owner = world.recorder(on_event());
   Recorder& recorder = *owner;
   for (std::uint64_t i = 1; i <= 400; ++i) {
-    const auto now_ns = static_cast<core::Nanoseconds>(i) * 100 * kMs;
+    const auto now_ns = static_cast<core::Nanoseconds>(i) * 100 * core::kNsPerMillisecond;
     recorder.take(world.sample(world.state, i, now_ns));
     if (i == 100 || i == 115 || i == 300) recorder.trigger("event " + std::to_string(i), now_ns);
     recorder.tick(now_ns);
   }
-  recorder.finish(41 * kSecond);
+  recorder.finish(41 * FakeWorld::kSecond);
   ASSERT_EQ(world.files.size(), 2u);
   const auto first = world.open(world.names()[0]), second = world.open(world.names()[1]);
   EXPECT_EQ(numbers(first, "state").front(), 50u);
@@ -185,12 +185,12 @@ TEST(OnEvent, TheWindowIsBoundedInMemory) {
   const auto owner = world.recorder(settings);
   Recorder& recorder = *owner;
   for (std::uint64_t i = 1; i <= 1000; ++i) {
-    recorder.take(world.sample(world.state, i, static_cast<core::Nanoseconds>(i) * kMs,
+    recorder.take(world.sample(world.state, i, static_cast<core::Nanoseconds>(i) * core::kNsPerMillisecond,
                                std::vector<std::uint8_t>(1000)));
     EXPECT_LE(recorder.figures().window_bytes, 100'000u);
   }
-  recorder.trigger("now", kSecond);
-  recorder.finish(kSecond);
+  recorder.trigger("now", FakeWorld::kSecond);
+  recorder.finish(FakeWorld::kSecond);
   const auto states = numbers(world.open(world.names()[0]), "state");
   EXPECT_GT(states.size(), 70u);
   EXPECT_LT(states.size(), 100u);
@@ -203,12 +203,13 @@ TEST(Losses, GapsOverflowAndDdsCountsStandInTheFile) {
   Recorder& recorder = *owner;
   recorder.tick(0);
   for (const std::uint64_t number : {10, 11, 14, 15, 20})
-    recorder.take(world.sample(world.state, number, kMs));
-  recorder.take(world.sample(world.state, 3, kMs, {1}, 2));  // another writer counts by itself
-  recorder.take(world.sample(world.brick, 1, kMs, {1}));
-  recorder.take(world.sample(world.brick, 9, kMs, {1}));
+    recorder.take(world.sample(world.state, number, core::kNsPerMillisecond));
+  recorder.take(
+      world.sample(world.state, 3, core::kNsPerMillisecond, {1}, 2));  // another writer counts by itself
+  recorder.take(world.sample(world.brick, 1, core::kNsPerMillisecond, {1}));
+  recorder.take(world.sample(world.brick, 9, core::kNsPerMillisecond, {1}));
   recorder.count(world.state, 4, 5, 6);
-  recorder.tick(2 * kSecond);
+  recorder.tick(2 * FakeWorld::kSecond);
   const auto expect = [](const recording::StringMap& losses) {
     EXPECT_EQ(losses.at("state.missing"), "6");
     EXPECT_EQ(losses.at("state.queue_overflow"), "4");
@@ -219,7 +220,7 @@ TEST(Losses, GapsOverflowAndDdsCountsStandInTheFile) {
   };
   expect(
       world.open(world.names()[0]).metadata(kLossesRecord).at(0));  // also without an end: written as it goes
-  recorder.finish(3 * kSecond);
+  recorder.finish(3 * FakeWorld::kSecond);
   expect(world.open(world.names()[0]).metadata(kLossesRecord).back());
   EXPECT_EQ(recorder.figures().losses.missing, 6u);
 }
@@ -227,15 +228,15 @@ TEST(Losses, GapsOverflowAndDdsCountsStandInTheFile) {
 TEST(Losses, EachFileHasItsOwn) {
   FakeWorld world;
   RecorderSettings settings = continuous();
-  settings.split_ns = kSecond;
+  settings.split_ns = FakeWorld::kSecond;
   const auto owner = world.recorder(settings);
   Recorder& recorder = *owner;
   recorder.tick(0);
-  recorder.take(world.sample(world.state, 1, kMs));
-  recorder.take(world.sample(world.state, 5, 2 * kMs));
-  recorder.tick(kSecond);
-  recorder.take(world.sample(world.state, 8, kSecond + kMs));
-  recorder.finish(kSecond + 2 * kMs);
+  recorder.take(world.sample(world.state, 1, core::kNsPerMillisecond));
+  recorder.take(world.sample(world.state, 5, 2 * core::kNsPerMillisecond));
+  recorder.tick(FakeWorld::kSecond);
+  recorder.take(world.sample(world.state, 8, FakeWorld::kSecond + core::kNsPerMillisecond));
+  recorder.finish(FakeWorld::kSecond + 2 * core::kNsPerMillisecond);
   ASSERT_EQ(world.files.size(), 2u);
   EXPECT_EQ(world.open(world.names()[0]).metadata(kLossesRecord).back().at("state.missing"), "3");
   EXPECT_EQ(world.open(world.names()[1]).metadata(kLossesRecord).back().at("state.missing"), "2");
@@ -251,7 +252,7 @@ TEST(Disk, RecordingEndsInOrderBeforeTheMarginIsTouched) {
   Recorder& recorder = *owner;
   std::uint64_t given = 0;
   for (std::uint64_t i = 1; i <= 2000 && recorder.ended().empty(); ++i) {
-    const auto now_ns = static_cast<core::Nanoseconds>(i) * 10 * kMs;  // 100 kB/s
+    const auto now_ns = static_cast<core::Nanoseconds>(i) * 10 * core::kNsPerMillisecond;  // 100 kB/s
     recorder.take(world.sample(world.state, i, now_ns, std::vector<std::uint8_t>(1000)));
     recorder.tick(now_ns);
     given = i;
@@ -274,7 +275,7 @@ TEST(Disk, AWriteThatFailsLeavesAFileThatCanBeReadAndIsTold) {
   Recorder& recorder = *owner;
   recorder.tick(0);
   for (std::uint64_t i = 1; i <= 200; ++i)
-    recorder.take(world.sample(world.state, i, static_cast<core::Nanoseconds>(i) * kMs,
+    recorder.take(world.sample(world.state, i, static_cast<core::Nanoseconds>(i) * core::kNsPerMillisecond,
                                std::vector<std::uint8_t>(1000)));
   EXPECT_THAT(recorder.ended(), AllOf(HasSubstr("no space left on the fake disk"), HasSubstr("can be read")));
   const auto reader = world.open(world.names()[0]);
@@ -289,16 +290,16 @@ TEST(Disk, OnEventWaitsForSpaceAndGoesOn) {
   const auto owner = world.recorder(on_event());
   Recorder& recorder = *owner;
   world.free_bytes = 10;
-  recorder.tick(kSecond);
+  recorder.tick(FakeWorld::kSecond);
   EXPECT_EQ(recorder.figures().state, RecorderState::kOutOfSpace);
   EXPECT_TRUE(recorder.ended().empty()) << "it stays";
-  recorder.take(world.sample(world.state, 1, kSecond));
-  recorder.trigger("lost one", kSecond);
+  recorder.take(world.sample(world.state, 1, FakeWorld::kSecond));
+  recorder.trigger("lost one", FakeWorld::kSecond);
   EXPECT_TRUE(world.files.empty());
   world.free_bytes = 1'000'000'000;
-  recorder.tick(3 * kSecond);
-  recorder.trigger("kept one", 3 * kSecond);
-  recorder.finish(4 * kSecond);
+  recorder.tick(3 * FakeWorld::kSecond);
+  recorder.trigger("kept one", 3 * FakeWorld::kSecond);
+  recorder.finish(4 * FakeWorld::kSecond);
   ASSERT_EQ(world.files.size(), 1u);
   EXPECT_THAT(numbers(world.open(world.names()[0]), "state"), ElementsAre(1));
 }
@@ -309,7 +310,7 @@ TEST(Flush, WhatAKilledRecorderCanLoseIsWhatCameSinceTheLastFlush) {
   Recorder& recorder = *owner;
   recorder.tick(0);
   for (std::uint64_t i = 1; i <= 50; ++i) {
-    const auto now_ns = static_cast<core::Nanoseconds>(i) * 100 * kMs;
+    const auto now_ns = static_cast<core::Nanoseconds>(i) * 100 * core::kNsPerMillisecond;
     recorder.take(world.sample(world.state, i, now_ns));
     recorder.tick(now_ns);
     const auto there = numbers(world.open(world.names()[0]), "state").size();  // as a reader finds it now

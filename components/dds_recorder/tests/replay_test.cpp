@@ -16,8 +16,6 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
-constexpr auto kSecond = FakeWorld::kSecond;
-constexpr auto kMs = core::kNsPerMillisecond;
 
 /// Time passes only while the replay sleeps.
 struct VirtualClock : ReplayClock {
@@ -26,7 +24,7 @@ struct VirtualClock : ReplayClock {
     now = std::max(now, at_ns);
     return now < end;
   }
-  core::Nanoseconds now = 1000 * kSecond, end = std::numeric_limits<core::Nanoseconds>::max();
+  core::Nanoseconds now = 1000 * FakeWorld::kSecond, end = std::numeric_limits<core::Nanoseconds>::max();
 };
 
 struct Sent {
@@ -38,10 +36,10 @@ struct Sent {
 
 struct NotedSink : ReplaySink {
   explicit NotedSink(VirtualClock& of) : clock(of) {}
-  void begin(core::Nanoseconds now_ns) override { starts.push_back(now_ns - 1000 * kSecond); }
+  void begin(core::Nanoseconds now_ns) override { starts.push_back(now_ns - 1000 * FakeWorld::kSecond); }
   bool write(const std::string& topic, const recording::Message& message, core::Nanoseconds due_ns) override {
     EXPECT_EQ(due_ns, clock.now) << "at its time";
-    sent.push_back({topic, message.sequence, clock.now - 1000 * kSecond});
+    sent.push_back({topic, message.sequence, clock.now - 1000 * FakeWorld::kSecond});
     return true;
   }
   VirtualClock& clock;
@@ -54,7 +52,7 @@ class Replayed : public testing::Test {
  protected:
   Replayed() {
     RecorderSettings settings;
-    settings.split_ns = 6 * kSecond;
+    settings.split_ns = 6 * FakeWorld::kSecond;
     const auto owner = world.recorder(settings);
     Recorder& recorder = *owner;
     const TopicNumber command =
@@ -63,13 +61,13 @@ class Replayed : public testing::Test {
     recorder.take(world.sample(world.brick, 1, 0, {1, 1}));
     recorder.take(world.sample(world.brick, 2, 0, {2, 1}));
     for (std::uint64_t i = 0; i < 100; ++i) {
-      const auto now_ns = static_cast<core::Nanoseconds>(i) * 100 * kMs;
+      const auto now_ns = static_cast<core::Nanoseconds>(i) * 100 * core::kNsPerMillisecond;
       recorder.take(world.sample(world.state, 1 + i, now_ns));
       if (i == 20) recorder.take(world.sample(world.brick, 3, now_ns, {2, 2}));
       if (i == 50) recorder.take(world.sample(command, 1, now_ns));
       recorder.tick(now_ns);
     }
-    recorder.finish(10 * kSecond);
+    recorder.finish(10 * FakeWorld::kSecond);
     for (const auto& [path, file] : world.files) opened.push_back({path, world.open(path)});
     EXPECT_EQ(opened.size(), 2u);
   }
@@ -99,7 +97,7 @@ TEST_F(Replayed, EverySampleComesOnceAtItsTimeAcrossFiles) {
   ASSERT_EQ(states.size(), 100u);
   for (std::size_t i = 0; i < 100; ++i)
     EXPECT_EQ(states[i], (Sent{"state", static_cast<std::uint32_t>(1 + i),
-                               static_cast<core::Nanoseconds>(i) * 100 * kMs}));
+                               static_cast<core::Nanoseconds>(i) * 100 * core::kNsPerMillisecond}));
   EXPECT_EQ(of(sent, "brick").size(), 3u) << "what the second file repeats is not sent again";
   EXPECT_TRUE(of(sent, "arm_command").empty()) << "nothing is commanded unasked";
   EXPECT_EQ(figures.samples, 103u);
@@ -108,10 +106,10 @@ TEST_F(Replayed, EverySampleComesOnceAtItsTimeAcrossFiles) {
 TEST_F(Replayed, RateStretchesTimeAndZeroTakesNone) {
   ReplayRequest request;
   request.rate = 2;
-  EXPECT_EQ(of(run(request), "state").back().at_ns, 4950 * kMs);
+  EXPECT_EQ(of(run(request), "state").back().at_ns, 4950 * core::kNsPerMillisecond);
   clock = {};
   request.rate = 0.25;
-  EXPECT_EQ(of(run(request), "state").back().at_ns, 39'600 * kMs);
+  EXPECT_EQ(of(run(request), "state").back().at_ns, 39'600 * core::kNsPerMillisecond);
   clock = {};
   request.rate = 0;
   EXPECT_EQ(of(run(request), "state").back().at_ns, 0);
@@ -124,7 +122,7 @@ TEST_F(Replayed, ARangeBeginsWithTheDurableStateThatHoldsThere) {
   const auto states = of(sent, "state");
   ASSERT_EQ(states.size(), 10u);
   EXPECT_EQ(states.front(), (Sent{"state", 31, 0}));
-  EXPECT_EQ(states.back(), (Sent{"state", 40, 900 * kMs}));
+  EXPECT_EQ(states.back(), (Sent{"state", 40, 900 * core::kNsPerMillisecond}));
   const auto bricks = of(sent, "brick");
   ASSERT_EQ(bricks.size(), 3u);
   for (const Sent& brick : bricks) EXPECT_EQ(brick.at_ns, 0) << "at once";
@@ -138,11 +136,11 @@ TEST_F(Replayed, LoopsAreAsLongAsTheRange) {
   request.range = {0.0, 2.0};
   const auto states = of(run(request), "state");
   EXPECT_EQ(states.size(), 60u);
-  EXPECT_THAT(starts, ElementsAre(0, 2 * kSecond, 4 * kSecond));
-  EXPECT_EQ(states[20].at_ns, 2 * kSecond);
+  EXPECT_THAT(starts, ElementsAre(0, 2 * FakeWorld::kSecond, 4 * FakeWorld::kSecond));
+  EXPECT_EQ(states[20].at_ns, 2 * FakeWorld::kSecond);
   request.loops = 0;
   clock = {};
-  clock.end = clock.now + 100 * kSecond;
+  clock.end = clock.now + 100 * FakeWorld::kSecond;
   EXPECT_GT(run(request).size(), 900u) << "until it is told to end";
 }
 

@@ -9,8 +9,6 @@
 namespace phantom::dds_spy {
 namespace {
 
-constexpr core::Nanoseconds kMs = core::kNsPerMillisecond;
-
 Event gap(core::Nanoseconds utc_ns, const std::string& text, const std::string& topic = "t") {
   return {.utc_ns = utc_ns, .kind = EventKind::kGap, .topic = topic, .who = "w", .text = text};
 }
@@ -21,13 +19,13 @@ struct EventLogTest : testing::Test {
 };
 
 TEST_F(EventLogTest, TheFirstIsToldAtOnceTheNextOnesTogether) {
-  for (int i = 0; i < 10; ++i) log.add(gap((10 + i) * kMs, std::to_string(i)));
-  log.add(gap(30 * kMs, "other", "u"));
+  for (int i = 0; i < 10; ++i) log.add(gap((10 + i) * core::kNsPerMillisecond, std::to_string(i)));
+  log.add(gap(30 * core::kNsPerMillisecond, "other", "u"));
   ASSERT_EQ(told.size(), 2u);
   EXPECT_EQ(told[0].text, "0");
-  log.look(500 * kMs);
+  log.look(500 * core::kNsPerMillisecond);
   EXPECT_EQ(told.size(), 2u) << "not yet quiet for long enough";
-  log.look(1100 * kMs);
+  log.look(1100 * core::kNsPerMillisecond);
   ASSERT_EQ(told.size(), 3u);
   EXPECT_EQ(told[2].text, "9");
   EXPECT_EQ(told[2].count, 9u);
@@ -35,8 +33,8 @@ TEST_F(EventLogTest, TheFirstIsToldAtOnceTheNextOnesTogether) {
 }
 
 TEST_F(EventLogTest, NothingIsLostAtTheEnd) {
-  log.add(gap(10 * kMs, "a"));
-  log.add(gap(11 * kMs, "b"));
+  log.add(gap(10 * core::kNsPerMillisecond, "a"));
+  log.add(gap(11 * core::kNsPerMillisecond, "b"));
   log.flush();
   ASSERT_EQ(told.size(), 2u);
   EXPECT_EQ(told[1].text, "b");
@@ -45,14 +43,14 @@ TEST_F(EventLogTest, NothingIsLostAtTheEnd) {
 }
 
 TEST_F(EventLogTest, AfterAQuietTimeTheNextIsToldAtOnceAgain) {
-  log.add(gap(10 * kMs, "a"));
-  log.look(2000 * kMs);
-  log.add(gap(2001 * kMs, "b"));
+  log.add(gap(10 * core::kNsPerMillisecond, "a"));
+  log.look(2000 * core::kNsPerMillisecond);
+  log.add(gap(2001 * core::kNsPerMillisecond, "b"));
   EXPECT_EQ(told.size(), 2u);
 }
 
 TEST_F(EventLogTest, OnlyTheNewestAreKept) {
-  for (int i = 0; i < 5; ++i) log.add(gap(i * 2000 * kMs, std::to_string(i)));
+  for (int i = 0; i < 5; ++i) log.add(gap(i * 2000 * core::kNsPerMillisecond, std::to_string(i)));
   ASSERT_EQ(log.newest().size(), 3u);
   EXPECT_EQ(log.newest().front().text, "2");
 }

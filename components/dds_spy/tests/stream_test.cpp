@@ -11,8 +11,6 @@
 namespace phantom::dds_spy {
 namespace {
 
-constexpr core::Nanoseconds kMs = core::kNsPerMillisecond;
-
 SampleFacts sample(std::uint64_t number, core::Nanoseconds received_ns) {
   SampleFacts facts;
   facts.sequence_number = number;
@@ -110,7 +108,7 @@ TEST(Stream, OneSampleHasNoRate) {
 TEST(Stream, NumbersThatTheWriterLeftOutAreToldFromLostSamples) {
   Stream stream;
   const auto take = [&](std::uint64_t number, std::uint64_t stamp_number, std::uint64_t session = 1) {
-    auto facts = sample(number, static_cast<core::Nanoseconds>(number) * kMs);
+    auto facts = sample(number, static_cast<core::Nanoseconds>(number) * core::kNsPerMillisecond);
     facts.stamp = SampleStamp{stamp_number, 0, 0, session};
     return stream.take(facts);
   };
@@ -127,25 +125,25 @@ TEST(Stream, NumbersThatTheWriterLeftOutAreToldFromLostSamples) {
 
 TEST(Stream, OutOfOrderSamplesAndDisposalsMakeNoGap) {
   Stream stream;
-  stream.take(sample(1, 1 * kMs));
+  stream.take(sample(1, 1 * core::kNsPerMillisecond));
   stream.take_number(2);
-  EXPECT_EQ(stream.take(sample(3, 2 * kMs)).missing, 0u);
-  stream.take(sample(3, 3 * kMs));
+  EXPECT_EQ(stream.take(sample(3, 2 * core::kNsPerMillisecond)).missing, 0u);
+  stream.take(sample(3, 3 * core::kNsPerMillisecond));
   EXPECT_EQ(stream.figures().out_of_order, 1u);
   stream.forget_sequence();
-  EXPECT_EQ(stream.take(sample(90, 4 * kMs)).missing, 0u);
+  EXPECT_EQ(stream.take(sample(90, 4 * core::kNsPerMillisecond)).missing, 0u);
 }
 
 TEST(Stream, AcrossHostsUtcClocksAreComparedAndANegativeAgeIsKept) {
   Stream stamped, foreign;
-  auto facts = sample(1, 5 * kMs);
-  facts.stamp = SampleStamp{1, 0, facts.received_utc_ns + 2 * kMs, 1};
+  auto facts = sample(1, 5 * core::kNsPerMillisecond);
+  facts.stamp = SampleStamp{1, 0, facts.received_utc_ns + 2 * core::kNsPerMillisecond, 1};
   stamped.take(facts);
   EXPECT_EQ(stamped.figures().clock, LatencyClock::kStampUtc);
   EXPECT_EQ(stamped.figures().negative_latencies, 1u);
   EXPECT_DOUBLE_EQ(stamped.figures().latency_min_s, -0.002);
   facts.stamp.reset();
-  facts.source_ns = facts.received_utc_ns - 3 * kMs;
+  facts.source_ns = facts.received_utc_ns - 3 * core::kNsPerMillisecond;
   foreign.take(facts);
   EXPECT_EQ(foreign.figures().clock, LatencyClock::kSourceTimestamp);
   EXPECT_DOUBLE_EQ(foreign.figures().latency_max_s, 0.003);
@@ -154,7 +152,7 @@ TEST(Stream, AcrossHostsUtcClocksAreComparedAndANegativeAgeIsKept) {
 TEST(Stream, TimesThatCannotBeAreToldAsTheyAre) {
   constexpr auto kLeast = std::numeric_limits<core::Nanoseconds>::min();
   Stream stream;
-  SampleFacts odd = sample(1, 100 * kMs);
+  SampleFacts odd = sample(1, 100 * core::kNsPerMillisecond);
   odd.stamp = SampleStamp{};
   for (const bool same_host : {true, false}) {
     odd.same_host = same_host;
@@ -168,36 +166,37 @@ TEST(Stream, TimesThatCannotBeAreToldAsTheyAre) {
   stream.take(odd);
   EXPECT_GT(stream.figures().latency_min_s, 9e9);
 
-  DeadlineWatch watch(20 * kMs);
-  watch.take(100 * kMs, kLeast);
-  const auto miss = watch.take(200 * kMs, 1);
+  DeadlineWatch watch(20 * core::kNsPerMillisecond);
+  watch.take(100 * core::kNsPerMillisecond, kLeast);
+  const auto miss = watch.take(200 * core::kNsPerMillisecond, 1);
   ASSERT_TRUE(miss);
   EXPECT_GT(miss->made_apart_ns, 0);
 }
 
 TEST(DeadlineWatch, CountsPeriodsWithoutASample) {
-  DeadlineWatch watch(20 * kMs);
-  EXPECT_FALSE(watch.take(100 * kMs, 0));
-  EXPECT_FALSE(watch.take(120 * kMs, 0)) << "just in time";
-  const auto miss = watch.take(185 * kMs, 0);
+  DeadlineWatch watch(20 * core::kNsPerMillisecond);
+  EXPECT_FALSE(watch.take(100 * core::kNsPerMillisecond, 0));
+  EXPECT_FALSE(watch.take(120 * core::kNsPerMillisecond, 0)) << "just in time";
+  const auto miss = watch.take(185 * core::kNsPerMillisecond, 0);
   ASSERT_TRUE(miss);
   EXPECT_EQ(miss->periods, 3u);
-  EXPECT_EQ(miss->pause_ns, 65 * kMs);
+  EXPECT_EQ(miss->pause_ns, 65 * core::kNsPerMillisecond);
   EXPECT_FALSE(miss->told);
   EXPECT_EQ(watch.missed(), 3u);
 }
 
 TEST(DeadlineWatch, ASilenceIsToldOnceAndItsEndToo) {
-  DeadlineWatch watch(20 * kMs);
-  EXPECT_FALSE(watch.look(1000 * kMs)) << "the deadline begins with the first sample";
-  watch.take(1000 * kMs, 5 * kMs);
-  EXPECT_FALSE(watch.look(1020 * kMs));
-  EXPECT_TRUE(watch.look(1021 * kMs));
-  EXPECT_FALSE(watch.look(1500 * kMs));
-  const auto end = watch.take(1600 * kMs, 6 * kMs);
+  DeadlineWatch watch(20 * core::kNsPerMillisecond);
+  EXPECT_FALSE(watch.look(1000 * core::kNsPerMillisecond)) << "the deadline begins with the first sample";
+  watch.take(1000 * core::kNsPerMillisecond, 5 * core::kNsPerMillisecond);
+  EXPECT_FALSE(watch.look(1020 * core::kNsPerMillisecond));
+  EXPECT_TRUE(watch.look(1021 * core::kNsPerMillisecond));
+  EXPECT_FALSE(watch.look(1500 * core::kNsPerMillisecond));
+  const auto end = watch.take(1600 * core::kNsPerMillisecond, 6 * core::kNsPerMillisecond);
   ASSERT_TRUE(end);
   EXPECT_TRUE(end->told);
-  EXPECT_EQ(end->made_apart_ns, 1 * kMs) << "the writer was in time: it was held up on the way";
+  EXPECT_EQ(end->made_apart_ns, 1 * core::kNsPerMillisecond)
+      << "the writer was in time: it was held up on the way";
 }
 
 }  // namespace

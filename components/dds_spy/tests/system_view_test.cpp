@@ -14,7 +14,7 @@ using diagnostics::Guid;
 using diagnostics::ParticipantInfo;
 using Change = SystemView::Change;
 
-constexpr core::Nanoseconds kMs = core::kNsPerMillisecond, kUtc = 1'700'000'000 * core::kNsPerSecond;
+constexpr core::Nanoseconds kUtc = 1'700'000'000 * core::kNsPerSecond;
 
 Guid guid(std::uint8_t participant, std::uint8_t entity) {
   Guid g{1, 15, 9, 9, 7, 7};
@@ -32,7 +32,7 @@ ParticipantInfo participant(std::uint8_t number, const std::string& name) {
   info.host = "desk";
   info.machine = "desk:77";
   info.vendor = "Fast DDS";
-  info.lease_ns = 5'000 * kMs;
+  info.lease_ns = 5'000 * core::kNsPerMillisecond;
   return info;
 }
 
@@ -82,9 +82,9 @@ struct SystemViewTest : testing::Test {
 };
 
 TEST_F(SystemViewTest, ALateSampleSaysWhetherTheWriterWasLate) {
-  view.on_sample(sample(1, 1000 * kMs, 999 * kMs));
-  view.on_sample(sample(2, 1030 * kMs, 1029 * kMs));
-  view.on_sample(sample(3, 1070 * kMs, 1030 * kMs));
+  view.on_sample(sample(1, 1000 * core::kNsPerMillisecond, 999 * core::kNsPerMillisecond));
+  view.on_sample(sample(2, 1030 * core::kNsPerMillisecond, 1029 * core::kNsPerMillisecond));
+  view.on_sample(sample(3, 1070 * core::kNsPerMillisecond, 1030 * core::kNsPerMillisecond));
   EXPECT_EQ(all(),
             "deadline_missed slave_state slave_io (process 1001): 30.0 ms between two samples (deadline "
             "offered: 20 ms); "
@@ -96,25 +96,25 @@ TEST_F(SystemViewTest, ALateSampleSaysWhetherTheWriterWasLate) {
 }
 
 TEST_F(SystemViewTest, ASilenceIsToldWhileItLasts) {
-  view.on_sample(sample(1, 1000 * kMs, 1000 * kMs));
-  view.look(1010 * kMs, kUtc);
+  view.on_sample(sample(1, 1000 * core::kNsPerMillisecond, 1000 * core::kNsPerMillisecond));
+  view.look(1010 * core::kNsPerMillisecond, kUtc);
   EXPECT_TRUE(told.empty());
-  view.look(1500 * kMs, kUtc);
-  view.look(1600 * kMs, kUtc);
+  view.look(1500 * core::kNsPerMillisecond, kUtc);
+  view.look(1600 * core::kNsPerMillisecond, kUtc);
   EXPECT_EQ(all(),
             "deadline_missed slave_state slave_io (process 1001): nothing for 500.0 ms (deadline offered: 20 "
             "ms)\n");
-  view.on_sample(sample(2, 2000 * kMs, 2000 * kMs));
+  view.on_sample(sample(2, 2000 * core::kNsPerMillisecond, 2000 * core::kNsPerMillisecond));
   EXPECT_EQ(told.back().kind, EventKind::kDeadlineMet);
 }
 
 TEST_F(SystemViewTest, GapsSkipsAndRestartsAreTold) {
-  view.on_sample(sample(1, 1 * kMs, 1 * kMs));
-  view.on_sample(sample(5, 2 * kMs, 2 * kMs));
-  auto skipping = sample(6, 3 * kMs, 3 * kMs);
+  view.on_sample(sample(1, 1 * core::kNsPerMillisecond, 1 * core::kNsPerMillisecond));
+  view.on_sample(sample(5, 2 * core::kNsPerMillisecond, 2 * core::kNsPerMillisecond));
+  auto skipping = sample(6, 3 * core::kNsPerMillisecond, 3 * core::kNsPerMillisecond);
   skipping.facts.stamp->sequence_number = 8;
   view.on_sample(skipping);
-  auto restarted = sample(7, 4 * kMs, 4 * kMs);
+  auto restarted = sample(7, 4 * core::kNsPerMillisecond, 4 * core::kNsPerMillisecond);
   restarted.facts.stamp->session = 0xab;
   view.on_sample(restarted);
   EXPECT_EQ(all(),
@@ -125,9 +125,9 @@ TEST_F(SystemViewTest, GapsSkipsAndRestartsAreTold) {
 }
 
 TEST_F(SystemViewTest, ANewReaderOfTheSpyMakesNoGap) {
-  view.on_sample(sample(1, 1 * kMs, 1 * kMs));
+  view.on_sample(sample(1, 1 * core::kNsPerMillisecond, 1 * core::kNsPerMillisecond));
   view.on_reader_made("slave_state");
-  view.on_sample(sample(90, 900 * kMs, 900 * kMs));
+  view.on_sample(sample(90, 900 * core::kNsPerMillisecond, 900 * core::kNsPerMillisecond));
   EXPECT_TRUE(told.empty()) << all();
 }
 
@@ -145,7 +145,7 @@ TEST_F(SystemViewTest, LivelinessIsToldWithItsLease) {
 
 TEST_F(SystemViewTest, AMismatchIsToldOnceAndAgainAfterItWasGone) {
   auto reader = slave_end(2, 2, false);
-  reader.qos.deadline_ns = 5 * kMs;
+  reader.qos.deadline_ns = 5 * core::kNsPerMillisecond;
   view.on_endpoint(reader, Change::kAppeared, kUtc);
   view.on_endpoint(slave_end(2, 3, false), Change::kAppeared, kUtc);
   const auto mismatches = [&] {
@@ -176,7 +176,7 @@ TEST_F(SystemViewTest, AParticipantThatIsLostIsToldFromOneThatLeft) {
 }
 
 TEST_F(SystemViewTest, WhatCannotBeDecodedIsCountedAndTold) {
-  auto bad = sample(1, 1 * kMs, 0);
+  auto bad = sample(1, 1 * core::kNsPerMillisecond, 0);
   bad.problem = "phantom::msg::SlaveState.state: needs 4 octets at 72, 0 are left";
   view.on_sample(bad);
   EXPECT_EQ(view.writers().begin()->second.undecodable, 1u);
@@ -192,8 +192,8 @@ TEST_F(SystemViewTest, ReportsInJsonAndTextSayTheSame) {
   foreign.type = "acme::Note";
   view.on_endpoint(foreign, Change::kAppeared, kUtc);
   for (std::uint64_t i = 1; i <= 11; ++i)
-    view.on_sample(
-        sample(i, static_cast<core::Nanoseconds>(i) * kMs, static_cast<core::Nanoseconds>(i) * kMs - 50'000));
+    view.on_sample(sample(i, static_cast<core::Nanoseconds>(i) * core::kNsPerMillisecond,
+                          static_cast<core::Nanoseconds>(i) * core::kNsPerMillisecond - 50'000));
 
   const auto topology = topology_json(input());
   EXPECT_EQ(topology["participants"].size(), 2u);
@@ -232,7 +232,7 @@ TEST_F(SystemViewTest, ReportsInJsonAndTextSayTheSame) {
 }
 
 TEST_F(SystemViewTest, FiltersNarrowReports) {
-  view.on_sample(sample(1, 1 * kMs, 0));
+  view.on_sample(sample(1, 1 * core::kNsPerMillisecond, 0));
   const diagnostics::NameFilter others({"!slave_*"});
   const ReportInput narrowed{view, contracts(), others, 42, 2.0};
   EXPECT_TRUE(rates_json(narrowed)["streams"].empty());
@@ -241,7 +241,7 @@ TEST_F(SystemViewTest, FiltersNarrowReports) {
 }
 
 TEST_F(SystemViewTest, CountsCanBeSetToZero) {
-  view.on_sample(sample(1, 1 * kMs, 0));
+  view.on_sample(sample(1, 1 * core::kNsPerMillisecond, 0));
   view.reset_counts();
   EXPECT_EQ(view.writers().begin()->second.stream.figures().samples, 0u);
   EXPECT_EQ(view.graph().participants().size(), 2u);

@@ -17,7 +17,7 @@ namespace {
 
 using teleop::LinkState;
 using testing::HasSubstr;
-constexpr std::size_t kJoints = 7;
+constexpr std::size_t kBusJoints = 7;
 
 // The shipped file with a drive for every joint; `more` stands in the first joint's.
 std::string with_drives(const std::string& more = "") {
@@ -27,7 +27,7 @@ std::string with_drives(const std::string& more = "") {
   yaml +=
       "\ncan:\n  on_fault: coast\n  boot_timeout_s: 0.2\n  buses: [{address: \"user:a\"}, {address: "
       "\"user:b\"}]\n  drives:\n";
-  for (std::size_t j = 0; j < kJoints; ++j) {
+  for (std::size_t j = 0; j < kBusJoints; ++j) {
     yaml += "    " + shipped_arm().arm.joints()[j].name + ": {bus: " + std::to_string(j % 2) +
             ", node: " + std::to_string(j + 1) +
             ", counts_per_turn: 65536, gear_ratio: 5, torque_constant_Nm_per_A: 0.5, rated_current_A: 4" +
@@ -46,7 +46,7 @@ struct Bench {
     std::vector<std::unique_ptr<can::CanBus>> ports;
     for (auto& bus : buses) ports.push_back(bus.connect("master_io"));
     const auto& axes = config.can->group.axes;
-    for (std::size_t j = 0; j < kJoints; ++j) {
+    for (std::size_t j = 0; j < kBusJoints; ++j) {
       const double rad_per_unit = 2.0 * 3.14159265358979323846 / axes[j].units.travel_per_turn;
       simulated_drive::DriveOptions o;
       o.node = axes[j].node;

@@ -13,12 +13,12 @@ namespace phantom::master_io {
 namespace {
 
 using teleop::LinkState;
-constexpr double kDt = 0.001;
+constexpr double kServoPeriod_s = 0.001;
 
 /// The servo on a simulated clock, with a slave that follows perfectly and a drag that is everywhere the
 /// same.
-struct Bench {
-  explicit Bench(const Config& config = shipped_config())
+struct ServoRig {
+  explicit ServoRig(const Config& config = shipped_config())
       : device(config, shipped_arm().home), servo(config, shipped_arm().home, device, inbox, 1, stops) {
     slave.motion.position = shipped_arm().home;
     slave.state = LinkState::kCoupled;
@@ -28,8 +28,8 @@ struct Bench {
   }
 
   void run(double duration_s) {
-    for (double t = 0; t < duration_s; t += kDt) {
-      now_ns += core::from_seconds(kDt);
+    for (double t = 0; t < duration_s; t += kServoPeriod_s) {
+      now_ns += core::from_seconds(kServoPeriod_s);
       if (heard) {
         slave.received_ns = drag.received_ns = now_ns;
         ++slave.stamp.sequence_number;
@@ -40,7 +40,7 @@ struct Bench {
         inbox.slave.write(slave);
         if (drag_heard) inbox.drag.write(drag);
       }
-      servo.tick(kDt, now_ns);
+      servo.tick(kServoPeriod_s, now_ns);
       servo.outbox.read(last);
       double power_W = 0.0;
       for (std::size_t j = 0; j < 7; ++j) power_W += last.outputs.percept_Nm[j] * last.velocity[j];
@@ -62,7 +62,7 @@ struct Bench {
 };
 
 TEST(MasterServo, StaysHomeWhileNobodyIsThere) {
-  Bench bench;
+  ServoRig bench;
   bench.heard = false;
   bench.run(3.0);
   EXPECT_EQ(bench.last.outputs.state, LinkState::kInit);
@@ -71,7 +71,7 @@ TEST(MasterServo, StaysHomeWhileNobodyIsThere) {
 }
 
 TEST(MasterServo, ReachesBeginOnceCoupledAndAlternateThePercept) {
-  Bench bench;
+  ServoRig bench;
   bench.run(20.0);
   const auto& log = bench.servo.reaches();
   ASSERT_GE(log.size(), 3U);
@@ -84,7 +84,7 @@ TEST(MasterServo, ReachesBeginOnceCoupledAndAlternateThePercept) {
 }
 
 TEST(MasterServo, ASlaveThatIsHeldBackIsMetWhereItIsAndCoupledAgain) {
-  Bench bench;
+  ServoRig bench;
   bench.run(4.0);
   ASSERT_EQ(bench.last.outputs.state, LinkState::kCoupled);
   bench.heard = false;
@@ -102,7 +102,7 @@ TEST(MasterServo, ASlaveThatIsHeldBackIsMetWhereItIsAndCoupledAgain) {
 }
 
 TEST(MasterServo, LosingTheSlaveStopsTheReachWhereItIs) {
-  Bench bench;
+  ServoRig bench;
   bench.run(2.5);
   ASSERT_EQ(bench.last.reach, 0);
   bench.heard = false;
@@ -116,35 +116,35 @@ TEST(MasterServo, LosingTheSlaveStopsTheReachWhereItIs) {
 
 TEST(MasterServo, ThePerceptEndsWhenThePhantomFallsSilent) {
   const Config config = shipped_config();
-  Bench bench(config);
+  ServoRig bench(config);
   const auto greatest_Nm = [&bench] {
     double most_Nm = 0.0;
     for (const double torque_Nm : bench.last.outputs.percept_Nm)
       most_Nm = std::max(most_Nm, std::abs(torque_Nm));
     return most_Nm;
   };
-  for (int i = 0; i < 5000 && greatest_Nm() < 0.05; ++i) bench.run(kDt);
+  for (int i = 0; i < 5000 && greatest_Nm() < 0.05; ++i) bench.run(kServoPeriod_s);
   ASSERT_GE(greatest_Nm(), 0.05);
   bench.drag_heard = false;
-  bench.run(config.percept_staleness_s + config.percept.ramp_down_s + 3 * kDt);
+  bench.run(config.percept_staleness_s + config.percept.ramp_down_s + 3 * kServoPeriod_s);
   EXPECT_EQ(greatest_Nm(), 0.0);
   EXPECT_EQ(bench.last.outputs.state, LinkState::kCoupled);
 }
 
 TEST(MasterServo, ASlaveThatAnswersWhatIsLongAgoIsLost) {
-  Bench bench;
+  ServoRig bench;
   const double limit_s = shipped_config().link.round_trip_limit_s;
   for (int i = 0; i < 500; ++i) {
     bench.slave.answers_ns = bench.now_ns - core::from_seconds(0.8 * limit_s);
-    bench.run(kDt);
+    bench.run(kServoPeriod_s);
   }
   ASSERT_EQ(bench.last.outputs.state, LinkState::kCoupled);
-  bench.run(0.2 * limit_s + 2 * kDt);  // its samples go on coming, their answers do not get newer
+  bench.run(0.2 * limit_s + 2 * kServoPeriod_s);  // its samples go on coming, their answers do not get newer
   EXPECT_EQ(bench.last.outputs.state, LinkState::kDegraded);
 }
 
 TEST(MasterServo, RoundTripsAreToldOncePerNewDragField) {
-  Bench bench;
+  ServoRig bench;
   bench.run(0.1);
   EXPECT_EQ(bench.last.round_trip_s, 0.0007);
   bench.heard = false;
@@ -153,7 +153,7 @@ TEST(MasterServo, RoundTripsAreToldOncePerNewDragField) {
 }
 
 TEST(MasterServo, SameInputsSameOutputs) {
-  Bench one, two;
+  ServoRig one, two;
   one.run(6.0);
   two.run(6.0);
   EXPECT_EQ(one.last.position, two.last.position);
@@ -161,7 +161,7 @@ TEST(MasterServo, SameInputsSameOutputs) {
 }
 
 TEST(MasterServo, TheTickUsesNoHeap) {
-  Bench bench;
+  ServoRig bench;
   const test::HeapGuard guard;
   bench.run(15.0);
 }

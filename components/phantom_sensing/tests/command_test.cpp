@@ -49,7 +49,7 @@ class Answering {
   std::atomic<bool> sound{true};
 
  private:
-  PhantomModel model_ = test::suspended_model();
+  PhantomModel model_ = rig::suspended_model();
   Config config_;
   DdsAdapter adapter_;
   WorkspaceKeeper keeper_{[](const std::string&) {}};

@@ -43,7 +43,7 @@ class Register : public testing::Test {
                  double duration_s = 0.0) {
     return contacts_.handle({.allow = allow, .object = object, .link = link, .duration_s = duration_s}, 5);
   }
-  PhantomModel model_ = test::suspended_model();
+  PhantomModel model_ = rig::suspended_model();
   ContactRegister contacts_{model_.arm};
 };
 
@@ -83,7 +83,7 @@ TEST_F(Register, SaysWhatHasEnded) {
 class Muted : public testing::Test {
  protected:
   StepInputs near(const percept::AllowedContact& allowed) {
-    StepInputs inputs = test::hanging(0.25, 0.3);
+    StepInputs inputs = rig::hanging(0.25, 0.3);
     inputs.allowed = allowed;
     return inputs;
   }
@@ -92,7 +92,7 @@ class Muted : public testing::Test {
     allowed.add(1, link);
     return allowed;
   }
-  PhantomModel model_ = test::suspended_model();
+  PhantomModel model_ = rig::suspended_model();
   PhantomSensing sensing_{model_, {}};
   StepOutputs out_;
 };

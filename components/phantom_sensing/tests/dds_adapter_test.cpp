@@ -38,7 +38,7 @@ msg::SlaveState good_state(const robot::SerialArm& arm) {
 
 class Validation : public testing::Test {
  protected:
-  PhantomModel model_ = test::suspended_model();
+  PhantomModel model_ = rig::suspended_model();
   msg::SlaveState state_ = good_state(model_.arm);
   std::string why() const { return refusal(state_, model_.arm); }
 };
@@ -91,7 +91,7 @@ TEST_F(Validation, RefusesAStampWithoutANumber) {
 TEST_F(Validation, MessagesSayWhatTheStepGave) {
   PhantomSensing sensing(model_, {});
   StepOutputs out;
-  sensing.step(test::hanging(0.2, 0.3), out);
+  sensing.step(rig::hanging(0.2, 0.3), out);
   const TickInfo info{sample_of(state_, 777), 0.001, 20e-6};
   msg::DragField drag;
   fill(drag, out, info, 7);
@@ -106,7 +106,7 @@ TEST_F(Validation, MessagesSayWhatTheStepGave) {
   PerceptSettings coupled_settings;
   coupled_settings.mode = robot::DragMode::kCoupled;
   StepOutputs coupled;
-  PhantomSensing(model_, coupled_settings).step(test::hanging(0.2, 0.3), coupled);
+  PhantomSensing(model_, coupled_settings).step(rig::hanging(0.2, 0.3), coupled);
   fill(drag, coupled, info, 7);
   EXPECT_EQ(drag.mode(), msg::DRAG_COUPLED);
   EXPECT_EQ(drag.workspace_version(), 1U);
@@ -128,7 +128,7 @@ TEST_F(Validation, MessagesSayWhatTheStepGave) {
 
 TEST(OverDds, CommandsAreCarriedOutOnceAndAnsweredEachTime) {
   const core::NetworkOptions network = dds::test_network();
-  const PhantomModel model = test::suspended_model();
+  const PhantomModel model = rig::suspended_model();
   const Config config;
   DdsAdapter adapter(network, model);
   WorkspaceKeeper keeper([](const std::string&) {});
@@ -221,7 +221,7 @@ TEST(OverDds, CommandsAreCarriedOutOnceAndAnsweredEachTime) {
 
 TEST(OverDds, ASecondSlaveIsToldInTheStatus) {
   const core::NetworkOptions network = dds::test_network();
-  const PhantomModel model = test::suspended_model();
+  const PhantomModel model = rig::suspended_model();
   const Config config;
   DdsAdapter adapter(network, model);
   WorkspaceKeeper keeper([](const std::string&) {});
@@ -262,7 +262,7 @@ class Server {
  public:
   Server(const core::NetworkOptions& network, std::uint64_t version, const std::string& object)
       : participant_("wva_server", network) {
-    const voxel::Workspace& wall = test::wall();
+    const voxel::Workspace& wall = rig::wall();
     for (const voxel::BrickKey key : wall.bricks()) {
       msg::WorkspaceBrick brick;
       brick.bx(key.x);
@@ -280,7 +280,7 @@ class Server {
     commit(version, wall.grid().voxel_size_m);
   }
   void commit(std::uint64_t number, double voxel_size_m) {
-    const voxel::Workspace& wall = test::wall();
+    const voxel::Workspace& wall = rig::wall();
     msg::WorkspaceVersion version;
     version.cell("wall");
     version.version(number);
@@ -306,7 +306,7 @@ class Server {
 
 TEST(OverDds, TheWorkspaceIsThatOfOneServerAndASecondIsTold) {
   const core::NetworkOptions network = dds::test_network();
-  const PhantomModel model = test::suspended_model();
+  const PhantomModel model = rig::suspended_model();
   const Config config;
   DdsAdapter adapter(network, model);
   std::atomic<int> refused{0};
@@ -351,7 +351,7 @@ TEST(OverDds, TheWorkspaceIsThatOfOneServerAndASecondIsTold) {
 
 TEST(OverDds, TheSixtyFifthCommandIsRefusedAloud) {
   const core::NetworkOptions network = dds::test_network();
-  const PhantomModel model = test::suspended_model();
+  const PhantomModel model = rig::suspended_model();
   DdsAdapter adapter(network, model);  // and nobody carries out
   dds::Participant outside("outside", network);
   dds::Writer<msg::SensingCommand> commands(outside, dds::kSensingCommand);
@@ -386,7 +386,7 @@ TEST(OverDds, TheSixtyFifthCommandIsRefusedAloud) {
 /// other.
 TEST(OverDds, StatesBecomeDragAndBadOnesAreCounted) {
   const core::NetworkOptions network = dds::test_network();
-  const PhantomModel model = test::suspended_model();
+  const PhantomModel model = rig::suspended_model();
   Config config;
   DdsAdapter adapter(network, model);
   WorkspaceKeeper keeper([&](const std::string& why) { adapter.count_refused_workspace(why); });

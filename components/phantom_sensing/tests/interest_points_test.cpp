@@ -7,11 +7,11 @@
 namespace phantom::phantom_sensing {
 namespace {
 
-using test::hanging;
+using rig::hanging;
 
 /// At q = (x, 0 …) the arm hangs down and moves along x; the wall's surface is at x = 0.35 m.
 PhantomModel watched_model() {
-  PhantomModel model = test::suspended_model();
+  PhantomModel model = rig::suspended_model();
   model.interest_points = {{"tip", 7, {0, 0, 0}}, {"carriage", 1, {0.05, 0, 0}}};
   return model;
 }
@@ -43,7 +43,7 @@ TEST_F(Interest, PerceiveTheMuOfTheirVoxelAndTheMotion) {
     sensing_.step(hanging(x, 0.3), out_);
     for (const InterestPercept& point : out_.interest) {
       const double expected =
-          static_cast<double>(test::wall().mu(test::wall().grid().index_of(point.position_W_m)));
+          static_cast<double>(rig::wall().mu(rig::wall().grid().index_of(point.position_W_m)));
       EXPECT_EQ(point.mu, expected);
       EXPECT_DOUBLE_EQ(point.closeness, std::min(1.0, expected / 32.0));
       if (expected == 0.0) continue;

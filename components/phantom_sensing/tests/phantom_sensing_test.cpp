@@ -11,11 +11,11 @@
 namespace phantom::phantom_sensing {
 namespace {
 
-using test::hanging;
+using rig::hanging;
 
 class Step : public testing::Test {
  protected:
-  PhantomModel model_ = test::suspended_model();
+  PhantomModel model_ = rig::suspended_model();
   PhantomSensing sensing_{model_, {}};
   StepOutputs out_;
 };

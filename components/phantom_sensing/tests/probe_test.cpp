@@ -13,7 +13,7 @@ namespace {
 
 using testing::HasSubstr;
 
-std::string refusal(const std::string& csv) {
+std::string probe_refusal(const std::string& csv) {
   std::istringstream stream(csv);
   try {
     read_probe_rows(stream, "poses.csv", 2);
@@ -36,29 +36,29 @@ TEST(Probe, ReadsColumnsInAnyOrder) {
 }
 
 TEST(ProbeRefuses, WhatDoesNotFitTheArmNamingTheLine) {
-  EXPECT_THAT(refusal(""), HasSubstr("poses.csv:1: is empty"));
-  EXPECT_THAT(refusal("t,q1,q2,q3,v1,v2\n"),
+  EXPECT_THAT(probe_refusal(""), HasSubstr("poses.csv:1: is empty"));
+  EXPECT_THAT(probe_refusal("t,q1,q2,q3,v1,v2\n"),
               HasSubstr("poses.csv:1: column 'q3' is unknown; allowed: t, q1…q2"));
-  EXPECT_THAT(refusal("t,q1,v1\n"), HasSubstr("poses.csv:1: has 3 columns"));
-  EXPECT_THAT(refusal("t,q1,q1,v1,v2\n"), HasSubstr("column 'q1' stands twice"));
-  EXPECT_THAT(refusal("t,q1,q2,v1,v2\n0,1,2,3\n"), HasSubstr("poses.csv:2: has 4 values; allowed: 5"));
-  EXPECT_THAT(refusal("t,q1,q2,v1,v2\n0,1,nan,3,4\n"),
+  EXPECT_THAT(probe_refusal("t,q1,v1\n"), HasSubstr("poses.csv:1: has 3 columns"));
+  EXPECT_THAT(probe_refusal("t,q1,q1,v1,v2\n"), HasSubstr("column 'q1' stands twice"));
+  EXPECT_THAT(probe_refusal("t,q1,q2,v1,v2\n0,1,2,3\n"), HasSubstr("poses.csv:2: has 4 values; allowed: 5"));
+  EXPECT_THAT(probe_refusal("t,q1,q2,v1,v2\n0,1,nan,3,4\n"),
               HasSubstr("poses.csv:2: q2: 'nan' is not a finite number"));
-  EXPECT_THAT(refusal("t,q1,q2,v1,v2\n0,1,2x,3,4\n"), HasSubstr("'2x'"));
-  EXPECT_THAT(refusal("t,q1,q2,v1,v2\n1,0,0,0,0\n0,0,0,0,0\n"), HasSubstr("poses.csv:3: t: goes back"));
+  EXPECT_THAT(probe_refusal("t,q1,q2,v1,v2\n0,1,2x,3,4\n"), HasSubstr("'2x'"));
+  EXPECT_THAT(probe_refusal("t,q1,q2,v1,v2\n1,0,0,0,0\n0,0,0,0,0\n"), HasSubstr("poses.csv:3: t: goes back"));
 }
 
 TEST(Probe, WritesWhatTheStepGives) {
-  const PhantomModel model = test::suspended_model();
+  const PhantomModel model = rig::suspended_model();
   ProbeRow row;
   row.position[0] = 0.2;
   row.velocity[0] = 0.3;
   std::ostringstream csv;
   csv.precision(17);
-  run_probe_rows(model, {}, test::wall(), {row}, {}, csv);
+  run_probe_rows(model, {}, rig::wall(), {row}, {}, csv);
   PhantomSensing sensing(model, {});
   StepOutputs out;
-  sensing.step(test::hanging(0.2, 0.3, 0.0), out);
+  sensing.step(rig::hanging(0.2, 0.3, 0.0), out);
   std::istringstream lines(csv.str());
   std::string header, values;
   std::getline(lines, header);

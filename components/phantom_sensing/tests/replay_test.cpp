@@ -81,7 +81,7 @@ class RecordedSession : public testing::Test {
   void TearDown() override { std::filesystem::remove(path); }
 
   void put_workspace(Tape& tape, WorkspaceKeeper& keeper) {
-    const voxel::Workspace& world = test::wall();
+    const voxel::Workspace& world = rig::wall();
     msg::WorkspaceVersion version;
     version.version(world.version);
     version.origin_m().x(world.grid().origin_m.x());
@@ -146,7 +146,7 @@ class RecordedSession : public testing::Test {
     return replay_recording({path}, model, settings, ContactRegister(model.arm));
   }
 
-  PhantomModel model = test::suspended_model();
+  PhantomModel model = rig::suspended_model();
   Config config;
   std::filesystem::path path =
       std::filesystem::temp_directory_path() / ("phantom_replay_" + std::to_string(getpid()) + ".mcap");

@@ -7,7 +7,7 @@
 #include "components/phantom_sensing/config.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
 
-namespace phantom::phantom_sensing::test {
+namespace phantom::phantom_sensing::rig {
 
 inline PhantomModel suspended_model() {
   robot::SerialArm arm = robot::test_arms::suspended(robot::test_arms::at(0.0, 0.0, 1.5));
@@ -37,4 +37,4 @@ inline StepInputs hanging(double x_m, double speed_m_s, double dt_s = 0.001) {
   return inputs;
 }
 
-}  // namespace phantom::phantom_sensing::test
+}  // namespace phantom::phantom_sensing::rig

@@ -67,7 +67,7 @@ bool eventually(const Condition& condition) {
 class Loop : public testing::Test {
  protected:
   void give_workspace(std::uint64_t version = 1) {
-    send(test::wall(), version, keeper_);
+    send(rig::wall(), version, keeper_);
     ASSERT_TRUE(eventually([&] { return keeper_.version() == version; }));
   }
   void offer(std::uint64_t number, core::Nanoseconds at_ns, double x_m = 0.2, double speed_m_s = 0.3) {
@@ -81,7 +81,7 @@ class Loop : public testing::Test {
   }
 
   std::atomic<int> refused_{0};  // counted on the keeper's thread
-  PhantomModel model_ = test::suspended_model();
+  PhantomModel model_ = rig::suspended_model();
   Config config_;
   Seen seen_;
   WorkspaceKeeper keeper_{[this](const std::string&) { ++refused_; }};
@@ -211,7 +211,7 @@ TEST_F(Loop, APerceptFromAStaleWorkspaceIsMarkedAndThenEnds) {
     return seen_.conditions.back();
   };
   EXPECT_EQ(at(1.0), PerceptCondition::kFresh);
-  keeper_.commit({}, {2, test::wall().grid(), test::wall().palette(), 1000, 77});
+  keeper_.commit({}, {2, rig::wall().grid(), rig::wall().palette(), 1000, 77});
   ASSERT_TRUE(eventually([&] { return keeper_.announced() == 2; }));  // and its bricks do not come
   EXPECT_EQ(at(2.0), PerceptCondition::kFresh);
   EXPECT_EQ(at(2.9), PerceptCondition::kFresh);
@@ -296,7 +296,7 @@ TEST_F(Loop, AnOldWorkspaceIsLetGoOnlyWhenTheTickHasMovedOn) {
   const voxel::Workspace* first = keeper_.newest().voxels;
   ASSERT_NE(first, nullptr);
   EXPECT_EQ(first->version, 1U);
-  send(test::wall(), 2, keeper_);
+  send(rig::wall(), 2, keeper_);
   ASSERT_TRUE(eventually([&] { return keeper_.version() == 2; }));
   EXPECT_EQ(first->version, 1U);  // still ours to read
   EXPECT_TRUE(eventually([&] { return keeper_.versions_kept() == 2; }));
@@ -308,17 +308,17 @@ TEST_F(Loop, AnOldWorkspaceIsLetGoOnlyWhenTheTickHasMovedOn) {
 TEST_F(Loop, ABrickThatIsNoneIsRefusedAndTheWorkspaceStays) {
   give_workspace(1);
   keeper_.put_brick({}, {0, 0, 0}, 2, {1, 2, 3});
-  send(test::wall(), 3, keeper_);
+  send(rig::wall(), 3, keeper_);
   ASSERT_TRUE(eventually([&] { return keeper_.version() == 3; }));
   EXPECT_TRUE(eventually([&] { return refused_ == 1; }));
 }
 
 TEST_F(Loop, AVersionThatIsRefusedTakesNoPerceptAway) {
   give_workspace(4);
-  voxel::VersionDescription bad{5, test::wall().grid(), test::wall().palette(), 1, 1};
+  voxel::VersionDescription bad{5, rig::wall().grid(), rig::wall().palette(), 1, 1};
   bad.grid.voxel_size_m = std::nan("");
   keeper_.commit({}, bad);
-  bad = {3, test::wall().grid(), test::wall().palette(), 1, 1};  // lower than what its server said before
+  bad = {3, rig::wall().grid(), rig::wall().palette(), 1, 1};  // lower than what its server said before
   keeper_.commit({}, bad);
   ASSERT_TRUE(eventually([&] { return refused_ == 2; }));
   for (std::uint64_t i = 1; i <= 20; ++i) {
@@ -332,9 +332,9 @@ TEST_F(Loop, AVersionThatIsRefusedTakesNoPerceptAway) {
 TEST_F(Loop, ASecondServerIsSetAsideWhileTheFirstIsThere) {
   constexpr voxel::SourceId kOther{7};
   give_workspace(4);
-  send(test::wall(), 9, keeper_, kOther);
+  send(rig::wall(), 9, keeper_, kOther);
   ASSERT_TRUE(eventually([&] { return keeper_.contested(); }));
-  send(test::wall(), 5, keeper_);
+  send(rig::wall(), 5, keeper_);
   ASSERT_TRUE(eventually([&] { return keeper_.version() == 5; }));
   EXPECT_EQ(keeper_.announced(), 5U);
   EXPECT_EQ(keeper_.source(), voxel::SourceId{});

@@ -11,11 +11,11 @@
 namespace phantom::phantom_sensing {
 namespace {
 
-using test::hanging;
+using rig::hanging;
 
 class Patches : public testing::Test {
  protected:
-  PhantomModel model_ = test::suspended_model();
+  PhantomModel model_ = rig::suspended_model();
   robot::SkinPatches patches_{model_.arm, model_.skin};
 };
 
@@ -26,7 +26,7 @@ TEST_F(Patches, CoverTheSkinAndStayWithinTheirBound) {
 }
 
 TEST_F(Patches, FarFromEverythingNothingIsFelt) {
-  EXPECT_TRUE(patches_.sense(hanging(-0.4, 0.0).position, test::wall()).empty());
+  EXPECT_TRUE(patches_.sense(hanging(-0.4, 0.0).position, rig::wall()).empty());
 }
 
 // The worst patch is as bad as the worst sensor that the tick finds.
@@ -37,7 +37,7 @@ TEST_F(Patches, AgreeWithTheTickAboutTheWorst) {
     const StepInputs inputs = hanging(x, 0.1);
     sensing.step(inputs, out);
     float worst = 0.0F;
-    for (const robot::SkinPatches::Patch& patch : patches_.sense(inputs.position, test::wall()))
+    for (const robot::SkinPatches::Patch& patch : patches_.sense(inputs.position, rig::wall()))
       worst = std::max(worst, patch.mu);
     EXPECT_EQ(static_cast<double>(worst), out.percept.mu) << x;
   }
@@ -57,10 +57,10 @@ TEST_F(Patches, HoldTheGreatestMuOfTheSensorsInTheirCube) {
   for (std::size_t sensor = 0; sensor < model_.skin.size(); ++sensor) {
     const std::size_t link = model_.skin.link_of(sensor);
     const Eigen::Vector3d p_L_m = model_.skin.position(sensor);
-    const float mu = test::wall().mu(test::wall().grid().index_of(X_WL[link] * p_L_m));
+    const float mu = rig::wall().mu(rig::wall().grid().index_of(X_WL[link] * p_L_m));
     if (mu > 0.0F) expected[cube_of(link, p_L_m)] = std::max(expected[cube_of(link, p_L_m)], mu);
   }
-  const auto& felt = patches_.sense(inputs.position, test::wall());
+  const auto& felt = patches_.sense(inputs.position, rig::wall());
   ASSERT_GT(expected.size(), 0U);
   EXPECT_EQ(felt.size(), expected.size());
   for (const robot::SkinPatches::Patch& patch : felt)
@@ -68,15 +68,15 @@ TEST_F(Patches, HoldTheGreatestMuOfTheSensorsInTheirCube) {
 }
 
 TEST_F(Patches, DoNotFeelWhatMayBeTouched) {
-  EXPECT_FALSE(patches_.sense(hanging(0.27, 0.0).position, test::wall()).empty());
+  EXPECT_FALSE(patches_.sense(hanging(0.27, 0.0).position, rig::wall()).empty());
   EXPECT_TRUE(patches_
-                  .sense(hanging(0.27, 0.0).position, test::wall(),
+                  .sense(hanging(0.27, 0.0).position, rig::wall(),
                          [](std::size_t, std::uint16_t object) { return object == 1; })
                   .empty());
 }
 
 TEST(SkinPatchesOfAFineSkin, AreCoarserRatherThanMore) {
-  PhantomModel model = test::suspended_model();
+  PhantomModel model = rig::suspended_model();
   // The same sensors, spread out a hundredfold: far more cubes of 20 mm than there may be patches.
   for (auto* axis : {&model.skin.x_m, &model.skin.y_m, &model.skin.z_m}) {
     for (double& value : *axis) value *= 100.0;

@@ -11,10 +11,10 @@ namespace {
 using testing::HasSubstr;
 
 TEST(TickTime, IsMeasuredInFreeSpaceAndWhereATickCostsMost) {
-  const PhantomModel model = test::suspended_model();
+  const PhantomModel model = rig::suspended_model();
   TickCase at;
-  at.grid = test::wall().grid();
-  at.palette = test::wall().palette();
+  at.grid = rig::wall().grid();
+  at.palette = rig::wall().palette();
   const TickTime time = time_tick(model, {}, at, 0.05);
   EXPECT_GT(time.free_s, 0.0);
   EXPECT_GT(time.full_s, time.free_s);
@@ -28,8 +28,8 @@ TEST(TickTime, TakesAPoseOutsideOfTheGridAndJointsWithoutRange) {
   tube.from_radius_m = 0.05;
   model.skin = *robot::lay_out_skin(model.arm, {{"upper", {tube}, {}, {}}}, {.voxel_size_m = 0.01});
   TickCase at;
-  at.grid = test::wall().grid();
-  at.palette = test::wall().palette();
+  at.grid = rig::wall().grid();
+  at.palette = rig::wall().palette();
   at.home[0] = 50.0;
   EXPECT_GT(time_tick(model, {}, at, 0.01).full_s, 0.0);
 }

@@ -17,7 +17,7 @@ namespace {
 using can::DriveMode;
 using teleop::LinkState;
 using testing::HasSubstr;
-constexpr std::size_t kJoints = 7;
+constexpr std::size_t kBusJoints = 7;
 
 struct Bench {
   explicit Bench(Config with = can_config(), const core::JointArray& start = shipped_arm().home)
@@ -78,7 +78,7 @@ TEST(CanArm, SaysNothingBeforeItsEncodersDoAndCouplesOnlyOnceTheDrivesFollow) {
   ASSERT_TRUE(bench.reaches(LinkState::kCoupled)) << bench.arm->health().message;
   EXPECT_TRUE(bench.arm->health().follows);
   EXPECT_EQ(bench.arm->health().message, "");
-  for (std::size_t j = 0; j < kJoints; ++j) EXPECT_NEAR(bench.joint(j), shipped_arm().home[j], 1e-3) << j;
+  for (std::size_t j = 0; j < kBusJoints; ++j) EXPECT_NEAR(bench.joint(j), shipped_arm().home[j], 1e-3) << j;
   EXPECT_LT(bench.fastest, 0.02) << "nothing jumped when the power came on";
 }
 
@@ -90,7 +90,7 @@ TEST_P(EachMode, EveryJointFollowsTheMasterAndTheLoopsTorqueIsTold) {
   const double dt = bench.config.period_s;
   double most_Nm = 0.0;
   for (double t = 0; t < 1.0; t += dt) {
-    for (std::size_t j = 0; j < kJoints; ++j) {
+    for (std::size_t j = 0; j < kBusJoints; ++j) {
       const double away = shipped_arm().home[j] > 0.0 ? -1.0 : 1.0;
       bench.master.velocity[j] = j == 0 ? 0.1 : 0.3 * away;
       bench.master.position[j] += bench.master.velocity[j] * dt;
@@ -101,7 +101,7 @@ TEST_P(EachMode, EveryJointFollowsTheMasterAndTheLoopsTorqueIsTold) {
   bench.master.velocity = {};
   bench.run(1.0);
   ASSERT_EQ(bench.state(), LinkState::kCoupled);
-  for (std::size_t j = 0; j < kJoints; ++j) {
+  for (std::size_t j = 0; j < kBusJoints; ++j) {
     EXPECT_NEAR(bench.joint(j), bench.master.position[j], 2e-3) << j;
     EXPECT_NEAR(bench.last.position[j], bench.joint(j), 1e-4) << j;
   }

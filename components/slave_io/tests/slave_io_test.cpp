@@ -20,7 +20,7 @@ constexpr double kDt = 0.001;
 constexpr std::size_t kJoints = 7;
 
 /// The servo on a simulated clock, with a master that says what the test wants.
-struct Bench {
+struct ServoRig {
   teleop::HalfSpace floor{Eigen::Vector3d::UnitZ(), -5.0};
   Inbox inbox;
   SimulatedArm arm{shipped_arm(), shipped_config(), floor};
@@ -52,7 +52,7 @@ struct Bench {
 };
 
 TEST(SlaveIo, HoldsAtHomeUntilAMasterIsHeard) {
-  Bench bench;
+  ServoRig bench;
   bench.heard = false;
   bench.run(0.5);
   EXPECT_EQ(bench.state(), LinkState::kInit);
@@ -61,7 +61,7 @@ TEST(SlaveIo, HoldsAtHomeUntilAMasterIsHeard) {
 }
 
 TEST(SlaveIo, CouplesWhenAlignedAndFollows) {
-  Bench bench;
+  ServoRig bench;
   bench.run(0.5);
   ASSERT_EQ(bench.state(), LinkState::kCoupled);
   for (int i = 0; i < 1000; ++i) {
@@ -105,7 +105,7 @@ TEST(SlaveIo, TheReferenceDoesNotShakeWithThePhaseOfTheSamples) {
 }
 
 TEST(SlaveIo, ComesSlowlyToANearMasterBeforeCouplingAndWaitsForAFarOne) {
-  Bench bench;
+  ServoRig bench;
   bench.master.position[3] += 0.3;
   bench.master.state = LinkState::kReady;
   double before = bench.servo.outbox.read(bench.last) ? 0 : shipped_arm().home[3];
@@ -117,7 +117,7 @@ TEST(SlaveIo, ComesSlowlyToANearMasterBeforeCouplingAndWaitsForAFarOne) {
   }
   EXPECT_EQ(bench.state(), LinkState::kAligned) << "not coupled: the master is only ready";
   EXPECT_LT(fastest, 0.3);
-  Bench far;
+  ServoRig far;
   far.master.position[3] += 1.0;
   far.run(3.0);
   EXPECT_EQ(far.state(), LinkState::kReady);
@@ -155,7 +155,7 @@ TEST(SlaveIo, WhatKeepsItFromComingIsNotPressedHarder) {
 }
 
 TEST(SlaveIo, StaleMasterMeansHoldingThePositionWithinTheLimit) {
-  Bench bench;
+  ServoRig bench;
   bench.run(0.5);
   for (int i = 0; i < 200; ++i) {
     bench.master.position[2] -= 0.0005;
@@ -180,7 +180,7 @@ TEST(SlaveIo, StaleMasterMeansHoldingThePositionWithinTheLimit) {
 }
 
 TEST(SlaveIo, EmergencyStopHoldsUntilReset) {
-  Bench bench;
+  ServoRig bench;
   bench.run(0.5);
   bench.inbox.stops.stop();
   bench.run(0.01);
@@ -208,7 +208,7 @@ TEST(SlaveIo, EmergencyStopHoldsUntilReset) {
 
 // kill -9 and a new process: what was kept is in force before anything moves.
 TEST(SlaveIo, AStopThatWasKeptIsInForceFromTheFirstTick) {
-  Bench before;
+  ServoRig before;
   before.run(0.5);
   before.inbox.stops.stop();
   before.run(0.01);
@@ -232,7 +232,7 @@ TEST(SlaveIo, AStopThatWasKeptIsInForceFromTheFirstTick) {
 }
 
 TEST(SlaveIo, AMasterThatIsStoppedStopsTheSlave) {
-  Bench bench;
+  ServoRig bench;
   bench.run(0.5);
   ASSERT_EQ(bench.state(), LinkState::kCoupled);
   bench.master.state = LinkState::kStopped;
@@ -250,7 +250,7 @@ TEST(SlaveIo, AMasterThatIsStoppedStopsTheSlave) {
 
 // Whatever a master commands: positions, speeds and torques stay within the arm's limits.
 TEST(SlaveIo, LimitsHoldWhateverArrives) {
-  Bench bench;
+  ServoRig bench;
   bench.run(0.5);
   std::mt19937 random(4);
   std::uniform_real_distribution<double> wild(-50, 50);
@@ -347,7 +347,7 @@ TEST(SlaveIo, ALateSampleIsBridgedForThreeMillisecondsAtMost) {
 }
 
 TEST(SlaveIo, AMasterThatAnswersWhatIsLongAgoIsLost) {
-  Bench bench;
+  ServoRig bench;
   const double limit_s = shipped_config().link.round_trip_limit_s;
   for (int i = 0; i < 500; ++i) {
     bench.master.answers_ns = bench.now_ns - core::from_seconds(0.8 * limit_s);
@@ -399,7 +399,7 @@ TEST(SlaveIo, MissedPeriodsCostABoundedNumberOfStepsAndRealDrivesGetOneCommand) 
 }
 
 TEST(SlaveIo, MissedPeriodsAreMadeUpForWithinBounds) {
-  Bench bench;
+  ServoRig bench;
   bench.run(0.5);
   bench.servo.tick(0.005, bench.now_ns += 5'000'000);
   bench.servo.tick(
@@ -409,7 +409,7 @@ TEST(SlaveIo, MissedPeriodsAreMadeUpForWithinBounds) {
 }
 
 TEST(SlaveIo, TheTickUsesNoHeap) {
-  Bench bench;
+  ServoRig bench;
   bench.run(0.3);
   const test::HeapGuard guard;
   for (int i = 0; i < 500; ++i) {

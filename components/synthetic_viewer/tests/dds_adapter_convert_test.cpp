@@ -4,29 +4,10 @@
 #include <limits>
 
 #include "components/synthetic_viewer/dds_adapter.hpp"
+#include "components/synthetic_viewer/tests/slave_message.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
-
-constexpr ArmShape kShape{7, 8};
-const double kNan = std::numeric_limits<double>::quiet_NaN();
-
-msg::Stamp stamp(std::uint64_t number) {
-  msg::Stamp made;
-  made.sequence_number(number);
-  made.session(5);
-  return made;
-}
-
-msg::SlaveState slave_state() {
-  msg::SlaveState message;
-  message.stamp(stamp(1));
-  message.state(msg::LINK_COUPLED);
-  message.joint_count(7);
-  message.position_rad()[2] = 0.5;
-  message.contact_force_N(-1);
-  return message;
-}
 
 /// Whether a message is refused after `change`.
 template <class T, class Change>

@@ -10,29 +10,10 @@
 #include "common/dds/tests/stand_in_side.hpp"
 #include "common/dds/tests/test_network.hpp"
 #include "common/percept/view_node.hpp"
+#include "components/synthetic_viewer/tests/slave_message.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
-
-constexpr ArmShape kShape{7, 8};
-const double kNan = std::numeric_limits<double>::quiet_NaN();
-
-msg::Stamp stamp(std::uint64_t number) {
-  msg::Stamp made;
-  made.sequence_number(number);
-  made.session(5);
-  return made;
-}
-
-msg::SlaveState slave_state() {
-  msg::SlaveState message;
-  message.stamp(stamp(1));
-  message.state(msg::LINK_COUPLED);
-  message.joint_count(7);
-  message.position_rad()[2] = 0.5;
-  message.contact_force_N(-1);
-  return message;
-}
 
 using dds::eventually;
 using dds::test_network;

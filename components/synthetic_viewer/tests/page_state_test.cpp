@@ -11,7 +11,7 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr core::Nanoseconds kNow_ns = 20 * core::kNsPerSecond;
+constexpr core::Nanoseconds kPage_ns = 20 * core::kNsPerSecond;
 
 CellScene make_scene() {
   // Tests run side by side: a file of this process's own.
@@ -26,8 +26,8 @@ CellScene make_scene() {
 }
 
 nlohmann::json page(const ViewerState& state, const HitView& view = {}) {
-  const PageFacts facts{"test cell", true, false, 9.9, "none", kNow_ns - 7 * core::kNsPerSecond, {}};
-  return nlohmann::json::parse(page_state_json(state, make_scene(), view, {}, facts, kNow_ns));
+  const PageFacts facts{"test cell", true, false, 9.9, "none", kPage_ns - 7 * core::kNsPerSecond, {}};
+  return nlohmann::json::parse(page_state_json(state, make_scene(), view, {}, facts, kPage_ns));
 }
 
 TEST(PageState, SaysThatNothingIsKnownAtTheStart) {
@@ -44,9 +44,9 @@ TEST(PageState, SaysThatNothingIsKnownAtTheStart) {
 
 TEST(PageState, StalePerceptIsNotShownAsAValue) {
   ViewerState state;
-  state.percept = {.received_ns = kNow_ns - 5 * core::kNsPerSecond, .valid = true, .closeness = 0.7};
+  state.percept = {.received_ns = kPage_ns - 5 * core::kNsPerSecond, .valid = true, .closeness = 0.7};
   EXPECT_TRUE(page(state).at("percept").at("closeness").is_null());
-  state.percept.received_ns = kNow_ns;
+  state.percept.received_ns = kPage_ns;
   EXPECT_EQ(page(state).at("percept").at("closeness"), 0.7);
 }
 
@@ -54,11 +54,11 @@ TEST(PageState, ASilentComponentIsSaidToBeSilent) {
   ViewerState state;
   ComponentSample component;
   component.name = "slave_io";
-  component.received_ns = kNow_ns - core::kNsPerSecond / 2;
+  component.received_ns = kPage_ns - core::kNsPerSecond / 2;
   component.state = core::ComponentState::kRunning;
   state.take(component);
   EXPECT_EQ(page(state).at("components")[0].at("state"), "RUNNING");
-  component.received_ns = kNow_ns - 3 * core::kNsPerSecond;
+  component.received_ns = kPage_ns - 3 * core::kNsPerSecond;
   state.take(component);
   EXPECT_EQ(page(state).at("components")[0].at("state"), "SILENT");
 }
@@ -66,7 +66,7 @@ TEST(PageState, ASilentComponentIsSaidToBeSilent) {
 TEST(PageState, HitsAreListedNewestFirstWithTheirEnd) {
   ViewerState state;
   HitSample hit;
-  hit.received_ns = kNow_ns - core::kNsPerSecond;
+  hit.received_ns = kPage_ns - core::kNsPerSecond;
   hit.alert = 1;
   hit.link = 1;
   state.take(hit);
@@ -74,7 +74,7 @@ TEST(PageState, HitsAreListedNewestFirstWithTheirEnd) {
   state.take(hit);
   hit.alert = 1;
   hit.cleared = true;
-  hit.received_ns = kNow_ns;
+  hit.received_ns = kPage_ns;
   state.take(hit);
   const auto hits = page(state).at("hits");
   ASSERT_EQ(hits.size(), 2U);
@@ -99,7 +99,7 @@ TEST(PageState, NamesFromOutsideCannotBreakTheJson) {
   ViewerState state;
   ComponentSample component;
   component.name = "a\"b\n<script>\xFF";
-  component.received_ns = kNow_ns;
+  component.received_ns = kPage_ns;
   state.take(component);
   EXPECT_NO_THROW(page(state));
 }

@@ -2,6 +2,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
+#include "common/core/units.hpp"
 #include "components/workspace_survey/measurement_file.hpp"
 #include "components/workspace_survey/tests/rig.hpp"
 
@@ -47,8 +48,9 @@ geometry::Pose stated(const std::string& text) {
   std::istringstream numbers(text.substr(from, text.find('"', from) - from));
   double x, y, z, roll, pitch, yaw;
   numbers >> x >> y >> z >> roll >> pitch >> yaw;
-  constexpr double kDegree = 3.14159265358979323846 / 180;
-  return {geometry::rotation_from_rpy(roll * kDegree, pitch * kDegree, yaw * kDegree), {x, y, z}};
+  return {geometry::rotation_from_rpy(roll * core::kRadPerDegree, pitch * core::kRadPerDegree,
+                                      yaw * core::kRadPerDegree),
+          {x, y, z}};
 }
 
 TEST_F(Commands, EveryShippedExampleIsFittedWithinWhatItStatesOrRefusedAsItsNameSays) {
@@ -174,12 +176,12 @@ TEST_F(Commands, AssistLeadsThroughPracticeToAPose) {
 
 TEST_F(Commands, AssistTakesReadingsRefusesBadOnesAndLetsThemBeMeasuredAgain) {
   const auto rows = read_measurements(source("deploy/parts/measurements/brick.csv"));
-  constexpr double kDegree = 3.14159265358979323846 / 180;
   const auto line = [&](std::size_t i, double more_mm = 0) {
     const survey::Reading& r = *rows[i].reading;
     std::ostringstream text;
     text.precision(10);
-    text << 1e3 * r.range_m + more_mm << ' ' << r.pan_rad / kDegree << ", " << r.tilt_rad / kDegree;
+    text << 1e3 * r.range_m + more_mm << ' ' << r.pan_rad / core::kRadPerDegree << ", "
+         << r.tilt_rad / core::kRadPerDegree;
     return text.str();
   };
   ASSERT_TRUE(rows[0].reading && rows[1].reading && rows[2].reading && rows[3].reading);
