@@ -11,7 +11,7 @@
 
 namespace phantom::core {
 
-void tell_service_manager(const std::string& status, bool alive) {
+void notify_service_manager(const std::string& status, bool alive) {
   const char* path = std::getenv("NOTIFY_SOCKET");
   if (path == nullptr) return;
   sockaddr_un address{};

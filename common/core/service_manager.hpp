@@ -9,6 +9,6 @@ namespace phantom::core {
 /// WATCHDOG=1 is left out, so that a process that goes on not being alive is ended and started again. Does
 /// nothing if there is no manager ($NOTIFY_SOCKET unset). Never blocks; a message that finds no room is
 /// dropped. Thread-safe, not real-time safe.
-void tell_service_manager(const std::string& status, bool alive = true);
+void notify_service_manager(const std::string& status, bool alive = true);
 
 }  // namespace phantom::core

@@ -68,7 +68,7 @@ std::uint64_t OperatorClient::send(msg::OperatorCommand command, double repeat_s
     end_repeats_for(request);
     requests_.push_back(request);
     if (requests_.size() > kRemembered) forget_one();
-    tell_stop();
+    publish_stop();
   }
   changed_.notify_all();
   // Without the lock: a write that blocks holds up nobody else.
@@ -126,11 +126,11 @@ void OperatorClient::take_state(Side side, std::uint64_t session, std::uint64_t 
 
 void OperatorClient::finish_if_done(Request& request) {
   if (request.finished()) request.repeats = false;
-  if (request.is_stop()) tell_stop();
+  if (request.is_stop()) publish_stop();
   changed_.notify_all();
 }
 
-void OperatorClient::tell_stop() {
+void OperatorClient::publish_stop() {
   if (!on_stop_) return;
   const Request* stop = unconfirmed();
   on_stop_(stop == nullptr ? std::nullopt : std::optional(stop->answers));

@@ -78,7 +78,7 @@ class OperatorClient {
   void take_reply(const msg::OperatorReply& reply, core::Nanoseconds received_ns);
   void end_repeats_for(const Request& newer);
   void finish_if_done(Request& request);
-  void tell_stop();
+  void publish_stop();
   Request* find(std::uint64_t number);
   const Request* unconfirmed() const;
   void forget_one();

@@ -19,7 +19,7 @@ class SoleSource {
   /// Whether a sample that is valid otherwise is newer than the last and of the process that is followed.
   /// Real-time safe: yes.
   bool accept(const msg::Stamp& stamp, core::Nanoseconds received_ns) noexcept {
-    const auto verdict = guard_.judge(stamp, received_ns);
+    const auto verdict = guard_.assess(stamp, received_ns);
     if (verdict == SourceGuard::Verdict::kRival) other_heard_ = true;
     if (verdict != SourceGuard::Verdict::kAccepted) return false;
     const bool beside = std::exchange(other_heard_, false) && stamp.session() == session_;

@@ -4,7 +4,7 @@
 
 namespace phantom::dds {
 
-SourceGuard::Verdict SourceGuard::judge(const msg::Stamp& stamp, core::Nanoseconds received_ns) noexcept {
+SourceGuard::Verdict SourceGuard::assess(const msg::Stamp& stamp, core::Nanoseconds received_ns) noexcept {
   const core::Nanoseconds heard_ns = heard_ns_.load(std::memory_order_relaxed);
   const bool bound = heard_ns != 0 && received_ns - heard_ns < hold_ns_;
   if (bound && stamp.session() != session()) {

@@ -31,7 +31,7 @@ class SourceGuard {
   explicit SourceGuard(core::Nanoseconds hold_ns) : hold_ns_(hold_ns) {}
 
   /// Judges a sample that is valid otherwise. Real-time safe: yes.
-  Verdict judge(const msg::Stamp& stamp, core::Nanoseconds received_ns) noexcept;
+  Verdict assess(const msg::Stamp& stamp, core::Nanoseconds received_ns) noexcept;
   /// The process with that session is alive; keeps the guard bound if it is bound to it. Thread-safe.
   /// Real-time safe: yes.
   void heard(std::uint64_t session, core::Nanoseconds now_ns) noexcept;

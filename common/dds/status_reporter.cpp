@@ -119,8 +119,9 @@ void StatusReporter::publish(const core::Health& told) {
   status.topics(converted(endpoints, kMaxTopics));
   status.figures(converted(health.figures, kMaxFigures));
   writer_.write(status);
-  core::tell_service_manager(state_name(health.state) + (health.message.empty() ? "" : ": " + health.message),
-                             !core::any_hangs(health));
+  core::notify_service_manager(
+      state_name(health.state) + (health.message.empty() ? "" : ": " + health.message),
+      !core::any_hangs(health));
 }
 
 }  // namespace phantom::dds

@@ -38,7 +38,7 @@ struct Header {
   UpAxis up;
 };
 
-Status about(const std::filesystem::path& path, ErrorCode code, const std::string& problem) {
+Status error_of(const std::filesystem::path& path, ErrorCode code, const std::string& problem) {
   return {code, "mesh " + path.string() + ": " + problem};
 }
 
@@ -156,24 +156,24 @@ core::Expected<LoadedMesh> outcome(const std::filesystem::path& path, const Mesh
   if (WIFSIGNALED(wait_status)) {
     const int number = WTERMSIG(wait_status);
     if (number == SIGXCPU || number == SIGKILL) {
-      return about(path, ErrorCode::kResourceExhausted,
-                   "was not read within " + std::to_string(options.max_cpu_s) + " s of processor time");
+      return error_of(path, ErrorCode::kResourceExhausted,
+                      "was not read within " + std::to_string(options.max_cpu_s) + " s of processor time");
     }
-    return about(path, ErrorCode::kInvalidArgument,
-                 std::string("is malformed: the importer crashed on it (") + strsignal(number) + ")");
+    return error_of(path, ErrorCode::kInvalidArgument,
+                    std::string("is malformed: the importer crashed on it (") + strsignal(number) + ")");
   }
   Header header{};
   if (bytes.size() < sizeof header)
-    return about(path, ErrorCode::kInternal, "the importer ended without an answer");
+    return error_of(path, ErrorCode::kInternal, "the importer ended without an answer");
   std::memcpy(&header, bytes.data(), sizeof header);
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()) + sizeof header,
                               std::min<std::size_t>(bytes.size() - sizeof header, header.text_bytes));
-  if (header.ok == 0) return about(path, ErrorCode::kInvalidArgument, std::string(text));
+  if (header.ok == 0) return error_of(path, ErrorCode::kInvalidArgument, std::string(text));
   LoadedMesh mesh;
   const std::size_t before = sizeof header + text.size();
   if (!mesh_from_bytes(bytes.data() + before, bytes.size() - before, header.vertices, header.triangles,
                        mesh)) {
-    return about(path, ErrorCode::kInternal, "the importer's answer was cut short");
+    return error_of(path, ErrorCode::kInternal, "the importer's answer was cut short");
   }
   take_text_lines(text, mesh);
   mesh.scale = header.scale;
@@ -186,20 +186,21 @@ core::Expected<LoadedMesh> outcome(const std::filesystem::path& path, const Mesh
 Status check_file(const std::filesystem::path& path, const MeshImportOptions& options) {
   std::error_code problem;
   if (!std::filesystem::exists(path, problem))
-    return about(path, ErrorCode::kNotFound, "there is no such file");
+    return error_of(path, ErrorCode::kNotFound, "there is no such file");
   if (!std::filesystem::is_regular_file(path, problem)) {
-    return about(path, ErrorCode::kInvalidArgument, "is not a regular file");
+    return error_of(path, ErrorCode::kInvalidArgument, "is not a regular file");
   }
   const auto size = std::filesystem::file_size(path, problem);
-  if (problem) return about(path, ErrorCode::kInvalidArgument, "cannot be read: " + problem.message());
-  if (size == 0) return about(path, ErrorCode::kInvalidArgument, "is empty");
+  if (problem) return error_of(path, ErrorCode::kInvalidArgument, "cannot be read: " + problem.message());
+  if (size == 0) return error_of(path, ErrorCode::kInvalidArgument, "is empty");
   if (size > options.max_file_bytes) {
-    return about(path, ErrorCode::kResourceExhausted,
-                 "has " + std::to_string(size >> 20) + " MiB; allowed: at most " +
-                     std::to_string(options.max_file_bytes >> 20) + " MiB");
+    return error_of(path, ErrorCode::kResourceExhausted,
+                    "has " + std::to_string(size >> 20) + " MiB; allowed: at most " +
+                        std::to_string(options.max_file_bytes >> 20) + " MiB");
   }
   if (access(path.c_str(), R_OK) != 0) {
-    return about(path, ErrorCode::kInvalidArgument, std::string("cannot be read: ") + std::strerror(errno));
+    return error_of(path, ErrorCode::kInvalidArgument,
+                    std::string("cannot be read: ") + std::strerror(errno));
   }
   return Status::ok();
 }
@@ -215,13 +216,13 @@ core::Expected<Importer> start_importer(const std::filesystem::path& path, const
   static std::mutex starting;
   const std::lock_guard lock(starting);
   int ends[2];
-  if (pipe2(ends, O_CLOEXEC) != 0) return about(path, ErrorCode::kUnavailable, std::strerror(errno));
+  if (pipe2(ends, O_CLOEXEC) != 0) return error_of(path, ErrorCode::kUnavailable, std::strerror(errno));
   const pid_t child = fork();
   if (child < 0) {
     const std::string reason = std::strerror(errno);
     close(ends[0]);
     close(ends[1]);
-    return about(path, ErrorCode::kUnavailable, "no process for the import: " + reason);
+    return error_of(path, ErrorCode::kUnavailable, "no process for the import: " + reason);
   }
   if (child == 0) {
     close(ends[0]);
@@ -238,7 +239,7 @@ core::Expected<LoadedMesh> load_mesh(const std::filesystem::path& path, const Me
   LoadedMesh mesh;
   std::string problem;
   if (const auto read = detail::import_small_binary_stl(path, options, mesh, problem)) {
-    if (!*read) return about(path, ErrorCode::kInvalidArgument, problem);
+    if (!*read) return error_of(path, ErrorCode::kInvalidArgument, problem);
     return mesh;
   }
   const auto importer = start_importer(path, options);
@@ -254,7 +255,8 @@ core::Expected<LoadedMesh> load_mesh(const std::filesystem::path& path, const Me
   while (waitpid(importer->child, &wait_status, 0) < 0 && errno == EINTR) {
   }
   if (!in_time)
-    return about(path, ErrorCode::kResourceExhausted, "was not read within " + std::to_string(most_s) + " s");
+    return error_of(path, ErrorCode::kResourceExhausted,
+                    "was not read within " + std::to_string(most_s) + " s");
   return outcome(path, options, bytes, wait_status);
 }
 

@@ -64,17 +64,19 @@ MeshReport inspect_mesh(const TriangleMesh& mesh, const MeshReportLimits& limits
 
 std::vector<std::string> describe(const MeshReport& report) {
   std::vector<std::string> text;
-  const auto tell = [&](std::size_t count, const char* one, const char* many) {
+  const auto count_in_words = [&](std::size_t count, const char* one, const char* many) {
     if (count > 0) text.push_back("has " + std::to_string(count) + " " + (count == 1 ? one : many));
   };
-  tell(report.open_edges, "open edge", "open edges");
-  tell(report.non_manifold_edges, "edge of more than two triangles", "edges of more than two triangles");
-  tell(report.flipped_triangles, "triangle that faces the wrong way", "triangles that face the wrong way");
-  tell(report.unorientable_shells, "part with one side only", "parts with one side only");
-  tell(report.duplicate_triangles, "triangle twice", "triangles twice");
-  tell(report.degenerate_triangles, "triangle without area", "triangles without area");
-  tell(report.intersecting_pairs, "pair of triangles that pass through one another",
-       "pairs of triangles that pass through one another");
+  count_in_words(report.open_edges, "open edge", "open edges");
+  count_in_words(report.non_manifold_edges, "edge of more than two triangles",
+                 "edges of more than two triangles");
+  count_in_words(report.flipped_triangles, "triangle that faces the wrong way",
+                 "triangles that face the wrong way");
+  count_in_words(report.unorientable_shells, "part with one side only", "parts with one side only");
+  count_in_words(report.duplicate_triangles, "triangle twice", "triangles twice");
+  count_in_words(report.degenerate_triangles, "triangle without area", "triangles without area");
+  count_in_words(report.intersecting_pairs, "pair of triangles that pass through one another",
+                 "pairs of triangles that pass through one another");
   if (!report.intersections_complete)
     text.emplace_back("has too many triangles close together to look for all that pass through one another");
   return text;

@@ -124,8 +124,8 @@ struct Observer::Ear : edds::DomainParticipantListener {
   std::mutex mutex;
   DiscoveryListener* listener = nullptr;
 
-  template <class Tell>
-  void tell(Tell&& what) {
+  template <class Notify>
+  void notify(Notify&& what) {
     const std::lock_guard lock(mutex);
     if (listener != nullptr) what(*listener);
   }
@@ -139,7 +139,7 @@ struct Observer::Ear : edds::DomainParticipantListener {
                               : info.status == Status::CHANGED_QOS_PARTICIPANT ? Presence::kChanged
                               : info.status == Status::REMOVED_PARTICIPANT     ? Presence::kLeft
                                                                                : Presence::kLost;
-    tell([&](DiscoveryListener& to) { to.on_participant(info_of(info.info), presence); });
+    notify([&](DiscoveryListener& to) { to.on_participant(info_of(info.info), presence); });
   }
   void on_publisher_discovery(edds::DomainParticipant* participant,
                               rtps::WriterDiscoveryInfo&& info) override {
@@ -151,7 +151,7 @@ struct Observer::Ear : edds::DomainParticipantListener {
     const Presence presence = info.status == Status::DISCOVERED_WRITER    ? Presence::kAppeared
                               : info.status == Status::CHANGED_QOS_WRITER ? Presence::kChanged
                                                                           : Presence::kLeft;
-    tell([&](DiscoveryListener& to) { to.on_endpoint(endpoint, presence); });
+    notify([&](DiscoveryListener& to) { to.on_endpoint(endpoint, presence); });
   }
   void on_subscriber_discovery(edds::DomainParticipant* participant,
                                rtps::ReaderDiscoveryInfo&& info) override {
@@ -162,7 +162,7 @@ struct Observer::Ear : edds::DomainParticipantListener {
     const Presence presence = info.status == Status::DISCOVERED_READER    ? Presence::kAppeared
                               : info.status == Status::CHANGED_QOS_READER ? Presence::kChanged
                                                                           : Presence::kLeft;
-    tell([&](DiscoveryListener& to) { to.on_endpoint(endpoint, presence); });
+    notify([&](DiscoveryListener& to) { to.on_endpoint(endpoint, presence); });
   }
 };
 

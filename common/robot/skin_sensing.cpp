@@ -94,7 +94,7 @@ SkinSensing::SkinSensing(const SkinLayout& layout, const SensingOptions& options
     : layout_(&layout),
       options_(options),
       cluster_codes_(layout.size()),
-      star_(make_star(options.gradient_reach_vox)),
+      neighbourhood_(make_neighbourhood(options.gradient_reach_vox)),
       parts_(parts_of(layout)),
       team_(std::min(std::max<std::size_t>(options.threads, 1), std::max<std::size_t>(parts_.size(), 1))) {
   for (const ClusterSpec& kind : layout.clusters) stencils_.emplace_back(kind);

@@ -83,19 +83,19 @@ class SkinSensing {
     std::size_t count = 0;
     bool has(std::uint16_t id) const noexcept;
   };
-  struct Totals;  // sums at work
-  struct Part;    // sensors for one thread to take
-  struct Ties;    // candidates for the worst sensor
-  struct Star;    // voxels around one
-  /// Sum of μ on the star around a voxel, which rises voxel by voxel towards the object, also within a layer;
-  /// and the way it rises.
+  struct Totals;           // sums at work
+  struct Part;             // sensors for one thread to take
+  struct WorstCandidates;  // candidates for the worst sensor
+  struct Neighbourhood;    // voxels around one
+  /// Sum of μ on the neighbourhood of a voxel, which rises voxel by voxel towards the object, also within a
+  /// layer; and the way it rises.
   struct Surroundings {
     double mu;
     Eigen::Vector3d uphill_W;
   };
 
   static std::vector<Part> parts_of(const SkinLayout& layout);
-  static std::shared_ptr<const Star> make_star(int reach_vox);
+  static std::shared_ptr<const Neighbourhood> make_neighbourhood(int reach_vox);
   kernel::Points points_of(std::size_t first, std::size_t end) const noexcept;
   std::size_t sensors_of(const Part& part) const noexcept;
   voxel::Index3 voxel_of(std::size_t link, const Eigen::Vector3d& p_L_m) const noexcept;
@@ -107,10 +107,10 @@ class SkinSensing {
   ClusterReading read_cluster(Part& part, const ClusterStencil& stencil, voxel::Index3 centre,
                               const voxel::Workspace& workspace) noexcept;
   void take(std::size_t link, const Totals& totals, const geometry::Pose& X_WL, double voxel_size_m) noexcept;
-  void find_ties(std::uint8_t code, Ties& ties) const noexcept;
+  void find_worst_candidates(std::uint8_t code, WorstCandidates& candidates) const noexcept;
   void find_worst(const LinkPoses& X_WL, const voxel::Workspace& workspace) noexcept;
   Surroundings surroundings(voxel::Index3 at, const voxel::Workspace& workspace) const noexcept;
-  std::size_t farthest(const Ties& ties, const Eigen::Vector3d& direction_W,
+  std::size_t farthest(const WorstCandidates& candidates, const Eigen::Vector3d& direction_W,
                        const LinkPoses& X_WL) const noexcept;
   std::optional<voxel::Index3> place_of(std::size_t link, std::size_t sensor, std::uint8_t code,
                                         const voxel::Workspace& workspace) const noexcept;
@@ -132,7 +132,7 @@ class SkinSensing {
   AlignedVector<double> mu_;                 // with memory or muted objects
   std::vector<std::uint8_t> block_worst_;    // greatest code of each kernel::kBlock packed sensors
   std::vector<std::uint8_t> cluster_codes_;  // greatest code of each cluster sensor, by sensor
-  std::shared_ptr<const Star> star_;
+  std::shared_ptr<const Neighbourhood> neighbourhood_;
   std::vector<Part> parts_;  // link by link
   WorkerTeam team_;
 

@@ -16,13 +16,13 @@ constexpr std::size_t kFirstLooks = 3;
 }  // namespace
 
 /// Steps of 1…reach voxels along the axes and the space diagonals, as points to look up.
-struct SkinSensing::Star {
+struct SkinSensing::Neighbourhood {
   static constexpr int kMostReach_vox = 16;
   static constexpr std::size_t kMost = kernel::whole_groups(14 * kMostReach_vox);
   alignas(64) std::array<double, kMost> x{}, y{}, z{}, weight{};
   std::size_t count = 0;
 
-  explicit Star(int reach) {
+  explicit Neighbourhood(int reach) {
     for (int direction = 0; direction < 27; ++direction) {
       const int dx = direction % 3 - 1, dy = direction / 3 % 3 - 1, dz = direction / 9 - 1;
       const int axes = std::abs(dx) + std::abs(dy) + std::abs(dz);
@@ -33,23 +33,23 @@ struct SkinSensing::Star {
   }
 };
 
-std::shared_ptr<const SkinSensing::Star> SkinSensing::make_star(int reach_vox) {
-  return std::make_shared<const Star>(reach_vox);
+std::shared_ptr<const SkinSensing::Neighbourhood> SkinSensing::make_neighbourhood(int reach_vox) {
+  return std::make_shared<const Neighbourhood>(reach_vox);
 }
 
 /// Sensors that meet a code, as they are found.
-struct SkinSensing::Ties {
-  struct Tie {
+struct SkinSensing::WorstCandidates {
+  struct Candidate {
     std::uint32_t link, sensor;
   };
   static constexpr std::size_t kMost = kCandidates * (kernel::kBlock + 1);
-  std::array<Tie, kMost> tie;
+  std::array<Candidate, kMost> item;
   std::size_t count = 0;
 };
 
 /// Sensors that meet `code`: of at most kCandidates blocks of points, evenly chosen among those that hold it,
 /// and as many clusters.
-void SkinSensing::find_ties(std::uint8_t code, Ties& ties) const noexcept {
+void SkinSensing::find_worst_candidates(std::uint8_t code, WorstCandidates& candidates) const noexcept {
   const auto holders = static_cast<std::size_t>(std::count(block_worst_.begin(), block_worst_.end(), code));
   const std::size_t stride = (holders + kCandidates - 1) / kCandidates;
   std::size_t block = 0, holder = 0, clusters = 0;
@@ -61,14 +61,14 @@ void SkinSensing::find_ties(std::uint8_t code, Ties& ties) const noexcept {
       const std::size_t end = std::min(first + kernel::kBlock, points);
       for (std::size_t i = first; i < end;
            ++i) {  // no branch on what is there: written, and kept if it holds
-        ties.tie[ties.count] = {link, static_cast<std::uint32_t>(layout_->first[link] + i)};
-        ties.count += codes_[packed + i] == code ? 1U : 0U;
+        candidates.item[candidates.count] = {link, static_cast<std::uint32_t>(layout_->first[link] + i)};
+        candidates.count += codes_[packed + i] == code ? 1U : 0U;
       }
     }
     for (std::size_t i = layout_->first_cluster[link]; i < layout_->first[link + 1] && clusters < kCandidates;
          ++i) {
       if (cluster_codes_[i] != code) continue;
-      ties.tie[ties.count++] = {link, static_cast<std::uint32_t>(i)};
+      candidates.item[candidates.count++] = {link, static_cast<std::uint32_t>(i)};
       ++clusters;
     }
   }
@@ -76,18 +76,18 @@ void SkinSensing::find_ties(std::uint8_t code, Ties& ties) const noexcept {
 
 SkinSensing::Surroundings SkinSensing::surroundings(voxel::Index3 at,
                                                     const voxel::Workspace& workspace) const noexcept {
-  const Star& star = *star_;
+  const Neighbourhood& near = *neighbourhood_;
   const kernel::ToVoxels shift{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {at.x + 0.5, at.y + 0.5, at.z + 0.5}};
-  std::array<std::uint8_t, Star::kMost> codes;
+  std::array<std::uint8_t, Neighbourhood::kMost> codes;
   kernel::look_up(
       kernel::field_of(workspace), shift,
-      {star.x.data(), star.y.data(), star.z.data(), star.weight.data(), kernel::whole_groups(star.count)},
+      {near.x.data(), near.y.data(), near.z.data(), near.weight.data(), kernel::whole_groups(near.count)},
       codes.data(), nullptr);
   Surroundings around{0.0, Eigen::Vector3d::Zero()};
-  for (std::size_t i = 0; i < star.count; ++i) {
+  for (std::size_t i = 0; i < near.count; ++i) {
     const auto mu = static_cast<double>(palette_[codes[i]]);
     around.mu += mu;
-    around.uphill_W += mu * Eigen::Vector3d(star.x[i], star.y[i], star.z[i]);
+    around.uphill_W += mu * Eigen::Vector3d(near.x[i], near.y[i], near.z[i]);
   }
   return around;
 }
@@ -112,19 +112,19 @@ std::optional<voxel::Index3> SkinSensing::place_of(std::size_t link, std::size_t
 }
 
 /// The sensor that lies farthest in a direction.
-std::size_t SkinSensing::farthest(const Ties& ties, const Eigen::Vector3d& direction_W,
+std::size_t SkinSensing::farthest(const WorstCandidates& candidates, const Eigen::Vector3d& direction_W,
                                   const LinkPoses& X_WL) const noexcept {
   std::size_t best = 0;
   double most = -std::numeric_limits<double>::infinity(), origin = 0.0;
   std::uint32_t link = core::kMaxJoints + 1;
   Eigen::Vector3d direction_L = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < ties.count; ++i) {
-    if (const std::uint32_t of = ties.tie[i].link; of != link) {
+  for (std::size_t i = 0; i < candidates.count; ++i) {
+    if (const std::uint32_t of = candidates.item[i].link; of != link) {
       link = of;
       direction_L = X_WL[link].rotation.transpose() * direction_W;
       origin = X_WL[link].translation_m.dot(direction_W);
     }
-    const double along = origin + direction_L.dot(layout_->position(ties.tie[i].sensor));
+    const double along = origin + direction_L.dot(layout_->position(candidates.item[i].sensor));
     if (along > most) most = along, best = i;
   }
   return best;
@@ -139,11 +139,11 @@ void SkinSensing::find_worst(const LinkPoses& X_WL, const voxel::Workspace& work
     for (const std::uint8_t worst : cluster_codes_) greatest = std::max(greatest, worst);
   }
   if (greatest == 0) return;
-  Ties ties;
-  find_ties(greatest, ties);
+  WorstCandidates candidates;
+  find_worst_candidates(greatest, candidates);
   Surroundings best{-1.0, Eigen::Vector3d::Zero()};
   const auto look_at = [&](std::size_t i) {
-    const auto [link, sensor] = ties.tie[i];
+    const auto [link, sensor] = candidates.item[i];
     const auto voxel = place_of(link, sensor, greatest, workspace);
     if (!voxel) return;
     const Surroundings around = surroundings(*voxel, workspace);
@@ -158,9 +158,9 @@ void SkinSensing::find_worst(const LinkPoses& X_WL, const voxel::Workspace& work
               workspace.order(*voxel),
               workspace.object(*voxel)};
   };
-  const std::size_t stride = (ties.count + kFirstLooks - 1) / kFirstLooks;
-  for (std::size_t i = 0; i < ties.count; i += stride) look_at(i);
-  if (worst_.found && stride > 1) look_at(farthest(ties, best.uphill_W, X_WL));
+  const std::size_t stride = (candidates.count + kFirstLooks - 1) / kFirstLooks;
+  for (std::size_t i = 0; i < candidates.count; i += stride) look_at(i);
+  if (worst_.found && stride > 1) look_at(farthest(candidates, best.uphill_W, X_WL));
 }
 
 }  // namespace phantom::robot

@@ -35,14 +35,14 @@ geometry::TriangleMesh read_mesh(const ArmConfig& config, const std::filesystem:
 
 /// The visual meshes of the moving link that holds the frame called `link`, in that frame.
 std::vector<robot::MeshSensors> visual_skin(const ArmConfig& config, const robot::SerialArm& arm,
-                                            const std::string& link, const MeshSensorsConfig& wish) {
+                                            const std::string& link, const MeshSensorsConfig& wanted) {
   std::vector<robot::MeshSensors> skin;
   const auto found = arm.find_frame(link);
   if (!found) return skin;  // lay_out_skin() names the link
   const auto& [index, X_link_frame] = *found;
   for (const robot::LinkMesh& visual : arm.links()[index].meshes) {
     skin.push_back({read_mesh(config, visual.file, visual.scale, X_link_frame.inverse() * visual.X_link_mesh),
-                    wish.gain, wish.cluster});
+                    wanted.gain, wanted.cluster});
   }
   if (skin.empty()) {
     throw core::ConfigError(place_of(config) + "skin: link '" + link +
@@ -91,13 +91,13 @@ std::vector<robot::LinkSkin> load_skin(const ArmConfig& config, const robot::Ser
       }
       made.axes.push_back(axis);
     }
-    for (const MeshSensorsConfig& wish : link.meshes) {
-      if (wish.mesh.empty()) {
-        for (auto& sensors : visual_skin(config, arm, link.link, wish))
+    for (const MeshSensorsConfig& wanted : link.meshes) {
+      if (wanted.mesh.empty()) {
+        for (auto& sensors : visual_skin(config, arm, link.link, wanted))
           made.meshes.push_back(std::move(sensors));
       } else {
         made.meshes.push_back(
-            {read_mesh(config, wish.mesh, wish.mesh_scale, wish.X_LM), wish.gain, wish.cluster});
+            {read_mesh(config, wanted.mesh, wanted.mesh_scale, wanted.X_LM), wanted.gain, wanted.cluster});
       }
     }
   }

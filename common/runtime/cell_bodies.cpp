@@ -16,7 +16,7 @@ namespace {
 
 using core::ConfigError;
 
-std::string about(const ObjectConfig& object) { return object.place + " '" + object.name + "': "; }
+std::string place_of_object(const ObjectConfig& object) { return object.place + " '" + object.name + "': "; }
 
 std::string span_text(const geometry::BoundingBox& box) {
   std::ostringstream text;
@@ -35,7 +35,7 @@ void check_place(const ObjectConfig& object, const geometry::TriangleMesh& mesh_
   workspace.extend(cell.max_m.cast<float>() + Eigen::Vector3f::Constant(reach_m));
   const geometry::BoundingBox box = mesh_W.bounding_box();
   if (box.intersects(workspace)) return;
-  throw ConfigError(about(object) + "lies outside of the workspace with all its layers: it spans " +
+  throw ConfigError(place_of_object(object) + "lies outside of the workspace with all its layers: it spans " +
                     span_text(box) + "; is its pose or its " +
                     (object.mesh.empty() ? "scale" : "mesh_scale") + " right?");
 }
@@ -43,7 +43,7 @@ void check_place(const ObjectConfig& object, const geometry::TriangleMesh& mesh_
 geometry::TriangleMesh surface_of(const ObjectConfig& object, std::vector<std::string>& notes) {
   auto made = geometry::polygonise(*object.solid_O);
   if (made.mesh.triangles.empty()) {
-    throw ConfigError(about(object) +
+    throw ConfigError(place_of_object(object) +
                       "holds nothing: no point of its box is inside, or it is thinner than a " +
                       std::to_string(geometry::PolygoniseOptions{}.max_cells) + "th of its length");
   }
@@ -63,7 +63,7 @@ geometry::TriangleMesh load_surface(const ObjectConfig& object, const geometry::
   options.scale = object.mesh_scale;
   options.y_up = object.y_up;
   auto mesh = geometry::load_mesh(object.mesh, options);
-  if (!mesh) throw ConfigError(about(object) + mesh.status().message());
+  if (!mesh) throw ConfigError(place_of_object(object) + mesh.status().message());
   notes.insert(notes.end(), mesh->notes.begin(), mesh->notes.end());
   return std::move(*mesh);
 }

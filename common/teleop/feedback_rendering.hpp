@@ -36,7 +36,7 @@ struct FeedbackParameters {
 };
 
 struct FeedbackInputs {
-  BilateralLaw law = BilateralLaw::kSctfb;                ///< wished for
+  BilateralLaw law = BilateralLaw::kSctfb;                ///< asked for
   core::JointArray inverse_a = everywhere(kLawsOwnGain);  ///< 1/A asked for, by joint
   bool coupled = false;
   bool contact = false;         ///< the arm touches something, or the phantom says that it does

@@ -73,12 +73,12 @@ double OperatorModel::felt_load(double load, double dt_s) noexcept {
 }
 
 void OperatorModel::follow_load(double load, double dt_s) noexcept {
-  const double wish = std::clamp(
+  const double wanted = std::clamp(
       (parameters_.stop_share - felt_load(load, dt_s)) / (parameters_.stop_share - parameters_.yield_share),
       0.0, 1.0);
   const double bandwidth_Hz =
-      wish < pace_ ? parameters_.yield_bandwidth_Hz : parameters_.recovery_bandwidth_Hz;
-  pace_ += dt_s / (dt_s + 1.0 / (2.0 * std::numbers::pi * bandwidth_Hz)) * (wish - pace_);
+      wanted < pace_ ? parameters_.yield_bandwidth_Hz : parameters_.recovery_bandwidth_Hz;
+  pace_ += dt_s / (dt_s + 1.0 / (2.0 * std::numbers::pi * bandwidth_Hz)) * (wanted - pace_);
 }
 
 const core::JointArray& OperatorModel::step(const core::JointArray& q, const core::JointArray& v, bool go,
@@ -94,9 +94,9 @@ const core::JointArray& OperatorModel::step(const core::JointArray& q, const cor
     const Progress shake = person ? tremor(j) : Progress{};
     reference_[j] = from_[j] + way * now.share;
     reference_v_[j] = way * now.rate * phase_rate;
-    const double wish = parameters_.stiffness[j] * (reference_[j] + shake.share - q[j]) +
-                        parameters_.damping[j] * (reference_v_[j] + shake.rate - v[j]);
-    torque_Nm_[j] = std::clamp(wish, -parameters_.max_force[j], parameters_.max_force[j]);
+    const double wanted = parameters_.stiffness[j] * (reference_[j] + shake.share - q[j]) +
+                          parameters_.damping[j] * (reference_v_[j] + shake.rate - v[j]);
+    torque_Nm_[j] = std::clamp(wanted, -parameters_.max_force[j], parameters_.max_force[j]);
     load = std::max(load, std::abs(torque_Nm_[j]) / parameters_.max_force[j]);
   }
   if (person) follow_load(load, dt_s);

@@ -9,12 +9,12 @@ namespace phantom::teleop {
 double PassivityGuard::damping_for(std::size_t joint, double velocity, double dt_s) noexcept {
   const double limit = parameters_.damping_limit[joint];
   const double deficit_J = -parameters_.allowance_J[joint] - energy_J_[joint];
-  double wish = 0.0;
+  double needed = 0.0;
   // −α·v over one period takes α·v²·dt.
   if (deficit_J > 0.0)
-    wish = velocity == 0.0 ? limit : std::min(limit, deficit_J / (velocity * velocity * dt_s));
+    needed = velocity == 0.0 ? limit : std::min(limit, deficit_J / (velocity * velocity * dt_s));
   const double change =
-      std::clamp(wish - damping_[joint], -limit * dt_s / kRelease_s, limit * dt_s / kEngage_s);
+      std::clamp(needed - damping_[joint], -limit * dt_s / kRelease_s, limit * dt_s / kEngage_s);
   return damping_[joint] += change;
 }
 

@@ -12,7 +12,7 @@
 namespace phantom::voxel {
 namespace {
 
-core::Status about(const Body& body, const core::Status& status) {
+core::Status error_of(const Body& body, const core::Status& status) {
   return {status.code(), "'" + body.name + "': " + status.message()};
 }
 
@@ -77,18 +77,18 @@ VoxelBox tight_box(const SolidVoxels& solid) {
           {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1}};
 }
 
-/// Times, progress and the wish to stop.
+/// Times, progress and requests to stop.
 class Steps {
  public:
   explicit Steps(const ActivationOptions& options) : options_(options), start_s_(now_s()) {}
   double now_s() const { return options_.stopwatch ? options_.stopwatch() : 0.0; }
   double start_s() const { return start_s_; }
-  void tell(double share) const {
+  void report(double share) const {
     if (options_.on_progress) options_.on_progress(share);
   }
   /// Tells the share that is done; false if the work shall end here.
   bool go_on(double share) const {
-    tell(share);
+    report(share);
     return !options_.keep_going || options_.keep_going();
   }
 
@@ -99,7 +99,7 @@ class Steps {
 
 const core::Status kStopped{core::ErrorCode::kUnavailable, "activation was stopped"};
 
-constexpr double kVoxelised = 0.3;  // share of the work, about
+constexpr double kVoxelised = 0.3;  // share of the work, error_of
 
 struct SolidCount {
   std::atomic<std::size_t> boundary = 0, interior = 0;
@@ -162,9 +162,10 @@ std::vector<VoxelBox> parts_of(const VoxelBox& reached, const GridSpec& grid, st
 }
 
 /// Makes an object's bricks, part by part.
-class Maker {
+class ObjectActivation {
  public:
-  Maker(const Body& body, const GridSpec& grid, const ActivationOptions& options, const Steps& steps)
+  ObjectActivation(const Body& body, const GridSpec& grid, const ActivationOptions& options,
+                   const Steps& steps)
       : body_(body),
         grid_(grid),
         options_(options),
@@ -182,15 +183,15 @@ class Maker {
       auto solid = solid_of(
           body_, grid_, parts[i].grown(margin_),
           {options_.threads, [&](double share) { return steps_.go_on(share_of_all(kVoxelised * share)); }});
-      if (!solid) return about(body_, solid.status());
+      if (!solid) return error_of(body_, solid.status());
       object_.report.voxelise_s += steps_.now_s() - start_s;
-      if (!add(*solid, parts[i])) return about(body_, kStopped);
+      if (!add(*solid, parts[i])) return error_of(body_, kStopped);
     }
     return finish();
   }
   /// The same of a solid that is known as a whole.
   core::Expected<ActivatedObject> of(const SolidVoxels& solid) {
-    if (!add(solid, VoxelBox::of(grid_))) return about(body_, kStopped);
+    if (!add(solid, VoxelBox::of(grid_))) return error_of(body_, kStopped);
     return finish();
   }
 
@@ -239,9 +240,9 @@ class Maker {
 
 /// Checks profile and place; the voxels that the body takes without its layers.
 core::Expected<VoxelBox> checked_place(const Body& body, const GridSpec& grid) {
-  if (core::Status checked = check_profile(body.profile); !checked) return about(body, checked);
+  if (core::Status checked = check_profile(body.profile); !checked) return error_of(body, checked);
   auto place = place_of(body, grid);
-  if (!place) return about(body, place.status());
+  if (!place) return error_of(body, place.status());
   return place;
 }
 
@@ -272,12 +273,12 @@ core::Expected<ActivatedObject> activate_object(const Body& body, const GridSpec
   if (!place) return place.status();
   const VoxelBox reached = place->grown(body.profile.reach_vox());
   if (core::Status checked = check_size(reached.intersection(voxelise_clip(grid, body.profile))); !checked)
-    return about(body, checked);
+    return error_of(body, checked);
   const Steps steps(options);
-  auto object = Maker(body, grid, options, steps).all(reached.intersection(VoxelBox::of(grid)));
+  auto object = ObjectActivation(body, grid, options, steps).all(reached.intersection(VoxelBox::of(grid)));
   if (!object) return object.status();
   object->report.box = reached.intersection(voxelise_clip(grid, body.profile));
-  steps.tell(1.0);
+  steps.report(1.0);
   return object;
 }
 
@@ -287,7 +288,7 @@ core::Expected<std::pair<Workspace, BodyReport>> activate_alone(const Body& body
   const auto around = checked_place(body, lattice);
   if (!around) return around.status();
   const VoxelBox reached = around->grown(body.profile.reach_vox());
-  if (core::Status checked = check_size(reached); !checked) return about(body, checked);
+  if (core::Status checked = check_size(reached); !checked) return error_of(body, checked);
   const auto grid_of = [&](const VoxelBox& box) {
     return GridSpec{voxel_size_m * Eigen::Vector3d(box.min.x, box.min.y, box.min.z), voxel_size_m, box.size};
   };
@@ -299,18 +300,18 @@ core::Expected<std::pair<Workspace, BodyReport>> activate_alone(const Body& body
   }
   auto solid = solid_of(body, lattice, *around,
                         {options.threads, [&](double share) { return steps.go_on(kVoxelised * share); }});
-  if (!solid) return about(body, solid.status());
+  if (!solid) return error_of(body, solid.status());
   const double voxelise_s = steps.now_s() - steps.start_s();
   const VoxelBox whole = tight_box(*solid).grown(body.profile.reach_vox());
   solid->box.min = {solid->box.min.x - whole.min.x, solid->box.min.y - whole.min.y,
                     solid->box.min.z - whole.min.z};
   const GridSpec grid = grid_of(whole);
-  auto object = Maker(body, grid, options, steps).of(*solid);
+  auto object = ObjectActivation(body, grid, options, steps).of(*solid);
   if (!object) return object.status();
   object->report.voxelise_s = voxelise_s;
   object->report.box = VoxelBox::of(grid);
   Workspace workspace = workspace_of(body, grid, *object, options.threads);
-  steps.tell(1.0);
+  steps.report(1.0);
   return std::pair{std::move(workspace), object->report};
 }
 

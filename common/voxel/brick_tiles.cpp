@@ -247,7 +247,7 @@ std::uint16_t sole_object(const Kinds& kinds) {
 }
 
 /// As facts_of() finds them, but from the kinds.
-void tell_facts(const Kinds& kinds, const Tiles& tiles, OrderPacker& packer, BrickFacts& facts) {
+void set_facts(const Kinds& kinds, const Tiles& tiles, OrderPacker& packer, BrickFacts& facts) {
   facts.object = sole_object(kinds);
   facts.uniform = true;
   facts.greatest_code = facts.greatest_fluid_code = 0;
@@ -309,7 +309,7 @@ core::Status untile_brick(std::span<const std::uint8_t> bytes, OrderPacker& orde
   if (core::Status status = read(bytes, kinds, tiles); !status) return status;
   if (!all_occur(kinds, tiles)) return refused("names kinds of voxel that do not occur, or voxels twice");
   HWY_DYNAMIC_DISPATCH(PaintTiles)(kinds, tiles, content.voxels);
-  tell_facts(kinds, tiles, orders, content.facts);
+  set_facts(kinds, tiles, orders, content.facts);
   return core::Status::ok();
 }
 

@@ -9,7 +9,7 @@
 namespace phantom::voxel {
 namespace {
 
-core::Status about(std::uint16_t id, const std::string& what) {
+core::Status refusal(std::uint16_t id, const std::string& what) {
   return core::Status::invalid_argument("object " + std::to_string(id) + ": " + what);
 }
 
@@ -62,8 +62,8 @@ core::Expected<WorkspaceChange> LiveWorkspace::add(std::span<const LiveBody> bod
   std::int64_t latest = latest_;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const Body& body = *bodies[i].body;
-    if (body.id == 0 || body.id == 65535) return about(body.id, "no such id; allowed: 1 to 65534");
-    if (next.contains(body.id)) return about(body.id, "is there already");
+    if (body.id == 0 || body.id == 65535) return refusal(body.id, "no such id; allowed: 1 to 65534");
+    if (next.contains(body.id)) return refusal(body.id, "is there already");
     auto object = activated(body, part_of(options, i, bodies.size()), change);
     if (!object) return object.status();
     object->priority = bodies[i].priority;
@@ -81,7 +81,7 @@ core::Expected<WorkspaceChange> LiveWorkspace::move(const Body& body, std::uint6
                                                     const ActivationOptions& options) {
   if (core::Status checked = check_version(version, workspace_.version); !checked) return checked;
   const auto present = objects_.find(body.id);
-  if (present == objects_.end()) return about(body.id, "is not there");
+  if (present == objects_.end()) return refusal(body.id, "is not there");
   WorkspaceChange change;
   auto object = activated(body, options, change);
   if (!object) return object.status();
@@ -100,7 +100,7 @@ core::Expected<WorkspaceChange> LiveWorkspace::remove(std::uint16_t id, std::uin
                                                       const ActivationOptions& options) {
   if (core::Status checked = check_version(version, workspace_.version); !checked) return checked;
   const auto present = objects_.find(id);
-  if (present == objects_.end()) return about(id, "is not there");
+  if (present == objects_.end()) return refusal(id, "is not there");
   std::vector<BrickKey> touched = present->second.bricks->keys();
   Objects next = objects_;
   next.erase(id);

@@ -65,7 +65,7 @@ std::vector<char> slice(const Workspace& workspace, NrrdField field, std::int32_
   return bytes;
 }
 
-/// Writes to a file, through gzip on wish.
+/// Writes to a file, through gzip if asked.
 class Sink {
  public:
   Sink(std::ofstream& file, NrrdEncoding encoding) : file_(file), gzip_(encoding == NrrdEncoding::kGzip) {

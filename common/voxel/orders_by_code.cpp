@@ -43,7 +43,7 @@ bool FindSecond(const OrderTables& tables, const std::uint8_t* codes, const std:
   return true;
 }
 
-void TellOrders(const OrderTables& tables, const std::uint64_t* second, const std::uint8_t* codes,
+void ReadOrders(const OrderTables& tables, const std::uint64_t* second, const std::uint8_t* codes,
                 std::uint8_t* orders) {
   const ByteLookup first_of = lookup_of(tables.first), second_of = lookup_of(tables.second);
   for (std::size_t i = 0; i < kBrickVoxels; i += 64) {
@@ -68,14 +68,14 @@ namespace phantom::voxel {
 namespace detail {
 
 HWY_EXPORT(FindSecond);
-HWY_EXPORT(TellOrders);
+HWY_EXPORT(ReadOrders);
 
 }  // namespace detail
 
 void orders_by_code(const OrderTables& tables, const std::uint64_t* second, const std::uint8_t* mu_codes,
                     std::int8_t* orders) {
   using namespace detail;
-  HWY_DYNAMIC_DISPATCH(TellOrders)(tables, second, mu_codes, reinterpret_cast<std::uint8_t*>(orders));
+  HWY_DYNAMIC_DISPATCH(ReadOrders)(tables, second, mu_codes, reinterpret_cast<std::uint8_t*>(orders));
 }
 
 OrdersByCode OrderPacker::pack(const BrickData& brick) {

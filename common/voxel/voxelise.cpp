@@ -85,9 +85,9 @@ Votes ask_all_axes(const SnappedMesh& mesh, const VoxelBox& box) {
 }
 
 /// Decides voxels of a row by the generalised winding number.
-class Judge {
+class InsideTest {
  public:
-  Judge(const geometry::WindingTree& tree, const GridSpec& grid, const VoxelBox& box)
+  InsideTest(const geometry::WindingTree& tree, const GridSpec& grid, const VoxelBox& box)
       : tree_(tree), grid_(grid), box_(box) {}
 
   /// Sets the voxels of [first, last] that are inside; no surface may lie between them. Off the surface the
@@ -157,7 +157,7 @@ void count_votes(const Votes& votes, std::int32_t y, std::int32_t z, std::int32_
 
 /// Settles rows of the slab: agreed voxels as agreed, the others by the winding number; returns how many
 /// those are.
-std::size_t settle(const Votes& votes, Slab slab, const Judge& judge, SolidVoxels& solid) {
+std::size_t decide_slab(const Votes& votes, Slab slab, const InsideTest& inside_test, SolidVoxels& solid) {
   std::size_t disputed_voxels = 0;
   std::vector<std::uint64_t> disputed(solid.inside.words_per_row());
   const auto is_disputed = [&](std::int32_t x) {
@@ -177,7 +177,7 @@ std::size_t settle(const Votes& votes, Slab slab, const Judge& judge, SolidVoxel
         while (last + 1 < solid.box.size[0] && is_disputed(last + 1) && !on_surface(last) &&
                !on_surface(last + 1))
           ++last;
-        judge.run(row, first, last, y, z);
+        inside_test.run(row, first, last, y, z);
         left -= static_cast<std::size_t>(last - first + 1);
       }
     }
@@ -186,7 +186,8 @@ std::size_t settle(const Votes& votes, Slab slab, const Judge& judge, SolidVoxel
 }
 
 /// Settles all rows, which may take long; false if that is to end here.
-bool settle_all(const Votes& votes, const Judge& judge, const WorkOptions& options, SolidVoxels& solid) {
+bool decide_all(const Votes& votes, const InsideTest& inside_test, const WorkOptions& options,
+                SolidVoxels& solid) {
   std::atomic<std::size_t> disputed = 0;
   std::atomic<bool> stopped = false;
   const auto layers = static_cast<std::size_t>(solid.box.size[2]);
@@ -196,7 +197,7 @@ bool settle_all(const Votes& votes, const Judge& judge, const WorkOptions& optio
         !options.go_on(static_cast<double>(layer) / static_cast<double>(layers)))
       stopped = true;
     const auto z = static_cast<std::int32_t>(layer);
-    disputed += settle(votes, {z, z + 1}, judge, solid);
+    disputed += decide_slab(votes, {z, z + 1}, inside_test, solid);
   });
   solid.report.disputed_voxels = disputed;
   return !stopped;
@@ -216,7 +217,7 @@ bool fill_mended(const geometry::TriangleMesh& mesh_W, const SnappedMesh& snappe
   } else {
     const Votes votes = ask_all_axes(mesh, solid.box);
     const geometry::WindingTree tree({mesh_W.vertices_m, mended.triangles});
-    if (!settle_all(votes, Judge(tree, grid, solid.box), options, solid)) return false;
+    if (!decide_all(votes, InsideTest(tree, grid, solid.box), options, solid)) return false;
   }
   solid.report.degenerate_triangles = mended.degenerate;
   solid.report.duplicate_triangles = mended.duplicates;

@@ -20,9 +20,9 @@ bool stands(Link state, const Inputs& inputs) noexcept {
 AudioPercept::AudioPercept(const AudioPerceptConfig& config)
     : config_(config),
       synthesizer_(kSampleRate_Hz, config.smoothing_s, config.alarm_gain),
-      desk_(config.alarms) {}
+      alarms_(config.alarms) {}
 
-Situation AudioPercept::judge(const Inputs& inputs) noexcept {
+Situation AudioPercept::assess(const Inputs& inputs) noexcept {
   const PerceptSample& sample = inputs.percept;
   const bool fresh =
       sample.received_ns > 0 && inputs.now_ns - sample.received_ns <= config_.percept_timeout_ns;
@@ -76,7 +76,7 @@ void AudioPercept::turn_to(const Inputs& inputs, double dt_s) noexcept {
 
 void AudioPercept::step(const Inputs& inputs, std::span<float> percept, std::span<float> alarm) noexcept {
   const double dt_s = static_cast<double>(percept.size()) / kSampleRate_Hz;
-  situation_ = judge(inputs);
+  situation_ = assess(inputs);
   if (situation_ == Situation::kSounding) turn_to(inputs, dt_s);
   tone_ = situation_ == Situation::kSounding
               ? percept::tone_of(config_.law, inputs.percept.closeness, inputs.percept.speed_m_s)
@@ -84,7 +84,7 @@ void AudioPercept::step(const Inputs& inputs, std::span<float> percept, std::spa
   synthesizer_.set_tone(tone_);
   const bool acknowledged = inputs.command.reset_ns != reset_ns_;
   reset_ns_ = inputs.command.reset_ns;
-  if (const auto change = desk_.step(conditions(inputs), acknowledged, dt_s))
+  if (const auto change = alarms_.step(conditions(inputs), acknowledged, dt_s))
     synthesizer_.start_alarm(*change);
   synthesizer_.render(percept, alarm);
 }

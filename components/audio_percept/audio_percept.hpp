@@ -5,7 +5,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/percept/tone.hpp"
-#include "components/audio_percept/alarm_desk.hpp"
+#include "components/audio_percept/alarm_manager.hpp"
 #include "components/audio_percept/config.hpp"
 #include "components/audio_percept/listener.hpp"
 
@@ -96,16 +96,16 @@ class AudioPercept {
 
   Situation situation() const noexcept { return situation_; }
   /// The gravest alarm that stands, whether it sounds at this moment or not.
-  percept::Alarm alarm() const noexcept { return desk_.standing(); }
+  percept::Alarm alarm() const noexcept { return alarms_.standing(); }
   /// The alarm whose burst is being played.
   percept::Alarm sounding() const noexcept { return synthesizer_.alarm(); }
-  std::uint64_t bursts() const noexcept { return desk_.bursts(); }
+  std::uint64_t bursts() const noexcept { return alarms_.bursts(); }
   const percept::Tone& tone() const noexcept { return tone_; }
   /// Where the percept is heard, in the ears' frame.
   const Vector3& heard_from() const noexcept { return heard_from_; }
 
  private:
-  Situation judge(const Inputs& inputs) noexcept;
+  Situation assess(const Inputs& inputs) noexcept;
   AlarmSet conditions(const Inputs& inputs) const noexcept;
   bool link_lost(const LinkSample& link, core::Nanoseconds now_ns) const noexcept;
   EarAxes facing(const Inputs& inputs) const noexcept;
@@ -113,7 +113,7 @@ class AudioPercept {
 
   AudioPerceptConfig config_;
   percept::ToneSynthesizer synthesizer_;
-  AlarmDesk desk_;
+  AlarmManager alarms_;
   percept::Tone tone_;
   Vector3 heard_from_{0.0, 0.0, -1.0};
   Situation situation_ = Situation::kWaiting;

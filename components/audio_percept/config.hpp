@@ -5,7 +5,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/percept/tone.hpp"
-#include "components/audio_percept/alarm_desk.hpp"
+#include "components/audio_percept/alarm_manager.hpp"
 #include "components/audio_percept/layout.hpp"
 #include "components/audio_percept/listener.hpp"
 

@@ -66,13 +66,13 @@ DdsAdapter::~DdsAdapter() = default;
 void DdsAdapter::report(const core::Health& health) {
   const core::Nanoseconds now_ns = core::monotonic_ns();
   core::Health told = health;
-  const auto tell = [&](const auto& intake, const char* topic) {
+  const auto add_rival = [&](const auto& intake, const char* topic) {
     if (intake.converter().has_second(now_ns)) told = dds::with_rival(std::move(told), topic);
   };
-  tell(impl_->percept, "percept");
-  tell(impl_->master, "master_state");
-  tell(impl_->slave, "slave_state");
-  tell(impl_->view, "view_pose");
+  add_rival(impl_->percept, "percept");
+  add_rival(impl_->master, "master_state");
+  add_rival(impl_->slave, "slave_state");
+  add_rival(impl_->view, "view_pose");
   impl_->status.publish(told);
 }
 

@@ -172,15 +172,15 @@ std::unique_ptr<AudioSink> open_live_sink(const AudioPerceptConfig& config, std:
   // Our sound is already filtered for a head where it is to be, and within full scale: a limiter would but
   // look ahead, 1.5 ms.
   constexpr ALCint kOutputLimiter = 0x199A;  // ALC_OUTPUT_LIMITER_SOFT, which the headers may lack
-  const std::array<ALCint, 7> wishes{ALC_FREQUENCY,
-                                     static_cast<ALCint>(kSampleRate_Hz),
-                                     ALC_HRTF_SOFT,
-                                     ALC_FALSE,
-                                     kOutputLimiter,
-                                     ALC_FALSE,
-                                     0};
+  const std::array<ALCint, 7> attributes{ALC_FREQUENCY,
+                                         static_cast<ALCint>(kSampleRate_Hz),
+                                         ALC_HRTF_SOFT,
+                                         ALC_FALSE,
+                                         kOutputLimiter,
+                                         ALC_FALSE,
+                                         0};
   ALCdevice* device = alcOpenDevice(config.device.empty() ? nullptr : config.device.c_str());
-  auto context = std::make_unique<OpenAlContext>(device, wishes.data());
+  auto context = std::make_unique<OpenAlContext>(device, attributes.data());
   if (device == nullptr) {
     reason = config.device.empty() ? "no playback device opens"
                                    : "the playback device '" + config.device + "' does not open";

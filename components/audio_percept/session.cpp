@@ -78,7 +78,7 @@ void log_changes(const core::Health& now, std::string& last_message) {
 }
 
 /// State and sentence of what stands, if an alarm does.
-void tell_alarm(percept::Alarm alarm, Situation situation, core::Health& health) {
+void report_alarm(percept::Alarm alarm, Situation situation, core::Health& health) {
   using percept::Alarm;
   const bool stale = situation == Situation::kStale;
   switch (alarm) {
@@ -129,7 +129,7 @@ core::Health health_of(const EngineFigures& figures, const core::LoopStatistics&
     health.state = core::ComponentState::kDegraded;
     health.message = "the playback device went away: no sound";
   }
-  tell_alarm(figures.alarm, figures.situation, health);
+  report_alarm(figures.alarm, figures.situation, health);
   health.loops = {loop};
   health.figures = {{"frequency", figures.frequency_Hz, "Hz"},
                     {"gain", figures.gain, ""},

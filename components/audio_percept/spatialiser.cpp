@@ -37,14 +37,15 @@ std::unique_ptr<OpenAlContext> open_loopback(Layout layout) {
                                          0};
   auto context =
       std::make_unique<OpenAlContext>(open != nullptr ? open(nullptr) : nullptr, attributes.data());
-  const std::string wish = std::string("output.channels: ") + name_of(layout) + ": ";
-  if (!*context) throw runtime::MissingError(wish + "OpenAL cannot render this; allowed without it: mono");
+  const std::string option = std::string("output.channels: ") + name_of(layout) + ": ";
+  if (!*context) throw runtime::MissingError(option + "OpenAL cannot render this; allowed without it: mono");
   ALCint hrtf = ALC_FALSE;
   alcGetIntegerv(context->device(), ALC_HRTF_SOFT, 1, &hrtf);
   if ((hrtf == ALC_TRUE) != (layout == Layout::kHrtf)) {
-    throw runtime::MissingError(
-        wish + (layout == Layout::kHrtf ? "OpenAL finds no HRTF data set for 48 kHz (Debian: libopenal-data)"
-                                        : "OpenAL's configuration forces HRTF"));
+    throw runtime::MissingError(option +
+                                (layout == Layout::kHrtf
+                                     ? "OpenAL finds no HRTF data set for 48 kHz (Debian: libopenal-data)"
+                                     : "OpenAL's configuration forces HRTF"));
   }
   return context;
 }

@@ -110,11 +110,11 @@ class JsonTarget : public Target {
                                 {"log_time_ns", message.log_time_ns},
                                 {"publish_time_ns", message.publish_time_ns},
                                 {"sequence", message.sequence},
-                                {"component", about(channel, "component")}};
-    const auto type = observation::type_of(about(channel, "type"));
+                                {"component", metadata_of(channel, "component")}};
+    const auto type = observation::type_of(metadata_of(channel, "type"));
     if (is_carried_over(channel)) line["carried_over"] = true;
     if (!type) {
-      line["type"] = about(channel, "type");
+      line["type"] = metadata_of(channel, "type");
       line["bytes"] = message.data.size();
     } else if (auto decoded = diagnostics::decode(*type, message.data, {.most_octets = 0})) {
       line["sample"] = std::move(decoded).value();

@@ -71,13 +71,15 @@ std::vector<RangePart> parts_of(const recording::MessageFilter& range) {
 }
 
 bool is_durable(const recording::Channel& channel) {
-  const std::string durability = about(channel, "qos.durability");
+  const std::string durability = metadata_of(channel, "qos.durability");
   return !durability.empty() && durability != "volatile";
 }
 
-bool is_carried_over(const recording::Channel& channel) { return about(channel, kCarriedOver) == "yes"; }
+bool is_carried_over(const recording::Channel& channel) {
+  return metadata_of(channel, kCarriedOver) == "yes";
+}
 
-std::string about(const recording::Channel& channel, const std::string& key) {
+std::string metadata_of(const recording::Channel& channel, const std::string& key) {
   const auto found = channel.metadata.find(key);
   return found == channel.metadata.end() ? "" : found->second;
 }

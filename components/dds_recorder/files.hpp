@@ -41,6 +41,6 @@ bool is_carried_over(const recording::Channel& channel);
 /// Whether late joiners get the newest sample of each instance.
 bool is_durable(const recording::Channel& channel);
 /// A key of the channel's metadata; empty if it is not there.
-std::string about(const recording::Channel& channel, const std::string& key);
+std::string metadata_of(const recording::Channel& channel, const std::string& key);
 
 }  // namespace phantom::dds_recorder

@@ -73,11 +73,11 @@ FileFigures figures_of(const OpenedRecording& opened) {
   for (const auto& [id, channel] : reader.channels()) {
     TopicFigures& topic = figures.topics[channel.topic];
     const auto schema = reader.schemas().find(channel.schema_id);
-    topic.type = schema == reader.schemas().end() ? about(channel, "type") : schema->second.name;
+    topic.type = schema == reader.schemas().end() ? metadata_of(channel, "type") : schema->second.name;
     const auto count = statistics.channel_message_counts.find(id);
     const std::uint64_t samples = count == statistics.channel_message_counts.end() ? 0 : count->second;
     (is_carried_over(channel) ? topic.carried_over : topic.samples) += samples;
-    writers[channel.topic].insert(about(channel, "writer"));
+    writers[channel.topic].insert(metadata_of(channel, "writer"));
   }
   if (const auto losses = reader.metadata(kLossesRecord); !losses.empty())
     add_losses(losses.back(), figures.topics);

@@ -31,8 +31,8 @@ TopicInfo topic_of(const recording::McapReader& reader, const recording::Channel
   const auto renamed = remap.find(channel.topic);
   topic.name = renamed == remap.end() ? channel.topic : renamed->second;
   const auto schema = reader.schemas().find(channel.schema_id);
-  topic.type = schema == reader.schemas().end() ? about(channel, "type") : schema->second.name;
-  topic.keyed = about(channel, "keyed") == "yes";
+  topic.type = schema == reader.schemas().end() ? metadata_of(channel, "type") : schema->second.name;
+  topic.keyed = metadata_of(channel, "keyed") == "yes";
   topic.durable = is_durable(channel);
   for (const auto& [key, value] : channel.metadata) {
     if (key.rfind("qos.", 0) == 0) topic.qos.emplace_back(key.substr(4), value);

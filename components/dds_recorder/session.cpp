@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kPoll_s = 0.02;
 constexpr core::Nanoseconds kStatusPeriod_ns = core::kNsPerSecond / 2,
-                            kTellPeriod_ns = 10 * core::kNsPerSecond;
+                            kLogPeriod_ns = 10 * core::kNsPerSecond;
 constexpr double kHangsAfter_s = 5.0;  // a disk may take long
 constexpr int kNiceness = 10;          // what controls an arm comes first
 constexpr const char* kEventTopics[] = {"hit_alert", "component_status", "operator_command"};
@@ -109,7 +109,7 @@ class RecordSession {
     const core::Nanoseconds start_ns = core::monotonic_ns();
     open_new_topics();
     recorder_.tick(start_ns);
-    tell();
+    log_notices();
     progress_.begin();
     while (recorder_.ended().empty() && !runtime::stop_requested()) {
       progress_.tick();
@@ -122,7 +122,7 @@ class RecordSession {
     drain();
     count_losses();
     recorder_.finish(core::monotonic_ns());
-    tell();
+    log_notices();
     core::Health last = health_of(recorder_.figures(), recorder_, on_event_);
     if (recorder_.ended().empty()) last.state = core::ComponentState::kStopped;
     adapter_.publish_status(last);
@@ -192,25 +192,25 @@ class RecordSession {
       count_losses();
     }
     recorder_.tick(now_ns);
-    tell();
+    log_notices();
     if (now_ns - status_ns_ < kStatusPeriod_ns) return;
     status_ns_ = now_ns;
     const RecorderFigures figures = recorder_.figures();
     core::Health health = health_of(figures, recorder_, on_event_);
     health.loops = {progress_.statistics()};
     adapter_.publish_status(health);
-    tell_losses(figures);
-    if (now_ns - told_ns_ < kTellPeriod_ns) return;
+    log_losses(figures);
+    if (now_ns - told_ns_ < kLogPeriod_ns) return;
     told_ns_ = now_ns;
     spdlog::info("{}", in_words(figures));
   }
 
-  void tell() {
+  void log_notices() {
     for (const std::string& notice : recorder_.take_notices()) spdlog::info("{}", notice);
   }
 
   /// At once when the recorder itself loses something, at most once a second.
-  void tell_losses(const RecorderFigures& figures) {
+  void log_losses(const RecorderFigures& figures) {
     if (figures.losses.overflow == overflow_told_) return;
     spdlog::warn(
         "{} samples found no room in the queue so far; allowed: a larger queue_MB, fewer topics, a faster "

@@ -154,7 +154,7 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
     }
     std::map<std::string, ReadingPlan> made;
     for (const auto& [topic, list] : writers) {
-      if (const auto plan = plan_reading(list, reading.wish)) made[topic] = *plan;
+      if (const auto plan = plan_reading(list, reading.options)) made[topic] = *plan;
     }
     return made;
   }

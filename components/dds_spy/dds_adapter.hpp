@@ -19,7 +19,7 @@ namespace phantom::dds_spy {
 struct Reading {
   bool read_topics = true;  ///< false: discovery alone
   diagnostics::NameFilter topics, instances, writers;
-  ReadingWish wish;
+  ReadingOptions options;
   diagnostics::DecodeOptions decode;
 };
 

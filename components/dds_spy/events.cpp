@@ -73,12 +73,12 @@ nlohmann::ordered_json event_json(const Event& event) {
           {"who", event.who},       {"text", event.text},           {"count", event.count}};
 }
 
-EventLog::EventLog(std::size_t most, double quiet_s, Tell tell)
-    : most_(most), quiet_ns_(core::from_seconds(quiet_s)), tell_(std::move(tell)) {}
+EventLog::EventLog(std::size_t most, double quiet_s, Report report)
+    : most_(most), quiet_ns_(core::from_seconds(quiet_s)), report_(std::move(report)) {}
 
 void EventLog::add(Event event) {
   totals_[event.kind] += event.count;
-  if (!comes_in_bursts(event.kind)) return tell(event);
+  if (!comes_in_bursts(event.kind)) return report(event);
   Held& held = held_[{event.kind, event.topic, event.who}];
   if (held.told_ns != 0 && event.utc_ns - held.told_ns < quiet_ns_) {
     held.count += event.count;
@@ -87,7 +87,7 @@ void EventLog::add(Event event) {
   }
   release(held);
   held.told_ns = event.utc_ns;
-  tell(event);
+  report(event);
 }
 
 void EventLog::look(core::Nanoseconds utc_ns) {
@@ -113,13 +113,13 @@ void EventLog::release(Held& held) {
   if (held.count == 0) return;
   held.event.count = held.count;
   held.count = 0;
-  tell(held.event);
+  report(held.event);
 }
 
-void EventLog::tell(const Event& event) {
+void EventLog::report(const Event& event) {
   newest_.push_back(event);
   if (newest_.size() > most_) newest_.pop_front();
-  if (tell_) tell_(event);
+  if (report_) report_(event);
 }
 
 }  // namespace phantom::dds_spy

@@ -57,8 +57,8 @@ nlohmann::ordered_json event_json(const Event& event);
 /// with the newest one's text. Keeps the newest `most`. Not thread-safe.
 class EventLog {
  public:
-  using Tell = std::function<void(const Event&)>;
-  EventLog(std::size_t most, double quiet_s, Tell tell);
+  using Report = std::function<void(const Event&)>;
+  EventLog(std::size_t most, double quiet_s, Report report);
   void add(Event event);
   /// Tells what was held back for long enough.
   void look(core::Nanoseconds utc_ns);
@@ -75,12 +75,12 @@ class EventLog {
     Event event;
     std::uint64_t count = 0;
   };
-  void tell(const Event& event);
+  void report(const Event& event);
   void release(Held& held);
 
   std::size_t most_;
   core::Nanoseconds quiet_ns_;
-  Tell tell_;
+  Report report_;
   std::map<Key, Held> held_;
   std::deque<Event> newest_;
   std::map<EventKind, std::uint64_t> totals_;

@@ -32,7 +32,7 @@ class LiveView {
   bool quit() const { return quit_; }
   bool paused() const { return paused_; }
   Page page() const { return page_; }
-  /// Whether counts are to be reset; asking takes the wish back.
+  /// Whether counts are to be reset; asking clears the request.
   bool take_reset();
   /// Topics that are shown: what was typed after '/'; words without a pattern's signs are looked for anywhere
   /// in a name.

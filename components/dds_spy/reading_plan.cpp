@@ -5,15 +5,15 @@
 namespace phantom::dds_spy {
 
 std::optional<ReadingPlan> plan_reading(const std::vector<const diagnostics::EndpointInfo*>& writers,
-                                        const ReadingWish& wish) {
+                                        const ReadingOptions& options) {
   if (writers.empty()) return std::nullopt;
   const diagnostics::EndpointInfo& first = *writers.front();
   ReadingPlan plan;
   plan.type = first.type;
   plan.keyed = first.keyed;
   plan.ownership = first.qos.ownership;
-  plan.reliable = wish.reliable || wish.history;
-  plan.transient_local = wish.history;
+  plan.reliable = options.reliable || options.history;
+  plan.transient_local = options.history;
   plan.liveliness = diagnostics::Liveliness::kManualByTopic;
   plan.lease_ns = 0;
   for (const auto* writer : writers) {

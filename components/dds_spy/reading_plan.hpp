@@ -20,7 +20,7 @@ struct ReadingPlan {
   bool operator==(const ReadingPlan&) const = default;
 };
 
-struct ReadingWish {
+struct ReadingOptions {
   bool reliable = false;  ///< ask for lost samples again, where all writers offer it
   bool history = false;   ///< likewise, and for what was written before
 };
@@ -29,6 +29,6 @@ struct ReadingWish {
 /// those of the first are read. Liveliness is asked for as weakly as the weakest writer offers it, so that
 /// its loss is told.
 std::optional<ReadingPlan> plan_reading(const std::vector<const diagnostics::EndpointInfo*>& writers,
-                                        const ReadingWish& wish);
+                                        const ReadingOptions& options);
 
 }  // namespace phantom::dds_spy

@@ -80,7 +80,7 @@ Reading reading_of(const Request& request) {
   reading.topics = diagnostics::NameFilter(request.topics);
   reading.instances = diagnostics::NameFilter(request.instances);
   reading.writers = diagnostics::NameFilter(request.writers);
-  reading.wish = {request.reliable, request.history};
+  reading.options = {request.reliable, request.history};
   if (request.all_octets) reading.decode.most_octets = 0;
   return reading;
 }

@@ -74,7 +74,7 @@ class Session {
         event_kinds_(request.kinds),
         topics_(request.topics),
         echo_(request.json, request.every_s, request.count),
-        view_(config.most_events, config.quiet_s, [this](const Event& event) { tell(event); }),
+        view_(config.most_events, config.quiet_s, [this](const Event& event) { report(event); }),
         adapter_(network, reading_of(request), view_, sample_handler()) {}
 
   int run() {
@@ -107,7 +107,7 @@ class Session {
     };
   }
 
-  void tell(const Event& event) {
+  void report(const Event& event) {
     const bool asked =
         request_.command == Command::kEvents || (request_.command == Command::kLive && !on_screen_);
     if (!asked || !event_kinds_.keeps(name_of(event.kind))) return;

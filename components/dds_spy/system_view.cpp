@@ -49,7 +49,7 @@ void SystemView::on_participant(const diagnostics::ParticipantInfo& participant,
   std::erase_if(writers_, [&](const auto& item) {
     return diagnostics::participant_of(item.first) == participant.guid;
   });
-  tell_disagreements(utc_ns);
+  report_disagreements(utc_ns);
 }
 
 void SystemView::on_endpoint(const EndpointInfo& endpoint, Change change, core::Nanoseconds utc_ns) {
@@ -71,10 +71,10 @@ void SystemView::on_endpoint(const EndpointInfo& endpoint, Change change, core::
         fmt::format("{} of {}: {}", meant.writer ? "writer" : "reader", meant.type,
                     here ? diagnostics::qos_text(meant.qos) : "gone"));
   }
-  tell_disagreements(utc_ns);
+  report_disagreements(utc_ns);
 }
 
-void SystemView::tell_disagreements(core::Nanoseconds utc_ns) {
+void SystemView::report_disagreements(core::Nanoseconds utc_ns) {
   std::map<Pair, bool> now;
   for (const auto& found : graph_.disagreements()) {
     const Pair pair{found.writer->guid, found.reader->guid};
@@ -105,7 +105,7 @@ void SystemView::on_sample(const HeardSample& sample) {
         "an instance is disposed of or has no writer any more");
     return;
   }
-  tell_arrival(sample, heard.stream.take(sample.facts));
+  report_arrival(sample, heard.stream.take(sample.facts));
   ++heard.instances[sample.instance];
   watch_deadline(heard, sample);
   if (!sample.problem.empty()) {
@@ -120,7 +120,7 @@ void SystemView::on_sample(const HeardSample& sample) {
   }
 }
 
-void SystemView::tell_arrival(const HeardSample& sample, const Arrival& arrival) {
+void SystemView::report_arrival(const HeardSample& sample, const Arrival& arrival) {
   const core::Nanoseconds utc_ns = sample.facts.received_utc_ns;
   const std::string who = graph_.who(sample.writer);
   if (arrival.missing > 0) {

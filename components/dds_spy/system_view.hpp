@@ -40,8 +40,8 @@ struct HeardWriter {
 /// happened. Pure: told by the adapter, with times. Not thread-safe.
 class SystemView {
  public:
-  SystemView(std::size_t most_events, double quiet_s, EventLog::Tell tell)
-      : events_(most_events, quiet_s, std::move(tell)) {}
+  SystemView(std::size_t most_events, double quiet_s, EventLog::Report report)
+      : events_(most_events, quiet_s, std::move(report)) {}
 
   enum class Change { kAppeared, kChanged, kLeft, kLost };
   void on_participant(const diagnostics::ParticipantInfo& participant, Change change,
@@ -67,8 +67,8 @@ class SystemView {
            std::string text);
   HeardWriter& writer(const HeardSample& sample);
   void watch_deadline(HeardWriter& writer, const HeardSample& sample);
-  void tell_arrival(const HeardSample& sample, const Arrival& arrival);
-  void tell_disagreements(core::Nanoseconds utc_ns);
+  void report_arrival(const HeardSample& sample, const Arrival& arrival);
+  void report_disagreements(core::Nanoseconds utc_ns);
 
   diagnostics::Graph graph_;
   std::map<diagnostics::Guid, HeardWriter> writers_;

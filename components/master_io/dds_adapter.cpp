@@ -202,7 +202,7 @@ struct DdsAdapter::Impl {
 
   void on_slave(const msg::SlaveState& sample, core::Nanoseconds now_ns) {
     const char* reason = refusal(sample, expected);
-    if (reason == nullptr) reason = dds::reason(slave_source.judge(sample.stamp(), now_ns));
+    if (reason == nullptr) reason = dds::reason(slave_source.assess(sample.stamp(), now_ns));
     if (reason == nullptr) {
       slave_stop.store(sample.stop(), std::memory_order_relaxed);
       return inbox.slave.write(to_sample(sample, now_ns, participant.session()));
@@ -213,7 +213,7 @@ struct DdsAdapter::Impl {
 
   void on_field(const msg::DragField& sample, core::Nanoseconds now_ns) {
     const char* reason = refusal(sample, expected);
-    if (reason == nullptr) reason = dds::reason(field_source.judge(sample.stamp(), now_ns));
+    if (reason == nullptr) reason = dds::reason(field_source.assess(sample.stamp(), now_ns));
     if (reason != nullptr) {
       field.count_refused();
       return field_refusals.refused(in_words(reason, sample.joint_count()), now_ns);

@@ -33,7 +33,7 @@ struct DeskState {
   bool alive = false;  ///< false: the device is gone; nothing is pushed
 };
 
-/// Wishes that are events, counted.
+/// Requests that are events, counted.
 struct DeskEvents {
   std::uint32_t stops = 0, resets = 0;
 };

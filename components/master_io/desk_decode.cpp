@@ -120,7 +120,7 @@ void TerminalDecoder::take(std::string_view bytes, double now_s) noexcept {
   }
 }
 
-void TerminalDecoder::settle(double now_s) noexcept {
+void TerminalDecoder::release_expired(double now_s) noexcept {
   for (std::size_t k = 0; k < kDeskAxes; ++k) {
     if (now_s >= until_s_[k]) state_.axes[k] = 0.0;
   }

@@ -48,7 +48,7 @@ class TerminalDecoder {
 
   void take(std::string_view bytes, double now_s) noexcept;
   /// Lets go of what was pressed too long ago.
-  void settle(double now_s) noexcept;
+  void release_expired(double now_s) noexcept;
   const DeskState& state() const noexcept { return state_; }
   const DeskEvents& events() const noexcept { return events_; }
 

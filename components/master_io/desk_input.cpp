@@ -201,7 +201,7 @@ struct DeskInput::Impl {
     Rumble rumble(device->fd());
     const auto axes = bits_of<ABS_CNT>(device->fd(), EV_ABS);
     InputDecoder decoder(ranges_of(device->fd()), axes[ABS_RX]);
-    listener.tell(rumble.able() ? "drag and feedback are felt as rumble" : "the device cannot rumble");
+    listener.notice(rumble.able() ? "drag and feedback are felt as rumble" : "the device cannot rumble");
     while (!stop.stop_requested()) {
       if (ready()) {
         input_event events[64];
@@ -215,7 +215,7 @@ struct DeskInput::Impl {
     }
     decoder.state() = {};  // alive = false
     report(decoder.state(), decoder.events());
-    if (!stop.stop_requested()) listener.tell("the device is gone: nothing is pushed any more");
+    if (!stop.stop_requested()) listener.notice("the device is gone: nothing is pushed any more");
   }
 
   void read_terminal(const std::stop_token& stop) {
@@ -227,7 +227,7 @@ struct DeskInput::Impl {
         const auto count = read(device->fd(), bytes, sizeof bytes);
         if (count > 0) decoder.take({bytes, static_cast<std::size_t>(count)}, now_s);
       }
-      decoder.settle(now_s);
+      decoder.release_expired(now_s);
       report(decoder.state(), decoder.events());
     }
     state.write({});

@@ -19,7 +19,7 @@ class DeskInput {
  public:
   struct Listener {
     std::function<void()> on_stop, on_reset;
-    std::function<void(const std::string&)> tell;  ///< something a person should know
+    std::function<void(const std::string&)> notice;  ///< something a person should know
   };
 
   /// Opens the device. `servo_priority`: to which the thread's is relative. Throws core::MissingError naming

@@ -129,8 +129,7 @@ std::unique_ptr<Device> make_device(const ArmModel& model, const Config& config,
 }
 
 // Trouble with the device is told before all else.
-void tell_device(const core::ActuatorHealth& device, LinkState link, std::string& said,
-                 core::Health& health) {
+void log_device(const core::ActuatorHealth& device, LinkState link, std::string& said, core::Health& health) {
   if (device.message != said) {
     said = device.message;
     if (device.fault) {
@@ -206,7 +205,7 @@ std::vector<core::LoopStatistics> run_servo(const Config& config, Device& device
     const auto trips = adapter.round_trips();
     const std::lock_guard lock(mutex);
     core::Health now = health_of(latest, trips, loops.statistics());
-    tell_device(device.health(), latest.outputs.state, said_of_device, now);
+    log_device(device.health(), latest.outputs.state, said_of_device, now);
     return now;
   };
   do {

@@ -119,7 +119,7 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
               if (!ready.load(std::memory_order_acquire)) return;
               std::string why = refusal(state, owner.model.arm);
               if (why.empty()) {
-                const char* refused = dds::reason(source.judge(state.stamp(), info.received_ns));
+                const char* refused = dds::reason(source.assess(state.stamp(), info.received_ns));
                 if (refused != nullptr) why = refused;
               }
               if (why.empty()) {

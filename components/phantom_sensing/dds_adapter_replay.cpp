@@ -117,11 +117,11 @@ class Replay {
     });
     std::size_t done = 0;
     for (; done < waiting_.size() && waiting_[done].log_time_ns < until_ns; ++done)
-      std::visit([&](const auto& sample) { work_off(sample, waiting_[done]); }, waiting_[done].sample);
+      std::visit([&](const auto& sample) { process(sample, waiting_[done]); }, waiting_[done].sample);
     waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(done));
   }
 
-  void work_off(const msg::SensingReply& reply, const Output&) {
+  void process(const msg::SensingReply& reply, const Output&) {
     const auto command = commands_.find({reply.command().session(), reply.command().sequence_number()});
     const bool contact =
         reply.request() == msg::SENSING_ALLOW_CONTACT || reply.request() == msg::SENSING_FORBID_CONTACT;
@@ -129,7 +129,7 @@ class Replay {
       contacts_.handle(contact_request_of(command->second), reply.stamp().monotonic_ns());
   }
 
-  void work_off(const msg::DragField& field, const Output& output) {
+  void process(const msg::DragField& field, const Output& output) {
     if (!tick(field.slave_echo(), field.workspace_version(), field.valid(), field.stamp(), false)) {
       ++report_.drag_field.without_inputs;
       return;
@@ -140,7 +140,7 @@ class Replay {
     compare(dds::kDragField, made, field.stamp(), output, report_.drag_field);
   }
 
-  void work_off(const msg::Percept& percept, const Output& output) {
+  void process(const msg::Percept& percept, const Output& output) {
     if (!tick(percept.slave_echo(), percept.workspace_version(), percept.valid(), percept.stamp(), true)) {
       ++report_.percept.without_inputs;
       return;
@@ -152,7 +152,7 @@ class Replay {
     compare(dds::kPercept, made, percept.stamp(), output, report_.percept);
   }
 
-  void work_off(const msg::InterestPoints& points, const Output& output) {
+  void process(const msg::InterestPoints& points, const Output& output) {
     if (!tick(points.slave_echo(), points.workspace_version(), points.valid(), points.stamp(), true)) {
       ++report_.interest_points.without_inputs;
       return;

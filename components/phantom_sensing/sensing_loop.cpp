@@ -65,8 +65,8 @@ void SensingLoop::publish_figures() {
 }
 
 /// The gravest of what speaks against the percept.
-PerceptCondition SensingLoop::judge(std::uint64_t workspace_version, core::Nanoseconds now_ns) noexcept {
-  const PerceptCondition workspace = watch_.judge(workspace_version, now_ns);
+PerceptCondition SensingLoop::assess(std::uint64_t workspace_version, core::Nanoseconds now_ns) noexcept {
+  const PerceptCondition workspace = watch_.assess(workspace_version, now_ns);
   if (!is_valid(workspace)) return workspace;
   if (!self_test_passed_.load(std::memory_order_relaxed)) return PerceptCondition::kSelfTestFailed;
   if (!counted_.state_seen) return PerceptCondition::kNoState;
@@ -81,7 +81,7 @@ void SensingLoop::turn(core::Nanoseconds now_ns) {
   const SensedWorkspace workspace = workspace_.newest();
   watch_.announced(workspace_.announced());
   const PerceptCondition condition =
-      judge(workspace.voxels != nullptr ? workspace.voxels->version : 0, now_ns);
+      assess(workspace.voxels != nullptr ? workspace.voxels->version : 0, now_ns);
   const bool valid = is_valid(condition);
   if ((fresh && valid) || (!valid && (outputs_.valid || now_ns - last_invalid_ns_ >= watchdog_ns_ / 2))) {
     tick(now_ns, workspace, condition);
@@ -137,12 +137,12 @@ void SensingLoop::publish(core::Nanoseconds now_ns, const TickInfo& info) {
     next_percept_ns_ = (late ? now_ns : next_percept_ns_) + percept_period_ns_;
     sink_.on_percept(outputs_, info);
   }
-  const auto tell = [this](const percept::AlertEvents& events) {
+  const auto publish = [this](const percept::AlertEvents& events) {
     if (events.cleared) sink_.on_alert(*events.cleared, true);
     if (events.raised) sink_.on_alert(*events.raised, false);
   };
-  tell(outputs_.alerts);
-  for (const InterestPercept& point : outputs_.interest) tell(point.alerts);
+  publish(outputs_.alerts);
+  for (const InterestPercept& point : outputs_.interest) publish(point.alerts);
 }
 
 LoopFigures SensingLoop::figures() {

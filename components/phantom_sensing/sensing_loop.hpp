@@ -94,7 +94,7 @@ class SensingLoop {
   core::Nanoseconds watchdog_period_ns() const noexcept { return watchdog_ns_; }
 
  private:
-  PerceptCondition judge(std::uint64_t workspace_version, core::Nanoseconds now_ns) noexcept;
+  PerceptCondition assess(std::uint64_t workspace_version, core::Nanoseconds now_ns) noexcept;
   void tick(core::Nanoseconds now_ns, const SensedWorkspace& workspace, PerceptCondition condition);
   void publish(core::Nanoseconds now_ns, const TickInfo& info);
   void publish_figures();

@@ -33,12 +33,12 @@ class WorkspaceWatch {
       : behind_after_ns_(core::from_seconds(behind_after_s)),
         stale_after_ns_(core::from_seconds(stale_after_s)) {}
 
-  /// Newest version there is to be had, 0: none; on the thread of judge(). Real-time safe: yes.
+  /// Newest version there is to be had, 0: none; on the thread of assess(). Real-time safe: yes.
   void announced(std::uint64_t version) noexcept { announced_ = version; }
   void attended(bool there) noexcept { attended_.store(there, std::memory_order_relaxed); }  ///< thread-safe
 
   /// `in_use`: version that the tick uses, 0: none. One thread. Real-time safe: yes.
-  PerceptCondition judge(std::uint64_t in_use, core::Nanoseconds now_ns) noexcept {
+  PerceptCondition assess(std::uint64_t in_use, core::Nanoseconds now_ns) noexcept {
     if (in_use == 0) return PerceptCondition::kNoWorkspace;
     if (announced_ == 0 || announced_ == in_use || in_use != last_in_use_) behind_since_ns_ = -1;
     last_in_use_ = in_use;

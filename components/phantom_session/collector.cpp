@@ -25,11 +25,11 @@ Collector::Collector(double onset_threshold_Nm, double row_interval_s, Narrate n
 
 void Collector::narrate(double t_s, const std::string& what) {
   waiting_.push_back({t_s, what});
-  tell_until(t_s);
+  narrate_until(t_s);
 }
 
 void Collector::narrate_hit(const HitSample& sample) {
-  tell_until(sample.t_s);
+  narrate_until(sample.t_s);
   const std::string place = sample.point.empty() ? "skin" : sample.point;
   for (Line& line : waiting_) {
     const bool same = line.hit && line.hit->link == sample.link && line.hit->object == sample.object &&
@@ -54,7 +54,7 @@ std::string Collector::text_of(const Line& line) const {
 }
 
 // In the order in which it happened: what comes after a hit that may go on waits with it.
-void Collector::tell_until(double now_s) {
+void Collector::narrate_until(double now_s) {
   while (!waiting_.empty() && !(waiting_.front().hit && now_s < waiting_.front().t_s + kSameHit_s)) {
     const Line& line = waiting_.front();
     if (narrate_) narrate_(format("%7.2f s  ", line.t_s) + text_of(line));
@@ -99,7 +99,7 @@ void Collector::on_slave(const SlaveSample& sample) {
                                    1e3 * reach.contact_speed_m_s, reach.peak_torque_Nm));
   }
   slave_ = sample;
-  tell_until(sample.t_s);
+  narrate_until(sample.t_s);
   add_row(sample.t_s);
 }
 
@@ -150,7 +150,7 @@ void Collector::on_status(const StatusSample& sample) {
     narrate(sample.t_s, sample.component + ": " + sample.message);
     told_s_[sample.component] = sample.t_s;
   }
-  tell_until(sample.t_s);
+  narrate_until(sample.t_s);
   statuses_[sample.component] = sample;
 }
 

@@ -105,7 +105,7 @@ class Collector {
   void on_status(const StatusSample& sample);
 
   /// Tells what still waits to be told.
-  void tell_rest() { tell_until(std::numeric_limits<double>::infinity()); }
+  void narrate_rest() { narrate_until(std::numeric_limits<double>::infinity()); }
 
   const std::vector<Reach>& reaches() const { return reaches_; }
   const std::vector<Row>& rows() const { return rows_; }
@@ -129,7 +129,7 @@ class Collector {
   };
   void narrate(double t_s, const std::string& what);
   void narrate_hit(const HitSample& sample);
-  void tell_until(double now_s);
+  void narrate_until(double now_s);
   std::string text_of(const Line& line) const;
   void begin_reach(const MasterSample& sample);
   void add_row(double t_s);

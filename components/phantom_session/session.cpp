@@ -65,7 +65,7 @@ class Session {
     supervisor_.stop_all(config_.stop_grace_s);
     {
       const auto guard = adapter_.lock();
-      collector_.tell_rest();
+      collector_.narrate_rest();
     }
     for (const auto& outcome : supervisor_.outcomes()) {
       // One that was told to end before it came to its main() ends by the signal's own action.

@@ -83,7 +83,7 @@ struct DdsAdapter::Impl {
 
   void on_master(const msg::MasterState& sample, const dds::SampleInfo& info) {
     const char* reason = refusal(sample, expected);
-    if (reason == nullptr) reason = dds::reason(source.judge(sample.stamp(), info.received_ns));
+    if (reason == nullptr) reason = dds::reason(source.assess(sample.stamp(), info.received_ns));
     if (reason == nullptr)
       return inbox.master.write(to_sample(sample, info.received_ns, participant.session()));
     master.count_refused();

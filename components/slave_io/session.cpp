@@ -100,7 +100,7 @@ core::Health health_of(const SlaveOutputs& now, const robot::SerialArm& arm,
   return {state, message, std::move(loops), driver.figures};
 }
 
-void tell_change(const SlaveOutputs& before, const SlaveOutputs& now) {
+void log_change(const SlaveOutputs& before, const SlaveOutputs& now) {
   if (now.master_unconfirmed && !before.master_unconfirmed)
     spdlog::error("THE MASTER HAS NOT CONFIRMED THAT IT IS STOPPED within {} s", teleop::kConfirmWithin_s);
   if (now.state == before.state) return;
@@ -129,7 +129,7 @@ std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config&
       for (; signals != runtime::emergency_stop_signals(); ++signals) adapter.announce_stop("signal");
       if (!servo.outbox.read(report)) continue;
       adapter.publish(report);
-      tell_change(before, report.outputs);
+      log_change(before, report.outputs);
       before = report.outputs;
       const std::lock_guard lock(mutex);
       latest = report.outputs;

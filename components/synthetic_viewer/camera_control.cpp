@@ -52,13 +52,13 @@ Camera CameraControl::moved(const Camera& camera, View view) const {
 SettledCamera settled(const Camera& camera, const RayScene& bodies) {
   SettledCamera result{camera, std::nullopt, 0.0, 0.0};
   const Eigen::Vector3d away = camera.eye_m - camera.target_m;
-  result.wished_m = result.distance_m = away.norm();
+  result.wanted_m = result.distance_m = away.norm();
   const auto free =
-      bodies.free_distance(camera.target_m, away / result.wished_m, result.wished_m, kClearance_m);
+      bodies.free_distance(camera.target_m, away / result.wanted_m, result.wanted_m, kClearance_m);
   if (!free) return result;
   result.blocked_by = free->blocked_by;
   result.distance_m = free->distance_m;
-  result.camera.eye_m = camera.target_m + away * (free->distance_m / result.wished_m);
+  result.camera.eye_m = camera.target_m + away * (free->distance_m / result.wanted_m);
   result.camera.near_m = std::min(camera.near_m, 0.5 * kClearance_m);
   return result;
 }

@@ -16,7 +16,7 @@ inline constexpr std::array<View, 3> kViews{View::kMain, View::kHit, View::kTool
 const char* name_of(View view) noexcept;
 std::optional<View> view_from_name(const std::string& name) noexcept;
 
-/// What the operator wishes of a view, beside its node: from the page or the window.
+/// What the operator asks of a view, beside its node: from the page or the window.
 struct ViewRequest {
   View view = View::kMain;
   double azimuth_rad =
@@ -51,7 +51,7 @@ class CameraControl {
 struct SettledCamera {
   Camera camera;
   std::optional<RayScene::BodyName> blocked_by;  ///< the body in which it would have stood
-  double wished_m = 0.0, distance_m = 0.0;       ///< from the looked-at point
+  double wanted_m = 0.0, distance_m = 0.0;       ///< from the looked-at point
 };
 
 /// Moves a camera that stands inside a body, or too close to a surface to see past it, along its line of

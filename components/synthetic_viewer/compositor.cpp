@@ -96,7 +96,7 @@ Frame Compositor::frame_from(const Moment& moment, View view, const Camera& came
   frame.camera = place.camera;
   if (place.blocked_by) {
     char text[64];
-    std::snprintf(text, sizeof text, " is in the way at %.2f m: seen from %.2f m", place.wished_m,
+    std::snprintf(text, sizeof text, " is in the way at %.2f m: seen from %.2f m", place.wanted_m,
                   place.distance_m);
     hud.subtitle +=
         (hud.subtitle.empty() ? "" : " - ") + scene_.body_name(moment.state, *place.blocked_by) + text;

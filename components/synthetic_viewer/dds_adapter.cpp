@@ -80,7 +80,7 @@ struct DdsAdapter::Impl {
   Input<msg::WorkspaceObject> objects;
   Input<msg::MeshChunk> chunks;
   Input<msg::ComponentStatus> components;
-  Input<msg::OperatorCommand> wishes;
+  Input<msg::OperatorCommand> view_commands;
 
   Impl(const core::NetworkOptions& network, const ArmShape& arm_shape, Inbox& viewer_inbox)
       : inbox(viewer_inbox),
@@ -177,13 +177,13 @@ void DdsAdapter::Impl::open_events() {
                     component->received_ns = info.received_ns;
                     inbox.put(std::move(*component));
                   });
-  wishes.open(participant, dds::kOperatorCommand,
-              [this](const msg::OperatorCommand& message, const dds::SampleInfo&) {
-                // Many may write commands, so their numbers say nothing about order between them.
-                const auto command = convert(message);
-                if (!command) return wishes.refuse();
-                if (is_for_views(command->kind)) inbox.put(*command);
-              });
+  view_commands.open(participant, dds::kOperatorCommand,
+                     [this](const msg::OperatorCommand& message, const dds::SampleInfo&) {
+                       // Many may write commands, so their numbers say nothing about order between them.
+                       const auto command = convert(message);
+                       if (!command) return view_commands.refuse();
+                       if (is_for_views(command->kind)) inbox.put(*command);
+                     });
 }
 
 void DdsAdapter::Impl::open_workspace() {

@@ -171,7 +171,7 @@ std::string page_state_json(const ViewerState& state, const CellScene& scene, co
        {{"alert", view.alert},
         {"threatening", view.threatening},
         {"node", view.alert == 0 ? "" : percept::node_name(view.node)},
-        {"wish", static_cast<int>(state.wish)},
+        {"chosen", static_cast<int>(state.chosen)},
         {"moved", moved_json(state.cameras)},
         {"hold", state.hold}}},
       {"viewer",

@@ -13,14 +13,14 @@ bool take(core::Nanoseconds& due_ns, core::Nanoseconds now_ns, core::Nanoseconds
 
 }  // namespace
 
-PublishingSchedule::PublishingSchedule(bool tells_view, double frame_rate_hz) noexcept
-    : tells_view_(tells_view),
+PublishingSchedule::PublishingSchedule(bool sends_view, double frame_rate_hz) noexcept
+    : sends_view_(sends_view),
       oldest_view_ns_(std::max(2 * core::kNsPerSecond, core::from_seconds(2.0 / frame_rate_hz))) {}
 
 PublishingSchedule::Due PublishingSchedule::at(core::Nanoseconds now_ns,
                                                core::Nanoseconds view_made_ns) noexcept {
   const bool current = view_made_ns != 0 && now_ns - view_made_ns < oldest_view_ns_;
-  return {tells_view_ && current && take(view_due_ns_, now_ns, kViewPeriod_ns),
+  return {sends_view_ && current && take(view_due_ns_, now_ns, kViewPeriod_ns),
           take(status_due_ns_, now_ns, kStatusPeriod_ns)};
 }
 

@@ -168,8 +168,8 @@ void add_spans(std::vector<RayMesh::Crossing>& crossings, double end_m, RayScene
 
 std::optional<RayScene::FreeDistance> RayScene::free_distance(const Eigen::Vector3d& origin_m,
                                                               const Eigen::Vector3d& direction,
-                                                              double wished_m, double clearance_m) const {
-  const double end_m = 3 * wished_m;
+                                                              double wanted_m, double clearance_m) const {
+  const double end_m = 3 * wanted_m;
   std::vector<Span> spans;
   std::vector<RayMesh::Crossing> crossings;
   for (const Body& body : bodies) {
@@ -184,13 +184,13 @@ std::optional<RayScene::FreeDistance> RayScene::free_distance(const Eigen::Vecto
       return at_m > span.from_m - clearance_m && at_m < span.to_m + clearance_m;
     });
   };
-  const auto blocked = blocking(wished_m);
+  const auto blocked = blocking(wanted_m);
   if (blocked == spans.end()) return std::nullopt;
   std::optional<double> best_m;
   for (const Span& span : spans) {
     for (const double at_m : {span.from_m - clearance_m, span.to_m + clearance_m}) {
       if (at_m < 2 * clearance_m || at_m > end_m || blocking(at_m) != spans.end()) continue;
-      if (!best_m || std::abs(at_m - wished_m) < std::abs(*best_m - wished_m)) best_m = at_m;
+      if (!best_m || std::abs(at_m - wanted_m) < std::abs(*best_m - wanted_m)) best_m = at_m;
     }
   }
   if (!best_m) return std::nullopt;

@@ -70,15 +70,15 @@ class RayScene {
 
   struct FreeDistance {
     double distance_m = 0.0;
-    BodyName blocked_by;  ///< the body at the wished distance
+    BodyName blocked_by;  ///< the body at `wanted_m`
   };
-  /// If the place `wished_m` along a ray of W (unit `direction`) lies inside a body, or nearer than
+  /// If the place `wanted_m` along a ray of W (unit `direction`) lies inside a body, or nearer than
   /// `clearance_m` to where the ray meets one: the free distance along the ray that is nearest to it. Nothing
-  /// if the place is free, or if there is no free one between 2 × clearance and 3 × wished. What the ray
+  /// if the place is free, or if there is no free one between 2 × clearance and 3 × `wanted_m`. What the ray
   /// leaves lies behind its triangles' front sides; what it meets within `clearance_m` of its origin does not
   /// count, for the origin may lie on a skin. Not real-time safe.
   std::optional<FreeDistance> free_distance(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction,
-                                            double wished_m, double clearance_m) const;
+                                            double wanted_m, double clearance_m) const;
 
   /// Share 0…1 of a hit zone that `eye_m` sees: rays from points around the look-at point, a little in front
   /// of the skin (towards `pgv`, of radius_m), to the eye. Surfaces nearer than radius_m to their start do

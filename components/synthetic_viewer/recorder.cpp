@@ -38,7 +38,7 @@ std::filesystem::path fresh(const std::filesystem::path& folder, const std::stri
   return path;
 }
 
-/// Opens the file in the wished format, or as AVI if the system cannot write that. Empty path: neither.
+/// Opens the file in the format asked for, or as AVI if the system cannot write that. Empty path: neither.
 std::filesystem::path open(cv::VideoWriter& writer, const RecordingConfig& config, const std::string& name,
                            cv::Size size) {
   if (config.format == VideoFormat::kMp4) {

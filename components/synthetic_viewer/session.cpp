@@ -44,8 +44,8 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
                     Report(report_dir, config.report_pictures));
   DdsAdapter adapter(network, shape, inbox);
   content.stops = [&inbox] { return inbox.stops.at(core::monotonic_ns()); };
-  const auto move = [&inbox](const ViewRequest& wish) {
-    return inbox.put(wish)
+  const auto move = [&inbox](const ViewRequest& request) {
+    return inbox.put(request)
                ? core::Status::ok()
                : core::Status(core::ErrorCode::kUnavailable, "the viewer is too busy to take this");
   };
@@ -53,7 +53,7 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
   std::unique_ptr<WebServer> server;
   if (config.page.enabled) {
     server = std::make_unique<WebServer>(
-        config.page, content, [&adapter](const Command& wish) { return adapter.ask(wish); }, move);
+        config.page, content, [&adapter](const Command& command) { return adapter.ask(command); }, move);
     out.put("operator's page: " + server->url() + '\n');
     spdlog::info("its live pictures and events: port {}", server->stream_port());
   }
@@ -63,10 +63,10 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
   actions.move = move;
   actions.switches = [&viewer] { return viewer.switches(); };
   actions.stops = content.stops;
-  actions.command = [&](const Command& wish) {
+  actions.command = [&](const Command& command) {
     if (!config.page.allow_commands)
       return spdlog::warn("this viewer only shows: page.allow_commands is false");
-    adapter.send(wish);
+    adapter.send(command);
   };
   std::unique_ptr<Window> window = open_window(config, cell.name, content, std::move(actions));
   PublishingSchedule schedule(config.page.allow_commands, config.frame_rate_hz);

@@ -100,8 +100,8 @@ int run_sheet(const SheetRequest& request, const ViewerConfig& config) {
   for (int number = 0; number <= percept::kNodeCount; ++number) {
     SyntheticViewer viewer(config.hit_view.rule);
     viewer.take({hit.alert, false, look_at_m, pgv});
-    const auto wish = static_cast<ViewNode>(number);
-    const HitView view = viewer.step(false, wish, seen_from, 0.0);
+    const auto chosen = static_cast<ViewNode>(number);
+    const HitView view = viewer.step(false, chosen, seen_from, 0.0);
     Compositor::Picture picture = compositor.hit_picture(moment, view);
     char seen[48];
     std::snprintf(seen, sizeof seen, "sees %.0f %% of the zone", 100 * seen_from(view.situation, view.eye_m));
@@ -109,7 +109,7 @@ int run_sheet(const SheetRequest& request, const ViewerConfig& config) {
         (number == 0 ? "AUTOMATIC: " : "") + std::string("from ") + percept::node_name(view.node);
     picture.hud.subtitle = seen;
     picture.hud.alarm = number == 0;
-    std::printf("%-4s %s %s\n", number == 0 ? "auto" : percept::node_name(wish),
+    std::printf("%-4s %s %s\n", number == 0 ? "auto" : percept::node_name(chosen),
                 number == 0 ? percept::node_name(view.node) : "", seen);
     add(picture);
   }

@@ -30,7 +30,7 @@ void ViewerState::take(ComponentSample component) {
 void ViewerState::take(const Command& command) {
   if (command.kind == CommandKind::kViewHold) hold = command.value != 0;
   if (command.kind == CommandKind::kViewNode)
-    wish = percept::node_from_number(command.value).value_or(ViewNode::kAutomatic);
+    chosen = percept::node_from_number(command.value).value_or(ViewNode::kAutomatic);
 }
 
 void LinkQuality::take(const ArmSample& arm, core::Nanoseconds now_ns) noexcept {

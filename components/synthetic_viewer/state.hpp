@@ -61,7 +61,7 @@ struct ViewerState {
   std::map<std::uint16_t, ObjectSample> objects;
   std::deque<HitRecord> hits;                         ///< newest last, at most kMaxHits
   std::map<std::string, ComponentSample> components;  ///< by name, and host where two have the same
-  ViewNode wish = ViewNode::kAutomatic;
+  ViewNode chosen = ViewNode::kAutomatic;
   bool hold = false;
   CameraControl cameras;
   RecordingState recording;

@@ -24,7 +24,7 @@ void SyntheticViewer::show(const AlertNews& news) noexcept {
   chooser_.release();
 }
 
-HitView SyntheticViewer::step(bool hold, ViewNode wish, const VisibleShare& visible, double dt_s) {
+HitView SyntheticViewer::step(bool hold, ViewNode chosen, const VisibleShare& visible, double dt_s) {
   shown_s_ += dt_s;
   if (shown_ && shown_->cleared) over_s_ += dt_s;
   const bool may_change = !shown_ || (!hold && (shown_->cleared || shown_s_ >= config_.least_show_s));
@@ -46,7 +46,7 @@ HitView SyntheticViewer::step(bool hold, ViewNode wish, const VisibleShare& visi
   HitView view;
   view.alert = shown_->alert;
   view.threatening = !shown_->cleared;
-  view.situation = {shown_->look_at_m, shown_->pgv, wish};
+  view.situation = {shown_->look_at_m, shown_->pgv, chosen};
   view.node = chooser_.step(view.situation, visible, dt_s);
   view.eye_m = chooser_.eye_m(view.situation);
   return view;

@@ -41,8 +41,8 @@ class SyntheticViewer {
   /// An alert was raised or cleared. A cleared alert that is not known is ignored.
   void take(const AlertNews& news) noexcept;
 
-  /// One frame later. `hold`: keep the view that is shown; `wish`: the operator's node, or automatic.
-  HitView step(bool hold, ViewNode wish, const VisibleShare& visible, double dt_s);
+  /// One frame later. `hold`: keep the view that is shown; `chosen`: the operator's node, or automatic.
+  HitView step(bool hold, ViewNode chosen, const VisibleShare& visible, double dt_s);
 
  private:
   struct Alert {

@@ -40,8 +40,8 @@ void ViewChooser::change_to(ViewNode node) noexcept {
 
 ViewNode ViewChooser::step(const ViewSituation& situation, const VisibleShare& visible, double dt_s) {
   stayed_s_ += dt_s;
-  if (situation.wish != ViewNode::kAutomatic) {
-    change_to(situation.wish);
+  if (situation.chosen != ViewNode::kAutomatic) {
+    change_to(situation.chosen);
     return node_;
   }
   const Scores score = scores(situation, visible);

@@ -21,7 +21,7 @@ struct ViewChoiceConfig {
 struct ViewSituation {
   Eigen::Vector3d look_at_m = Eigen::Vector3d::Zero();  ///< point O, in W
   Eigen::Vector3d pgv = Eigen::Vector3d::Zero();        ///< towards the object, in W; 0: no direction
-  ViewNode wish = ViewNode::kAutomatic;                 ///< the operator's choice
+  ViewNode chosen = ViewNode::kAutomatic;               ///< the operator's choice
 };
 
 /// Share 0…1 of a situation's hit zone that can be seen from a place in W.

@@ -45,9 +45,9 @@ core::Nanoseconds ViewerLoop::period_ns() const {
 void ViewerLoop::choose_hit_view(double dt_s) {
   // A view that the operator has turned keeps its node: what he looks at must not be taken from under him.
   const bool turned = hit_.alert != 0 && !state_.cameras.offset(View::kHit).at_home();
-  const ViewNode wish = turned && state_.wish == ViewNode::kAutomatic ? hit_.node : state_.wish;
+  const ViewNode chosen = turned && state_.chosen == ViewNode::kAutomatic ? hit_.node : state_.chosen;
   const std::uint32_t before = hit_.alert;
-  hit_ = viewer_.step(state_.hold, wish, visible_among(bodies_), dt_s);
+  hit_ = viewer_.step(state_.hold, chosen, visible_among(bodies_), dt_s);
   if (hit_.alert != before) state_.cameras.home(View::kHit);
 }
 
@@ -88,7 +88,7 @@ void ViewerLoop::publish_view_pose() {
       pose.hit_zone ? compositor_.hit_camera(moment(), hit_) : compositor_.main_camera(moment());
   if (pose.hit_zone && state_.cameras.offset(view).at_home()) {
     pose.node = static_cast<int>(hit_.node);
-    pose.automatic = state_.wish == ViewNode::kAutomatic;
+    pose.automatic = state_.chosen == ViewNode::kAutomatic;
   }
   const Eigen::Matrix3d axes = percept::view_axes((camera.eye_m - camera.target_m).normalized());
   pose.X_WC = {axes.transpose(), camera.eye_m};
@@ -102,7 +102,7 @@ HitView ViewerLoop::view_of(const HitSample& hit, const RayScene& bodies) const 
   if (hit_.alert == hit.alert) return hit_;
   SyntheticViewer alone(config_.hit_view.rule);
   alone.take({hit.alert, false, eigen(hit.look_at_m), eigen(hit.pgv)});
-  return alone.step(false, state_.wish, visible_among(bodies), 0.0);
+  return alone.step(false, state_.chosen, visible_among(bodies), 0.0);
 }
 
 /// Every alert gets its first picture at once, also while another alert's zone is shown.

@@ -25,7 +25,7 @@ class WebServer {
   /// Carries out a checked command and says what became of it, within half a second. Called on a server
   /// thread.
   using OnCommand = std::function<CommandOutcome(const Command&)>;
-  /// Takes a checked wish for a view. Likewise.
+  /// Takes a checked request for a view. Likewise.
   using OnViewRequest = std::function<core::Status(const ViewRequest&)>;
 
   /// Serves as soon as it stands. Throws core::MissingError if the address or a port cannot be had.

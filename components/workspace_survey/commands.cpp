@@ -100,7 +100,7 @@ int simulate(const Request& request, const Config& config, std::ostream& print) 
 }
 
 /// Tells the server of a fitted object.
-std::optional<ServerWord> tell(const Request& request, const Workspace& workspace, const Told& told) {
+std::optional<ServerWord> send_object(const Request& request, const Workspace& workspace, const Told& told) {
   const survey::FittedObject& object = *told.result.object;
   const LibraryPart& part = told.library.parts[object.part];
   const int guard = guard_of(told);
@@ -122,7 +122,7 @@ std::string silence(const Request& request, const Workspace& workspace) {
 }
 
 int send(const Request& request, const Workspace& workspace, const Told& told, std::ostream& print) {
-  const auto word = tell(request, workspace, told);
+  const auto word = send_object(request, workspace, told);
   if (!word) {
     print << silence(request, workspace) << '\n';
     return runtime::kExitMissing;
@@ -185,7 +185,7 @@ int lead(const Request& request, const Config& config, const Workspace& workspac
     return stream.flush() ? "kept in " + file : file + " cannot be written";
   };
   setup.send = [&](const Told& told) {
-    const auto word = tell(request, workspace, told);
+    const auto word = send_object(request, workspace, told);
     return !word ? silence(request, workspace)
                  : (word->done ? "workspace: " : "workspace refused: ") + word->message;
   };
@@ -230,7 +230,7 @@ void add_options(CLI::App& app, Request& request) {
   for (const char* name : {"identify", "fit"}) {
     const bool is_fit = std::string(name) == "fit";
     CLI::App* reads =
-        sub(name, is_fit ? "find what was measured and where it stands; tell the workspace with --send"
+        sub(name, is_fit ? "find what was measured and where it stands; send_object the workspace with --send"
                          : "list the parts that agree with what was measured");
     reads
         ->add_option("--measurements", request.measurements,

@@ -9,7 +9,7 @@
 
 namespace phantom::workspace_survey {
 
-/// What wva_server says last about a wish.
+/// What wva_server says last about a request.
 struct ServerWord {
   bool done = false;  ///< else it refused, and the workspace is as before
   std::string message;

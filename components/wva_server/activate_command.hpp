@@ -7,7 +7,7 @@
 
 namespace phantom::wva_server {
 
-/// Activates a mesh or a cell without DDS, writes NRRD and, on wish, a picture and a fidelity report, prints
+/// Activates a mesh or a cell without DDS, writes NRRD and, if asked, a picture and a fidelity report, prints
 /// one line of JSON on `print`. Warns on the log of what was guessed or found wrong about a mesh; shows
 /// progress where stderr is a terminal. Returns the exit code. Throws ConfigError for arguments and files
 /// that cannot be used, MissingError for a missing mesh, std::runtime_error if it was told to stop before the

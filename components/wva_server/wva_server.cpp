@@ -31,7 +31,7 @@ void check_within(const std::filesystem::path& file, const std::filesystem::path
                     outer.string());
 }
 
-std::string about(const std::string& name, std::uint16_t id) {
+std::string label_of(const std::string& name, std::uint16_t id) {
   return fmt::format("'{}' (object {})", name, id);
 }
 
@@ -137,7 +137,7 @@ CellChange LiveCell::add(const CellCommand& command, std::uint64_t version,
   runtime::ObjectConfig config = runtime::read_object_text(command.description, cell_);
   for (const auto& [id, object] : objects_) {
     if (object.config.name == config.name)
-      throw ConfigError(about(config.name, id) +
+      throw ConfigError(label_of(config.name, id) +
                         " is there already; move it, or give the new one another name");
   }
   if (!config.mesh.empty()) check_within(config.mesh, cell_.file.parent_path());
@@ -150,7 +150,7 @@ CellChange LiveCell::add(const CellCommand& command, std::uint64_t version,
   ServedObject object = served(config, std::move(body));
   object.report = change.reports.front();
   const std::string said =
-      fmt::format("added {} at {}: {}", about(config.name, id), place_text(config.X_WO), describe(object));
+      fmt::format("added {} at {}: {}", label_of(config.name, id), place_text(config.X_WO), describe(object));
   objects_.emplace(id, std::move(object));
   changes_.note_added(id, config.name, command.description);
   return {id, config.name, said, std::move(change)};
@@ -173,7 +173,7 @@ CellChange LiveCell::move(const CellCommand& command, std::uint64_t version,
   changes_.note_moved(object.id, config.name, command.X_WO, command.guard_vox);
   const std::string guard = command.guard_vox ? fmt::format(", guard {} voxels", *command.guard_vox) : "";
   return {object.id, config.name,
-          fmt::format("moved {} to {}{}", about(config.name, object.id), place_text(command.X_WO), guard),
+          fmt::format("moved {} to {}{}", label_of(config.name, object.id), place_text(command.X_WO), guard),
           std::move(change)};
 }
 
@@ -184,7 +184,7 @@ CellChange LiveCell::remove(const CellCommand& command, std::uint64_t version,
   const std::string name = objects_.at(id).config.name;
   objects_.erase(id);
   changes_.note_removed(id, name);
-  return {id, name, "removed " + about(name, id), std::move(change)};
+  return {id, name, "removed " + label_of(name, id), std::move(change)};
 }
 
 std::string describe(const ServedObject& object) {

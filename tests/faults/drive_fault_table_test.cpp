@@ -169,7 +169,7 @@ DriveOutcome run(const DriveFault& fault, LinkState state, FaultReaction reactio
 }
 
 // Gravest first: what may never be, and what must be.
-void judge(const DriveFault& fault, LinkState state, FaultReaction reaction, const DriveOutcome& out) {
+void assess(const DriveFault& fault, LinkState state, FaultReaction reaction, const DriveOutcome& out) {
   // 20 rad/s² is the drives' quick stop, 150 that of the gantry's; a jump would be the greatest speed at
   // once.
   EXPECT_LT(out.greatest_dv, 0.2);
@@ -222,7 +222,7 @@ TEST_P(DriveFaultTable, EveryFaultInEveryStateIsNamedAndHeldOrCoastedWithoutAJum
     for (const LinkState state : kStates) {
       SCOPED_TRACE(std::string(fault.name) + ", master " + name_of(state));
       const DriveOutcome out = run(fault, state, GetParam());
-      judge(fault, state, GetParam(), out);
+      assess(fault, state, GetParam(), out);
       table << row(fault, state, out);
       ASSERT_FALSE(testing::Test::HasFailure());
     }

@@ -189,7 +189,7 @@ class Pair {
   };
 
   bool takes(std::optional<dds::SourceGuard>& guard, const msg::Stamp& stamp) const {
-    return guard->judge(stamp, now_ns) == dds::SourceGuard::Verdict::kAccepted;
+    return guard->assess(stamp, now_ns) == dds::SourceGuard::Verdict::kAccepted;
   }
 
   void tick_master() {

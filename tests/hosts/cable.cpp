@@ -126,9 +126,9 @@ bool obey(const std::string& line, Quality& quality) {
     quality.cut_b = word == "cut" && from != "a";
     return from.empty() || (word == "cut" && (from == "a" || from == "b"));
   }
-  Quality wished = quality;
-  if (word != "set" || !(words >> wished.loss >> wished.delay_ms >> wished.jitter_ms)) return false;
-  quality = wished;
+  Quality asked = quality;
+  if (word != "set" || !(words >> asked.loss >> asked.delay_ms >> asked.jitter_ms)) return false;
+  quality = asked;
   return true;
 }
 

@@ -168,10 +168,10 @@ void set(msg::ComponentStatus& s) {
   }
 }
 
-using Maker = std::function<void(const std::function<void(void*)>&)>;
+using Builder = std::function<void(const std::function<void(void*)>&)>;
 
 template <class T>
-std::pair<const std::string, Maker> entry(const dds::TopicSpec<T>& topic) {
+std::pair<const std::string, Builder> entry(const dds::TopicSpec<T>& topic) {
   return {topic.name, [](const std::function<void(void*)>& use) {
             T sample;
             set(sample);
@@ -182,7 +182,7 @@ std::pair<const std::string, Maker> entry(const dds::TopicSpec<T>& topic) {
 }  // namespace
 
 void with_sample(const dds::TopicDescription& topic, const std::function<void(void*)>& use) {
-  static const std::map<std::string, Maker> makers{
+  static const std::map<std::string, Builder> builders{
       entry(dds::kMasterState),     entry(dds::kSlaveState),       entry(dds::kDragField),
       entry(dds::kPercept),         entry(dds::kInterestPoints),   entry(dds::kSkinPercept),
       entry(dds::kHitAlert),        entry(dds::kSensingCommand),   entry(dds::kSensingReply),
@@ -190,10 +190,10 @@ void with_sample(const dds::TopicDescription& topic, const std::function<void(vo
       entry(dds::kWorkspaceBrick),  entry(dds::kWorkspaceVersion), entry(dds::kWorkspaceObject),
       entry(dds::kMeshChunk),       entry(dds::kWorkspaceCommand), entry(dds::kWorkspaceReply),
       entry(dds::kComponentStatus)};
-  const auto maker = makers.find(topic.name);
-  if (maker == makers.end())
+  const auto builder = builders.find(topic.name);
+  if (builder == builders.end())
     throw std::runtime_error(std::string(topic.name) + ": no sample of it here; add one to samples.cpp");
-  maker->second(use);
+  builder->second(use);
 }
 
 }  // namespace phantom::interop

@@ -21,10 +21,10 @@ inline const std::filesystem::path& own_folder() {
     }
     ~Folder() {
       std::error_code ignored;
-      if (getpid() == maker) std::filesystem::remove_all(path, ignored);
+      if (getpid() == owner) std::filesystem::remove_all(path, ignored);
     }
     std::filesystem::path path;
-    pid_t maker = getpid();
+    pid_t owner = getpid();
   };
   static const Folder folder;
   return folder.path;

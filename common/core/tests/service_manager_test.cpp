@@ -44,7 +44,7 @@ TEST(ServiceManager, HearsThatTheProcessIsUpAliveAndWhatItDoes) {
   const std::string path = "/tmp/phantom_notify_" + std::to_string(getpid());
   for (const std::string& name : {path, "@" + path}) {
     Manager manager(name);
-    tell_service_manager("ready: version 3\nWATCHDOG=trigger");
+    notify_service_manager("ready: version 3\nWATCHDOG=trigger");
     EXPECT_EQ(manager.heard(), "READY=1\nWATCHDOG=1\nSTATUS=ready: version 3 WATCHDOG=trigger\n")
         << "a message of several lines sends no assignment of its own";
   }
@@ -52,23 +52,23 @@ TEST(ServiceManager, HearsThatTheProcessIsUpAliveAndWhatItDoes) {
 
 TEST(ServiceManager, IsNotToldThatAProcessLivesOfWhichALoopHangs) {
   Manager manager("@phantom_notify_hung_" + std::to_string(getpid()));
-  tell_service_manager("fault: the servo loop has not run for 3.2 s", false);
+  notify_service_manager("fault: the servo loop has not run for 3.2 s", false);
   EXPECT_EQ(manager.heard(), "READY=1\nSTATUS=fault: the servo loop has not run for 3.2 s\n");
 }
 
 TEST(ServiceManager, NeedsNone) {
   unsetenv("NOTIFY_SOCKET");
-  tell_service_manager("ready");
+  notify_service_manager("ready");
   setenv("NOTIFY_SOCKET", "/nonexistent/socket", 1);
-  tell_service_manager("ready");
+  notify_service_manager("ready");
   setenv("NOTIFY_SOCKET", std::string(300, 'x').c_str(), 1);
-  tell_service_manager("ready");
+  notify_service_manager("ready");
   unsetenv("NOTIFY_SOCKET");
 }
 
 TEST(ServiceManager, NeverBlocksOnOneThatDoesNotListen) {
   Manager manager("@phantom_notify_full_" + std::to_string(getpid()));
-  for (int i = 0; i < 2000; ++i) tell_service_manager("busy");  // more than a socket holds
+  for (int i = 0; i < 2000; ++i) notify_service_manager("busy");  // more than a socket holds
   EXPECT_EQ(manager.heard().substr(0, 7), "READY=1");
 }
 

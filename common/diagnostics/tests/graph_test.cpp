@@ -88,7 +88,7 @@ TEST(Graph, AKeyAtOneEndOnlyIsADisagreement) {
   EXPECT_EQ(mismatches(end(1, 2, true, "a"), reader).at(0).policy, "key");
 }
 
-TEST(Guid, TellsHostAndParticipant) {
+TEST(Guid, NamesHostAndParticipant) {
   EXPECT_TRUE(same_host(guid(1, 2), guid(2, 3)));
   Guid elsewhere = guid(1, 2);
   elsewhere[3] = 1;

@@ -39,7 +39,7 @@ const Row kTable[] = {
     {kDegraded, "-", "-", "-", "-", "-", "-", kDegraded},
 };
 
-bool fits(const std::string& wish, bool is) { return wish == "-" || (wish == "1") == is; }
+bool fits(const std::string& wanted, bool is) { return wanted == "-" || (wanted == "1") == is; }
 
 LinkState by_table(LinkState state, const LinkConditions& c) {
   const bool partner_aligned = c.partner == kAligned || c.partner == kCoupled;

@@ -111,11 +111,11 @@ Change change_some(Workspace& workspace, std::mt19937& random) {
   for (key.z = 0; key.z < 2; ++key.z) {
     for (key.y = 0; key.y < 3; ++key.y) {
       for (key.x = 0; key.x < 4; ++key.x) {
-        const auto wish = random() % 8;
-        if (wish == 0 && workspace.has_brick(key)) {
+        const auto choice = random() % 8;
+        if (choice == 0 && workspace.has_brick(key)) {
           workspace.remove_brick(key);
           change.removed.push_back(key);
-        } else if (wish == 1) {
+        } else if (choice == 1) {
           const auto brick = workspace.make_brick(key);
           for (int i = 0; i < 50; ++i) {
             const std::size_t at = random() % kBrickVoxels;

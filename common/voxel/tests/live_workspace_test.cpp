@@ -105,9 +105,9 @@ TEST_P(AnySequence, OfChangesEndsInWhatItsObjectsMakeFromScratch) {
     for (std::uint64_t version = 1; version <= 25; ++version) {
       const Workspace before = live.workspace();
       core::Expected<WorkspaceChange> change{core::Status::not_found("")};
-      const auto wish = random() % 5;
+      const auto choice = random() % 5;
       const std::size_t which = things.empty() ? 0 : random() % things.size();
-      if (things.size() < 2 || (wish < 2 && things.size() < 7)) {
+      if (things.size() < 2 || (choice < 2 && things.size() < 7)) {
         std::vector<Thing> added;
         const auto count = 1 + random() % 2;
         for (std::size_t i = 0; i < count; ++i)
@@ -116,7 +116,7 @@ TEST_P(AnySequence, OfChangesEndsInWhatItsObjectsMakeFromScratch) {
         for (const Thing& thing : added) bodies.push_back({&thing.body, thing.priority});
         change = live.add(bodies, version, {.threads = 1 + static_cast<int>(random() % 2)});
         things.insert(things.end(), added.begin(), added.end());
-      } else if (wish == 2) {
+      } else if (choice == 2) {
         change = live.remove(things[which].body.id, version);
         things.erase(things.begin() + static_cast<std::ptrdiff_t>(which));
       } else {

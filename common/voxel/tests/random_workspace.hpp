@@ -8,8 +8,8 @@
 
 namespace phantom::voxel {
 
-/// A workspace of 4×3×2 bricks, about half of which hold noise; made backwards on wish. Orders are noise too,
-/// in half of the bricks one of two to each code.
+/// A workspace of 4×3×2 bricks, about half of which hold noise; made backwards if asked. Orders are noise
+/// too, in half of the bricks one of two to each code.
 inline Workspace random_workspace(unsigned seed, bool backwards = false) {
   Workspace workspace({{-0.5, 0.25, 1.0}, 0.005, {120, 96, 50}}, {0.0F, 9.0F, 20.0F, 100.0F});
   std::vector<BrickKey> keys;

@@ -49,54 +49,54 @@ struct KeeperRig {
 };
 
 TEST(DeviceKeeper, FindsADeviceThatAppearsLater) {
-  KeeperRig desk(false);
-  desk.run(6.0);
-  EXPECT_EQ(desk.attempts, 1) << "every five seconds, not all the time";
-  EXPECT_FALSE(desk.engine.figures().live);
-  EXPECT_TRUE(desk.fake.heard.empty());
-  EXPECT_EQ(desk.recorded(), 6.0 * 48000) << "the sound was made all the same";
-  desk.can_open = true;
-  desk.run(6.0);
-  EXPECT_TRUE(desk.engine.figures().live);
-  EXPECT_EQ(desk.keeper.name(), "live: fake");
-  EXPECT_GT(desk.fake.heard.size(), 48000U / 2);
-  desk.run(20.0);
-  EXPECT_EQ(desk.attempts, 2) << "what is there is not looked for";
+  KeeperRig rig(false);
+  rig.run(6.0);
+  EXPECT_EQ(rig.attempts, 1) << "every five seconds, not all the time";
+  EXPECT_FALSE(rig.engine.figures().live);
+  EXPECT_TRUE(rig.fake.heard.empty());
+  EXPECT_EQ(rig.recorded(), 6.0 * 48000) << "the sound was made all the same";
+  rig.can_open = true;
+  rig.run(6.0);
+  EXPECT_TRUE(rig.engine.figures().live);
+  EXPECT_EQ(rig.keeper.name(), "live: fake");
+  EXPECT_GT(rig.fake.heard.size(), 48000U / 2);
+  rig.run(20.0);
+  EXPECT_EQ(rig.attempts, 2) << "what is there is not looked for";
 }
 
 TEST(DeviceKeeper, GoesOnWithoutADeviceThatGoesAndComesBackToIt) {
-  KeeperRig desk(true);
-  desk.run(1.0);
-  EXPECT_TRUE(desk.engine.figures().live);
-  const auto heard = desk.fake.heard.size();
+  KeeperRig rig(true);
+  rig.run(1.0);
+  EXPECT_TRUE(rig.engine.figures().live);
+  const auto heard = rig.fake.heard.size();
   EXPECT_GT(heard, 40000U);
-  desk.fake.plugged = false;
-  desk.run(4.0);
-  EXPECT_EQ(desk.fake.heard.size(), heard);
-  EXPECT_TRUE(desk.engine.figures().device_lost);
-  EXPECT_FALSE(desk.engine.figures().live);
-  EXPECT_EQ(desk.fake.open, 0) << "what is gone is closed";
-  EXPECT_EQ(desk.keeper.losses(), 1);
-  EXPECT_NEAR(static_cast<double>(desk.recorded()), 5.0 * 48000, 1000.0)
+  rig.fake.plugged = false;
+  rig.run(4.0);
+  EXPECT_EQ(rig.fake.heard.size(), heard);
+  EXPECT_TRUE(rig.engine.figures().device_lost);
+  EXPECT_FALSE(rig.engine.figures().live);
+  EXPECT_EQ(rig.fake.open, 0) << "what is gone is closed";
+  EXPECT_EQ(rig.keeper.losses(), 1);
+  EXPECT_NEAR(static_cast<double>(rig.recorded()), 5.0 * 48000, 1000.0)
       << "not a moment is missing from the recording";
-  desk.can_open = true;
-  desk.run(6.0);
-  EXPECT_TRUE(desk.engine.figures().live);
-  EXPECT_FALSE(desk.engine.figures().device_lost);
-  EXPECT_GT(desk.fake.heard.size(), heard + 24000U);
+  rig.can_open = true;
+  rig.run(6.0);
+  EXPECT_TRUE(rig.engine.figures().live);
+  EXPECT_FALSE(rig.engine.figures().device_lost);
+  EXPECT_GT(rig.fake.heard.size(), heard + 24000U);
 }
 
 TEST(DeviceKeeper, ADeviceThatComesAndGoesAllTheTimeLeavesNothingOpen) {
   {
-    KeeperRig desk(true);
-    desk.can_open = true;
+    KeeperRig rig(true);
+    rig.can_open = true;
     for (int i = 0; i < 8; ++i) {
-      desk.run(1.0);
-      desk.fake.plugged = false;
-      desk.run(6.0);
-      EXPECT_LE(desk.fake.open, 1);
+      rig.run(1.0);
+      rig.fake.plugged = false;
+      rig.run(6.0);
+      EXPECT_LE(rig.fake.open, 1);
     }
-    EXPECT_EQ(desk.keeper.losses(), 8);
+    EXPECT_EQ(rig.keeper.losses(), 8);
   }
 }
 

@@ -68,7 +68,7 @@ TEST(Listener, TheMainViewStandsWhereTheViewerHasIt) {
   expect_near(heard_at(listener, ear_axes(listener, std::nullopt), camera), {0, 0, 1});
 }
 
-TEST(Listener, TellsAzimuthAndElevation) {
+TEST(Listener, GivesAzimuthAndElevation) {
   EXPECT_NEAR(azimuth_rad({1, 0, 0}), 90 * kDeg, 1e-12);
   EXPECT_NEAR(azimuth_rad({-1, 5, -1}), -45 * kDeg, 1e-12);
   EXPECT_EQ(azimuth_rad({0, 1, 0}), 0.0);

@@ -19,7 +19,7 @@ namespace {
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
 /// The component's signal path on a clock that moves with what it renders.
-struct Desk {
+struct SoundRig {
   AudioPerceptConfig config;
   AudioPercept percept;
   Spatialiser spatialiser;
@@ -27,7 +27,7 @@ struct Desk {
   core::Nanoseconds now_ns = 1'000'000 * core::kNsPerMillisecond;
   std::vector<float> frames;  // all that was rendered
 
-  explicit Desk(AudioPerceptConfig with = test_config())
+  explicit SoundRig(AudioPerceptConfig with = test_config())
       : config(with), percept(with), spatialiser(with.layout, with.listener.near_m) {}
   /// `periods` of 5 ms with a percept every 10 ms.
   void sense(double closeness, double speed_m_s, int periods, Vector3 position_m = {0, 0, 0}) {
@@ -108,11 +108,11 @@ TEST(Sound, FrequencyAndLevelFollowEveryLaw) {
       AudioPerceptConfig config = test_config();
       config.law.pitch = pitch;
       config.law.level = level;
-      Desk desk(config);
+      SoundRig rig(config);
       for (const auto& [closeness, speed_m_s] : {std::pair{0.15, 0.02}, {0.5, 0.0}, {0.85, 0.2}}) {
-        desk.sense(closeness, speed_m_s, 60);
+        rig.sense(closeness, speed_m_s, 60);
         const percept::Tone expected = percept::tone_of(config.law, closeness, speed_m_s);
-        const auto sound = desk.last(0.2);
+        const auto sound = rig.last(0.2);
         EXPECT_NEAR(12.0 * std::log2(strongest_Hz(sound, 180.0, 2200.0) / expected.frequency_Hz), 0.0, 0.05)
             << "semitones";
         EXPECT_NEAR(20.0 * std::log10(amplitude_at(sound, expected.frequency_Hz) / expected.gain), 0.0, 0.1)
@@ -123,19 +123,19 @@ TEST(Sound, FrequencyAndLevelFollowEveryLaw) {
 }
 
 TEST(Sound, ThePerceptIsAPureTone) {
-  Desk desk;
-  desk.sense(0.5, 0.1, 60);
-  const double f = percept::tone_of(desk.config.law, 0.5, 0.1).frequency_Hz;
-  const auto sound = desk.last(0.2);
+  SoundRig rig;
+  rig.sense(0.5, 0.1, 60);
+  const double f = percept::tone_of(rig.config.law, 0.5, 0.1).frequency_Hz;
+  const auto sound = rig.last(0.2);
   for (int harmonic = 2; harmonic <= 6; ++harmonic)
     EXPECT_LT(20.0 * std::log10(amplitude_at(sound, harmonic * f) / amplitude_at(sound, f)), -60.0);
 }
 
 TEST(Sound, AnAlarmIsToldFromThePerceptByItsOddHarmonics) {
-  Desk desk;
-  desk.inputs.slave = {desk.now_ns, Link::kStopped};
-  for (int i = 0; i < 28; ++i) desk.period();  // into the end of the first pulse
-  const auto sound = desk.last(0.1);
+  SoundRig rig;
+  rig.inputs.slave = {rig.now_ns, Link::kStopped};
+  for (int i = 0; i < 28; ++i) rig.period();  // into the end of the first pulse
+  const auto sound = rig.last(0.1);
   const double f = 932.0, ground = amplitude_at(sound, f);
   EXPECT_GT(ground, 0.25);
   EXPECT_NEAR(amplitude_at(sound, 3 * f) / ground, 1.0 / 3, 0.02);
@@ -150,18 +150,18 @@ TEST(Sound, NothingThatComesMakesItClick) {
   const double steepest = 0.6 * std::pow(kTurn * 1760.0 / kSampleRate_Hz, 2) +
                           0.3 * 16.0 * std::pow(kTurn * 1245.0 / kSampleRate_Hz, 2);
   for (const Layout layout : {Layout::kMono, Layout::kStereo, Layout::k5_1}) {
-    Desk desk(test_config(layout));
+    SoundRig rig(test_config(layout));
     std::mt19937 random(11);
     std::uniform_real_distribution<double> share(0.0, 1.0);
     for (int i = 0; i < 600; ++i) {
       const double closeness = random() % 4 == 0 ? 0.0 : share(random);
-      desk.inputs.alerts = {random() % 20 == 0 ? desk.now_ns : desk.inputs.alerts.raised_ns,
-                            static_cast<std::uint32_t>(random() % 2)};
-      desk.inputs.slave = {desk.now_ns, random() % 30 == 0 ? Link::kStopped : Link::kActive};
-      desk.sense(closeness, 0.3 * share(random), 2,
-                 {4 * share(random) - 2, 4 * share(random) - 2, 2 * share(random)});
+      rig.inputs.alerts = {random() % 20 == 0 ? rig.now_ns : rig.inputs.alerts.raised_ns,
+                           static_cast<std::uint32_t>(random() % 2)};
+      rig.inputs.slave = {rig.now_ns, random() % 30 == 0 ? Link::kStopped : Link::kActive};
+      rig.sense(closeness, 0.3 * share(random), 2,
+                {4 * share(random) - 2, 4 * share(random) - 2, 2 * share(random)});
     }
-    EXPECT_LT(greatest_second_difference(desk.frames, channel_count(layout)), 1.2 * steepest + 0.02)
+    EXPECT_LT(greatest_second_difference(rig.frames, channel_count(layout)), 1.2 * steepest + 0.02)
         << name_of(layout);
   }
 }
@@ -170,17 +170,17 @@ TEST(Sound, ThePerceptMovesWithItsPlaceAndWithTheView) {
   AudioPerceptConfig config = test_config(Layout::kStereo);
   config.listener.view = percept::ViewNode::kSouth;  // x is right
   config.listener.ears_m = {0, 0, 0};
-  Desk desk(config);
+  SoundRig rig(config);
   const auto rightness_dB = [&] {
     const double f = percept::tone_of(config.law, 0.5, 0.1).frequency_Hz;
-    return 20.0 * std::log10(amplitude_at(desk.last(0.1, 1), f) / amplitude_at(desk.last(0.1, 0), f));
+    return 20.0 * std::log10(amplitude_at(rig.last(0.1, 1), f) / amplitude_at(rig.last(0.1, 0), f));
   };
-  desk.sense(0.5, 0.1, 100, {1, 0.3, 0});
+  rig.sense(0.5, 0.1, 100, {1, 0.3, 0});
   EXPECT_GT(rightness_dB(), 6.0);
-  desk.sense(0.5, 0.1, 100, {-1, 0.3, 0});
+  rig.sense(0.5, 0.1, 100, {-1, 0.3, 0});
   EXPECT_LT(rightness_dB(), -6.0);
-  desk.inputs.command.view = percept::ViewNode::kNorth;  // what was left is right
-  desk.sense(0.5, 0.1, 100, {-1, 0.3, 0});
+  rig.inputs.command.view = percept::ViewNode::kNorth;  // what was left is right
+  rig.sense(0.5, 0.1, 100, {-1, 0.3, 0});
   EXPECT_GT(rightness_dB(), 6.0);
 }
 
@@ -191,27 +191,27 @@ TEST(Sound, ThePerceptMovesWithTheViewThatTheViewerTells) {
   config.listener.view = percept::ViewNode::kSouth;  // x is right
   config.listener.ears_m = {0, 0, 0};
   config.listener.view_timeout_ns = core::from_seconds(0.5);
-  Desk desk(config);
+  SoundRig rig(config);
   const auto is_right = [&] {
     const double f = percept::tone_of(config.law, 0.5, 0.1).frequency_Hz;
-    return amplitude_at(desk.last(0.1, 1), f) > 2 * amplitude_at(desk.last(0.1, 0), f);
+    return amplitude_at(rig.last(0.1, 1), f) > 2 * amplitude_at(rig.last(0.1, 0), f);
   };
-  const auto tell_north = [&] {
-    desk.inputs.view = {desk.now_ns, ear_axes(config.listener, percept::ViewNode::kNorth)};
+  const auto turn_north = [&] {
+    rig.inputs.view = {rig.now_ns, ear_axes(config.listener, percept::ViewNode::kNorth)};
   };
-  tell_north();
-  desk.sense(0.5, 0.1, 60, {-1, 0.3, 0});
+  turn_north();
+  rig.sense(0.5, 0.1, 60, {-1, 0.3, 0});
   EXPECT_TRUE(is_right());
-  desk.inputs.command.view = percept::ViewNode::kSouth;
-  tell_north();
-  desk.sense(0.5, 0.1, 60, {-1, 0.3, 0});
+  rig.inputs.command.view = percept::ViewNode::kSouth;
+  turn_north();
+  rig.sense(0.5, 0.1, 60, {-1, 0.3, 0});
   EXPECT_TRUE(is_right()) << "the viewer has heard the operator's choice, too";
-  desk.sense(0.5, 0.1, 160, {-1, 0.3, 0});
+  rig.sense(0.5, 0.1, 160, {-1, 0.3, 0});
   EXPECT_FALSE(is_right()) << "the viewer is silent for longer than half a second";
-  desk.inputs.command.view = percept::ViewNode::kNorth;
-  desk.sense(0.5, 0.1, 60, {-1, 0.3, 0});
+  rig.inputs.command.view = percept::ViewNode::kNorth;
+  rig.sense(0.5, 0.1, 60, {-1, 0.3, 0});
   EXPECT_TRUE(is_right()) << "then the operator's choice counts";
-  Desk deaf([&] {
+  SoundRig deaf([&] {
     AudioPerceptConfig other = config;
     other.listener.follow_viewer = false;
     return other;
@@ -222,16 +222,16 @@ TEST(Sound, ThePerceptMovesWithTheViewThatTheViewerTells) {
 }
 
 TEST(Sound, EndsWithinATenthOfASecondAfterThePerceptIsStale) {
-  Desk desk;
-  desk.sense(0.6, 0.2, 60);
-  desk.inputs.percept.valid =
+  SoundRig rig;
+  rig.sense(0.6, 0.2, 60);
+  rig.inputs.percept.valid =
       false;  // the master's states never came: no link is lost in this scene but the percept
-  for (int i = 0; i < 20; ++i) desk.period();
-  const double f = percept::tone_of(desk.config.law, 0.6, 0.2).frequency_Hz;
-  desk.frames.clear();
-  for (int i = 0; i < 20; ++i) desk.period();
-  EXPECT_LT(amplitude_at(desk.last(0.1), f), 0.01) << "only the alarm is left";
-  EXPECT_EQ(desk.percept.alarm(), percept::Alarm::kLinkLost);
+  for (int i = 0; i < 20; ++i) rig.period();
+  const double f = percept::tone_of(rig.config.law, 0.6, 0.2).frequency_Hz;
+  rig.frames.clear();
+  for (int i = 0; i < 20; ++i) rig.period();
+  EXPECT_LT(amplitude_at(rig.last(0.1), f), 0.01) << "only the alarm is left";
+  EXPECT_EQ(rig.percept.alarm(), percept::Alarm::kLinkLost);
 }
 
 }  // namespace

@@ -126,11 +126,11 @@ TEST(MasterAdapter, DragFieldsThatCannotBeTrueAreRefused) {
 TEST(MasterAdapter, ReorderedSamplesAndThoseOfASecondPhantomAreRefused) {
   dds::SourceGuard source;
   auto field = good_field();
-  EXPECT_EQ(dds::reason(source.judge(field.stamp(), 1000)), nullptr);
+  EXPECT_EQ(dds::reason(source.assess(field.stamp(), 1000)), nullptr);
   field.stamp().sequence_number(2);
-  EXPECT_THAT(dds::reason(source.judge(field.stamp(), 2000)), HasSubstr("older"));
+  EXPECT_THAT(dds::reason(source.assess(field.stamp(), 2000)), HasSubstr("older"));
   field.stamp().session(77);
-  EXPECT_THAT(dds::reason(source.judge(field.stamp(), 3000)), HasSubstr("another process"));
+  EXPECT_THAT(dds::reason(source.assess(field.stamp(), 3000)), HasSubstr("another process"));
 }
 
 TEST(MasterAdapter, ASlaveThatFollowsAnotherMasterIsToldFromOneThatFollowsNobodyYet) {

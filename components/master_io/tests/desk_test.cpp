@@ -75,9 +75,9 @@ TEST(Desk, APressInATerminalPushesForAMoment) {
   TerminalDecoder decoder;
   decoder.take("\x1b[C", 10.0);
   decoder.take("s", 10.1);
-  decoder.settle(10.2);
+  decoder.release_expired(10.2);
   EXPECT_THAT(decoder.state().axes, testing::ElementsAre(1.0, 0.0, 0.0, -1.0));
-  decoder.settle(10.0 + TerminalDecoder::kPress_s);
+  decoder.release_expired(10.0 + TerminalDecoder::kPress_s);
   EXPECT_THAT(decoder.state().axes, testing::ElementsAre(0.0, 0.0, 0.0, -1.0));
   decoder.take("\x1b", 11.0);
   decoder.take(" ", 11.0);

@@ -88,7 +88,7 @@ TEST(Collector, AHitThatSkinAndInterestPointTellIsOneLineAndLinesKeepTheirOrder)
   hit(2.3, "wrist", "");
   hit(3.0, "wrist", "");
   EXPECT_EQ(lines.size(), 6u);
-  collector.tell_rest();
+  collector.narrate_rest();
   EXPECT_THAT(lines, ElementsAre("   1.00 s    hit threatens: forearm (skin, elbow) near pump (nearing fast)",
                                  "   1.05 s  reach 0 begins, percept on",
                                  "   2.00 s    hit threatens: wrist (wrist) near pump (nearing fast)",

@@ -60,8 +60,8 @@ std::size_t bytes_of(int data_type) {
 }
 
 /// A drive and whoever asks it, on one bus.
-struct Desk {
-  Desk() {
+struct EdsRig {
+  EdsRig() {
     DriveOptions options;
     options.node = kNode;
     drive.emplace(options, bus.connect("drive"));
@@ -89,7 +89,7 @@ TEST(Eds, TheShippedFileIsTheDictionarys) {
 
 TEST(Eds, EveryObjectAnswersOverTheBusAsTheFileSays) {
   const auto sections = parse(shipped_text());
-  Desk desk;
+  EdsRig rig;
   can::SdoClient client(kNode, 100 * core::kNsPerMillisecond);
   int asked = 0;
   for (const auto& [name, section] : sections) {
@@ -99,8 +99,8 @@ TEST(Eds, EveryObjectAnswersOverTheBusAsTheFileSays) {
     const auto at = name.find("sub");
     const auto sub =
         static_cast<std::uint8_t>(at == std::string::npos ? 0 : std::stoi(name.substr(at + 3), nullptr, 16));
-    client.start_read(index, sub, desk.now_ns);
-    desk.finish(client);
+    client.start_read(index, sub, rig.now_ns);
+    rig.finish(client);
     ASSERT_EQ(client.state(), can::SdoClient::State::kDone);
     const std::vector<std::uint8_t> value(client.data().begin(), client.data().end());
     const int type = std::stoi(section.at("DataType"), nullptr, 0);
@@ -113,14 +113,14 @@ TEST(Eds, EveryObjectAnswersOverTheBusAsTheFileSays) {
         EXPECT_EQ(value[i], static_cast<std::uint8_t>(due >> (8 * i)));
     }
     ++asked;
-    if (value.empty()) continue;                         // an empty label
-    client.start_write(index, sub, value, desk.now_ns);  // what it has already
-    desk.finish(client);
+    if (value.empty()) continue;                        // an empty label
+    client.start_write(index, sub, value, rig.now_ns);  // what it has already
+    rig.finish(client);
     const bool read_only =
         client.state() == can::SdoClient::State::kAborted && client.abort_code() == 0x06010002;
     EXPECT_EQ(read_only, section.at("AccessType") == "ro") << std::hex << client.abort_code();
   }
-  EXPECT_EQ(asked, static_cast<int>(desk.drive->dictionary().objects().size()))
+  EXPECT_EQ(asked, static_cast<int>(rig.drive->dictionary().objects().size()))
       << "every object is in the file";
 }
 

@@ -118,7 +118,7 @@ TEST(SlaveAdapter, ReorderedAndRepeatedSamplesAreRefusedARestartedMasterIsNot) {
   auto master = good();
   core::Nanoseconds now_ns = core::kNsPerSecond;
   const auto takes = [&] {
-    return source.judge(master.stamp(), now_ns) == dds::SourceGuard::Verdict::kAccepted;
+    return source.assess(master.stamp(), now_ns) == dds::SourceGuard::Verdict::kAccepted;
   };
   EXPECT_TRUE(takes());
   EXPECT_FALSE(takes());

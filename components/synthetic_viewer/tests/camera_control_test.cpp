@@ -87,7 +87,7 @@ TEST(SettledCamera, LeavesAWallOnTheNearerSideAndSaysWhichWall) {
   EXPECT_EQ(before.blocked_by->object, 3);
   EXPECT_NEAR(before.camera.eye_m.x(), 0.87, 1e-6);
   EXPECT_NEAR(before.distance_m, 0.87, 1e-6);
-  EXPECT_NEAR(before.wished_m, 0.95, 1e-12);
+  EXPECT_NEAR(before.wanted_m, 0.95, 1e-12);
   EXPECT_NEAR(behind.camera.eye_m.x(), 1.13, 1e-6);
 }
 
@@ -119,7 +119,7 @@ TEST(SettledCamera, StaysWhereThereIsNoFreePlaceAtAll) {
   EXPECT_EQ(settled(eye_at(0.3), scene).camera.eye_m.x(), 0.3);
 }
 
-// Property: whatever stands around, a settled camera is either where it was wished or clear of every box.
+// Property: whatever stands around, a settled camera is either where it was asked for or clear of every box.
 TEST(SettledCamera, IsClearOfEveryBox) {
   for (int k = 0; k < 300; ++k) {
     RayScene scene;
@@ -130,8 +130,8 @@ TEST(SettledCamera, IsClearOfEveryBox) {
       scene.bodies.push_back(box({depth, 1, 1}, {middle, 0, 0}, static_cast<std::uint16_t>(i + 1)));
       spans.emplace_back(middle - depth / 2, middle + depth / 2);
     }
-    const double wished = 0.2 + 1.4 * (0.5 + 0.5 * std::sin(11.0 * k));
-    const SettledCamera camera = settled(eye_at(wished), scene);
+    const double wanted_m = 0.2 + 1.4 * (0.5 + 0.5 * std::sin(11.0 * k));
+    const SettledCamera camera = settled(eye_at(wanted_m), scene);
     for (const auto& [from, to] : spans) {
       EXPECT_TRUE(camera.distance_m <= from - 0.03 + 1e-6 || camera.distance_m >= to + 0.03 - 1e-6)
           << k << ": " << camera.distance_m << " is too close to " << from << "…" << to;

@@ -123,7 +123,7 @@ TEST_F(Adapter, AnAlertKeepsTheArmAndThePerceptOfItsMoment) {
   std::uint64_t number = 0;
   ArmSample arm;
   PerceptSample percept;
-  const auto tell = [&](double value) {
+  const auto send_as = [&](double value) {
     EXPECT_TRUE(eventually([&] {
       msg::SlaveState state = slave_state();
       state.stamp(stamp(++number));
@@ -148,9 +148,9 @@ TEST_F(Adapter, AnAlertKeepsTheArmAndThePerceptOfItsMoment) {
     EXPECT_TRUE(eventually([&] { return got<HitSample>().size() == alert; }));
   };
   raise(1);
-  tell(0.25);
+  send_as(0.25);
   raise(2);
-  tell(0.75);
+  send_as(0.75);
   const auto hits = got<HitSample>();
   ASSERT_EQ(hits.size(), 2U);
   EXPECT_EQ(hits[0].arm.received_ns, 0) << "there was none yet";
@@ -200,7 +200,7 @@ class AskingCell : public Adapter {
              slave_states_.matched() > 0;
     }));
   }
-  void tell_states() {
+  void send_states() {
     msg::MasterState master;
     master.stamp(master_stamps_.next());
     master.joint_count(kShape.joint_count);
@@ -226,14 +226,14 @@ TEST_F(AskingCell, ASendDoesNotWaitAndItsStopShowsOnTheBoard) {
   slave_.answers = false;
   adapter_.send({CommandKind::kEmergencyStop, 0});
   ASSERT_TRUE(eventually([&] {
-    tell_states();
+    send_states();
     const StopView view = inbox_.stops.at(core::monotonic_ns());
     return view.alarm && view.sides[0].level == SideView::Level::kStopped &&
            view.sides[1].text == "HAS NOT CONFIRMED THE STOP";
   }));
   slave_.answers = true;
   ASSERT_TRUE(eventually([&] {
-    tell_states();
+    send_states();
     const StopView view = inbox_.stops.at(core::monotonic_ns());
     return !view.alarm && view.sides[1].level == SideView::Level::kStopped;
   }));
@@ -244,7 +244,7 @@ TEST_F(AskingCell, AResetNamesTheStopsThatTheNewestStatesName) {
   ASSERT_TRUE(eventually([&] { return master_.stop != 0 && slave_.stop != 0; }));
   const std::uint64_t stop = slave_.stop;
   ASSERT_TRUE(eventually([&] {
-    tell_states();
+    send_states();
     return inbox_.stops.stop_of(core::Side::kMaster) == stop &&
            inbox_.stops.stop_of(core::Side::kSlave) == stop;
   }));

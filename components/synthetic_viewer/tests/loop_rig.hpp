@@ -61,7 +61,7 @@ class Loop : public ::testing::Test {
     arm.position[0] += turned_rad;
     return arm;
   }
-  void tell_pose(double turned_rad = 0.0) { inbox_.arm.write(pose(turned_rad)); }
+  void send_pose(double turned_rad = 0.0) { inbox_.arm.write(pose(turned_rad)); }
   HitSample alert(std::uint32_t number, const Vector3& look_at_m) {
     HitSample hit;
     hit.received_ns = core::monotonic_ns();

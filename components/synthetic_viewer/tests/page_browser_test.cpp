@@ -61,7 +61,7 @@ class PageInChromium : public test::Loop {
     inbox_.put(WorkspaceSample{3, 0.005});
     inbox_.put(alert(1, {0.71, 0.13, 1.03}));
     while (!stop_) {
-      tell_pose();
+      send_pose();
       PerceptSample percept{
           .received_ns = core::monotonic_ns(), .valid = true, .closeness = 0.47, .speed_m_s = 0.12};
       percept.motion = MotionClass::kDangerous;

@@ -21,11 +21,11 @@ TEST_F(Loop, AMeshThatNeverArrivesIsNamedAndThePicturesGoOn) {
   start();
   inbox_.put(ObjectSample{4, "boiler", 0xABCD, {}, {0.5F, 0.5F, 0.5F}});
   ASSERT_TRUE(eventually([&] {
-    tell_pose();
+    send_pose();
     return loop_->health().message.find("waiting for the meshes of boiler") != std::string::npos;
   })) << loop_->health().message;
   ASSERT_TRUE(eventually([&] {
-    tell_pose();
+    send_pose();
     return loop_->health().message.find("shown without what has no mesh: boiler") != std::string::npos;
   })) << loop_->health().message;
   std::uint64_t seen = 0;
@@ -35,7 +35,7 @@ TEST_F(Loop, AMeshThatNeverArrivesIsNamedAndThePicturesGoOn) {
 
 TEST_F(Loop, EveryAlertGetsItsFirstPictureAlsoWhileAnotherIsShown) {
   start();
-  tell_pose();
+  send_pose();
   for (std::uint32_t number = 1; number <= 3; ++number) inbox_.put(alert(number, {0.6, 0.1 * number, 1.2}));
   for (std::uint32_t number = 1; number <= 3; ++number) {
     EXPECT_TRUE(eventually([&] { return !content_.hit_picture(number).empty(); })) << number;
@@ -50,7 +50,7 @@ TEST_F(Loop, AnAlertsFirstPictureShowsTheArmAsItWasWhenTheAlertCame) {
   const auto first_picture = [&](double turned_rad, double late_s, std::optional<double> turned_now_rad) {
     start();
     inbox_.put(Command{CommandKind::kViewNode, 11});  // so that the node does not hang on what stands where
-    if (turned_now_rad) tell_pose(*turned_now_rad);
+    if (turned_now_rad) send_pose(*turned_now_rad);
     HitSample hit = alert(9, {0.6, 0.1, 1.2});
     hit.received_ns -= core::from_seconds(late_s);
     hit.arm = pose(turned_rad);
@@ -75,14 +75,14 @@ TEST_F(Loop, AnAlertBreaksOffTheViewsThatAreBeingDrawnButStarvesNone) {
   std::uint32_t number = 0;
   double turned_rad = 0;
   ASSERT_TRUE(eventually([&] {
-    tell_pose(turned_rad += 0.01);  // so that every round has something to draw
+    send_pose(turned_rad += 0.01);  // so that every round has something to draw
     inbox_.put(alert(++number, {0.6, 0.1, 1.2}));
     return figure("rounds_broken_off") >= 3;
   }));
   std::uint64_t seen = 0;
   for (int k = 0; k < 3; ++k) {  // a flood of alerts, and the main view still moves
     ASSERT_TRUE(eventually([&] {
-      tell_pose(turned_rad += 0.01);
+      send_pose(turned_rad += 0.01);
       inbox_.put(alert(++number, {0.6, 0.1, 1.2}));
       return content_.view(View::kMain).image.next(seen, std::chrono::milliseconds(1)) != nullptr;
     }));
@@ -115,7 +115,7 @@ TEST_F(Loop, AnAlertDoesNotQueueBehindMeshes) {
 // What the ears follow.
 TEST_F(Loop, TellsHowTheViewStandsThatTheOperatorLooksAt) {
   start();
-  tell_pose();
+  send_pose();
   ASSERT_TRUE(eventually([&] { return loop_->view_pose().made_ns != 0; }));
   ViewPoseSample view = loop_->view_pose();
   EXPECT_FALSE(view.hit_zone);

@@ -141,7 +141,7 @@ function showCommands(link, view, viewer) {
   put('percept', link.percept_enabled ? 'Percept on' : 'Percept off');
   byId('hold').setAttribute('aria-pressed', view.hold);
   showViewTools(view, viewer);
-  if (document.activeElement !== byId('node')) byId('node').value = view.wish;
+  if (document.activeElement !== byId('node')) byId('node').value = view.chosen;
 }
 
 function showViews(view, viewer) {
@@ -197,13 +197,13 @@ function showViewTools(view, viewer) {
 
 // Moving a view: what comes faster than it is answered is added up.
 const waiting = {};
-async function moveView(wish) {
+async function moveView(request) {
   if (state === null || !state.viewer.allow_commands) return;
-  const next = waiting[wish.view] ??= { view: wish.view, orbit_deg: [0, 0], zoom: 1 };
-  if (wish.home) Object.assign(next, { home: true, orbit_deg: [0, 0], zoom: 1 });
-  if (wish.orbit_deg) next.orbit_deg = next.orbit_deg.map((a, i) => Math.max(-180, Math.min(180, a + wish.orbit_deg[i])));
-  if (wish.zoom) next.zoom = Math.max(0.1, Math.min(10, next.zoom * wish.zoom));
-  if (wish.record !== undefined) next.record = wish.record;
+  const next = waiting[request.view] ??= { view: request.view, orbit_deg: [0, 0], zoom: 1 };
+  if (request.home) Object.assign(next, { home: true, orbit_deg: [0, 0], zoom: 1 });
+  if (request.orbit_deg) next.orbit_deg = next.orbit_deg.map((a, i) => Math.max(-180, Math.min(180, a + request.orbit_deg[i])));
+  if (request.zoom) next.zoom = Math.max(0.1, Math.min(10, next.zoom * request.zoom));
+  if (request.record !== undefined) next.record = request.record;
   if (moveView.busy) return;
   moveView.busy = true;
   while (Object.keys(waiting).length) {

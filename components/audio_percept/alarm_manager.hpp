@@ -25,9 +25,9 @@ struct AlarmRules {
 
 /// Decides which alarm sounds when: the gravest condition that stands, promptly at first, rarely when it
 /// lasts. A pure step; time comes in as dt.
-class AlarmDesk {
+class AlarmManager {
  public:
-  explicit AlarmDesk(const AlarmRules& rules);
+  explicit AlarmManager(const AlarmRules& rules);
 
   /// One period later, with the conditions that hold now. `acknowledged`: the operator has just shown that
   /// what stands is known. Returns the alarm whose burst begins now (it replaces what is being played), kNone

@@ -1,4 +1,4 @@
-#include "components/audio_percept/alarm_desk.hpp"
+#include "components/audio_percept/alarm_manager.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,10 +16,10 @@ using percept::burst_duration_s;
 
 constexpr double kStep_s = 0.005;
 
-/// A desk and what it let sound: begin of each burst in seconds, and whose.
+/// A manager and what it let sound: begin of each burst in seconds, and whose.
 struct Rig {
   AlarmRules rules;
-  AlarmDesk desk{rules};
+  AlarmManager manager{rules};
   AlarmSet holding;
   double t_s = 0.0;
   std::vector<std::pair<double, Alarm>> bursts;
@@ -28,7 +28,7 @@ struct Rig {
   void set(Alarm alarm, bool holds) { holding[static_cast<std::size_t>(alarm)] = holds; }
   void run(double duration_s, bool acknowledge = false) {
     for (const double end_s = t_s + duration_s - 1e-9; t_s < end_s; t_s += kStep_s) {
-      const auto change = desk.step(holding, acknowledge, kStep_s);
+      const auto change = manager.step(holding, acknowledge, kStep_s);
       acknowledge = false;
       if (change && *change != Alarm::kNone) bursts.emplace_back(t_s, *change);
       if (change && *change == Alarm::kNone) cuts_s.push_back(t_s);
@@ -41,14 +41,14 @@ struct Rig {
   }
 };
 
-TEST(AlarmDesk, IsSilentWhileNothingHolds) {
+TEST(AlarmManager, IsSilentWhileNothingHolds) {
   Rig rig;
   rig.run(100.0);
   EXPECT_TRUE(rig.bursts.empty());
-  EXPECT_EQ(rig.desk.standing(), Alarm::kNone);
+  EXPECT_EQ(rig.manager.standing(), Alarm::kNone);
 }
 
-TEST(AlarmDesk, WhatIsGraveSoundsAtOnce) {
+TEST(AlarmManager, WhatIsGraveSoundsAtOnce) {
   for (const Alarm alarm : {Alarm::kUnsafeMotion, Alarm::kDriveFault, Alarm::kEmergencyStop}) {
     Rig rig;
     rig.set(alarm, true);
@@ -58,12 +58,12 @@ TEST(AlarmDesk, WhatIsGraveSoundsAtOnce) {
   }
 }
 
-TEST(AlarmDesk, AShortLossDoesNotSound) {
+TEST(AlarmManager, AShortLossDoesNotSound) {
   Rig rig;
   for (int i = 0; i < 50; ++i) {
     rig.set(Alarm::kLinkLost, true);
     rig.run(0.09);
-    EXPECT_EQ(rig.desk.standing(), Alarm::kNone);
+    EXPECT_EQ(rig.manager.standing(), Alarm::kNone);
     rig.set(Alarm::kLinkLost, false);
     rig.run(0.5);
   }
@@ -73,7 +73,7 @@ TEST(AlarmDesk, AShortLossDoesNotSound) {
   EXPECT_EQ(rig.count(Alarm::kLinkLost), 1);
 }
 
-TEST(AlarmDesk, WhatLastsIsPromptAtFirstAndThenRare) {
+TEST(AlarmManager, WhatLastsIsPromptAtFirstAndThenRare) {
   Rig rig;
   rig.set(Alarm::kEmergencyStop, true);
   rig.run(3600.0);
@@ -85,7 +85,7 @@ TEST(AlarmDesk, WhatLastsIsPromptAtFirstAndThenRare) {
   EXPECT_LE(rig.bursts.size(), 3U + 3600 / 30);
 }
 
-TEST(AlarmDesk, WhatIsAcknowledgedRepeatsRarelyFromThenOn) {
+TEST(AlarmManager, WhatIsAcknowledgedRepeatsRarelyFromThenOn) {
   Rig rig;
   rig.set(Alarm::kDriveFault, true);
   rig.run(1.0);
@@ -95,7 +95,7 @@ TEST(AlarmDesk, WhatIsAcknowledgedRepeatsRarelyFromThenOn) {
   EXPECT_EQ(rig.bursts.size(), 2U);
 }
 
-TEST(AlarmDesk, AnAcknowledgementIsNotOneOfWhatComesLater) {
+TEST(AlarmManager, AnAcknowledgementIsNotOneOfWhatComesLater) {
   Rig rig;
   rig.run(1.0, true);
   rig.set(Alarm::kDriveFault, true);
@@ -108,7 +108,7 @@ TEST(AlarmDesk, AnAcknowledgementIsNotOneOfWhatComesLater) {
   EXPECT_EQ(rig.bursts.size(), 3U) << "the next fault is news";
 }
 
-TEST(AlarmDesk, AFlappingConditionIsHeldOff) {
+TEST(AlarmManager, AFlappingConditionIsHeldOff) {
   Rig rig;
   for (int i = 0; i < 300; ++i) {  // ten minutes
     rig.set(Alarm::kLinkLost, i % 2 == 0);
@@ -118,7 +118,7 @@ TEST(AlarmDesk, AFlappingConditionIsHeldOff) {
   EXPECT_GE(rig.bursts.size(), 10U) << "but it is heard";
 }
 
-TEST(AlarmDesk, AFlappingGraveOneIsNoRattle) {
+TEST(AlarmManager, AFlappingGraveOneIsNoRattle) {
   Rig rig;
   for (int i = 0; i < 1000; ++i) {
     rig.set(Alarm::kDriveFault, i % 2 == 0);
@@ -128,7 +128,7 @@ TEST(AlarmDesk, AFlappingGraveOneIsNoRattle) {
     EXPECT_GE(rig.bursts[i].first - rig.bursts[i - 1].first, 1.0 - 1e-6);
 }
 
-TEST(AlarmDesk, AfterALongAbsenceItBeginsAnew) {
+TEST(AlarmManager, AfterALongAbsenceItBeginsAnew) {
   Rig rig;
   rig.set(Alarm::kLinkLost, true);
   rig.run(100.0);
@@ -140,19 +140,19 @@ TEST(AlarmDesk, AfterALongAbsenceItBeginsAnew) {
   EXPECT_EQ(rig.bursts.size(), 3U) << "at 0, 10 and 20 s";
 }
 
-TEST(AlarmDesk, TheGravestMasksTheOthersAndIsFollowedByThem) {
+TEST(AlarmManager, TheGravestMasksTheOthersAndIsFollowedByThem) {
   Rig rig;
   rig.set(Alarm::kLinkLost, true);
   rig.set(Alarm::kEmergencyStop, true);
   rig.run(60.0);
   EXPECT_EQ(rig.count(Alarm::kLinkLost), 0);
-  EXPECT_EQ(rig.desk.standing(), Alarm::kEmergencyStop);
+  EXPECT_EQ(rig.manager.standing(), Alarm::kEmergencyStop);
   rig.set(Alarm::kEmergencyStop, false);
   rig.run(5.0);
   EXPECT_EQ(rig.count(Alarm::kLinkLost), 1) << "it was not heard yet";
 }
 
-TEST(AlarmDesk, AGraverOneBreaksIntoABurst) {
+TEST(AlarmManager, AGraverOneBreaksIntoABurst) {
   Rig rig;
   rig.set(Alarm::kLinkLost, true);
   rig.run(0.3);
@@ -163,7 +163,7 @@ TEST(AlarmDesk, AGraverOneBreaksIntoABurst) {
   EXPECT_EQ(rig.bursts[1].second, Alarm::kEmergencyStop);
 }
 
-TEST(AlarmDesk, AGraveBurstEndsWithItsConditionALesserOneIsPlayedOut) {
+TEST(AlarmManager, AGraveBurstEndsWithItsConditionALesserOneIsPlayedOut) {
   Rig rig;
   rig.set(Alarm::kEmergencyStop, true);
   rig.run(1.0);
@@ -178,7 +178,7 @@ TEST(AlarmDesk, AGraveBurstEndsWithItsConditionALesserOneIsPlayedOut) {
   EXPECT_EQ(rig.cuts_s.size(), 1U);
 }
 
-TEST(AlarmDesk, InformationIsGivenOnce) {
+TEST(AlarmManager, InformationIsGivenOnce) {
   Rig rig;
   rig.set(Alarm::kMutedContact, true);
   rig.run(0.9);
@@ -187,7 +187,7 @@ TEST(AlarmDesk, InformationIsGivenOnce) {
   EXPECT_EQ(rig.bursts.size(), 1U);
 }
 
-TEST(AlarmDesk, NeverMoreThanItsRulesAllowWhateverComes) {
+TEST(AlarmManager, NeverMoreThanItsRulesAllowWhateverComes) {
   std::mt19937 random(7);
   Rig rig;
   for (int i = 0; i < 6000; ++i) {  // ten minutes of chaos
@@ -212,12 +212,12 @@ TEST(AlarmDesk, NeverMoreThanItsRulesAllowWhateverComes) {
   }
 }
 
-TEST(AlarmDesk, UsesNoHeap) {
-  AlarmDesk desk{{}};
+TEST(AlarmManager, UsesNoHeap) {
+  AlarmManager manager{{}};
   AlarmSet all;
   all.set();
   const test::HeapGuard guard;
-  for (int i = 0; i < 1000; ++i) desk.step(i % 100 < 50 ? all : AlarmSet{}, i % 77 == 0, kStep_s);
+  for (int i = 0; i < 1000; ++i) manager.step(i % 100 < 50 ? all : AlarmSet{}, i % 77 == 0, kStep_s);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "components/audio_percept/alarm_desk.hpp"
+#include "components/audio_percept/alarm_manager.hpp"
 
 #include <algorithm>
 
@@ -29,9 +29,9 @@ double delay_s(const AlarmRules& rules, Alarm alarm) noexcept {
 
 }  // namespace
 
-AlarmDesk::AlarmDesk(const AlarmRules& rules) : rules_(rules) {}
+AlarmManager::AlarmManager(const AlarmRules& rules) : rules_(rules) {}
 
-void AlarmDesk::follow(Course& course, Alarm alarm, bool holds, double dt_s) noexcept {
+void AlarmManager::follow(Course& course, Alarm alarm, bool holds, double dt_s) noexcept {
   course.since_burst_s += dt_s;
   if (!holds) {
     course.absent_s += dt_s;
@@ -45,7 +45,7 @@ void AlarmDesk::follow(Course& course, Alarm alarm, bool holds, double dt_s) noe
   if (course.held_s > delay_s(rules_, alarm)) standing_ = std::max(standing_, alarm);
 }
 
-bool AlarmDesk::is_due(const Course& course, Alarm alarm) const noexcept {
+bool AlarmManager::is_due(const Course& course, Alarm alarm) const noexcept {
   const AlarmPriority priority = percept::priority_of(alarm);
   const bool noticed = course.known || course.bursts >= rules_.prompt_bursts;
   if (alarm == Alarm::kUnsafeMotion)
@@ -57,7 +57,7 @@ bool AlarmDesk::is_due(const Course& course, Alarm alarm) const noexcept {
   return course.since_burst_s >= (noticed ? rules_.lasting_repeat_s : prompt_s);
 }
 
-void AlarmDesk::pass_time(double dt_s) noexcept {
+void AlarmManager::pass_time(double dt_s) noexcept {
   if (playing_ == Alarm::kNone) {
     silence_s_ += dt_s;
     return;
@@ -68,7 +68,7 @@ void AlarmDesk::pass_time(double dt_s) noexcept {
   silence_s_ = 0.0;
 }
 
-std::optional<Alarm> AlarmDesk::step(const AlarmSet& holding, bool acknowledged, double dt_s) noexcept {
+std::optional<Alarm> AlarmManager::step(const AlarmSet& holding, bool acknowledged, double dt_s) noexcept {
   standing_ = Alarm::kNone;
   for (std::size_t i = 1; i < courses_.size(); ++i)
     follow(courses_[i], static_cast<Alarm>(i), holding[i], dt_s);
