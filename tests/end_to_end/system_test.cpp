@@ -2,12 +2,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <vector>
 
 #include "common/dds/endpoint.hpp"
 #include "common/dds/stamp.hpp"
@@ -137,21 +140,34 @@ TEST_F(System, TheWorkspaceArrivesWholeAndItsHashAgrees) {
   }
 }
 
+// A slave that follows is late by the lag of its position loops and of what its host slips; one that does not
+// differs by as much as the master has moved.
 TEST_F(System, TheSlaveFollowsTheMaster) {
   std::map<std::uint64_t, const msg::MasterState*> by_number;
   for (const auto& master : seen_->masters) by_number[master.stamp().sequence_number()] = &master;
-  int followed = 0;
-  double greatest = 0.0;
+  std::vector<double> apart;  // rad or m, of the joint that is farthest off, out of contact
+  std::map<std::uint32_t, std::array<double, 2>> ranges;
   for (const auto& slave : seen_->slaves) {
     const auto master = by_number.find(slave.master_echo().sequence_number());
     if (slave.state() != msg::LINK_COUPLED || slave.contact() || master == by_number.end()) continue;
-    ++followed;
+    apart.push_back(0.0);
     for (std::uint32_t j = 0; j < slave.joint_count(); ++j) {
-      greatest = std::max(greatest, std::abs(slave.position_rad()[j] - master->second->position_rad()[j]));
+      const double q = master->second->position_rad()[j];
+      apart.back() = std::max(apart.back(), std::abs(slave.position_rad()[j] - q));
+      auto& range = ranges.try_emplace(j, std::array{q, q}).first->second;
+      range = {std::min(range[0], q), std::max(range[1], q)};
     }
   }
-  EXPECT_GT(followed, 1000);
-  EXPECT_LT(greatest, 0.2) << "rad or m, out of contact";
+  ASSERT_GT(apart.size(), 1000U);
+  std::sort(apart.begin(), apart.end());
+  const auto share = [&](double part) {
+    return apart[static_cast<std::size_t>(part * static_cast<double>(apart.size() - 1))];
+  };
+  double moved = 0.0;
+  for (const auto& [joint, range] : ranges) moved = std::max(moved, range[1] - range[0]);
+  EXPECT_GT(moved, 0.3) << "else nobody has followed anything";
+  EXPECT_LT(share(0.5), 0.02);
+  EXPECT_LT(share(0.9), 0.08) << "beside what is left of a contact when it ends";
 }
 
 TEST_F(System, DragComesFromTheSlavesPoseAndAWholeWorkspace) {
@@ -226,7 +242,7 @@ TEST_F(System, LoopsAndRoundTripsAreMeasured) {
   ASSERT_TRUE(loops.contains("master_io.servo") && loops.contains("slave_io.servo")) << loops.dump();
   EXPECT_GT(loops["master_io.servo"]["ticks"].get<std::uint64_t>(), 1000u);
   ASSERT_TRUE((*summary_)["round_trip"].is_object());
-  EXPECT_GT((*summary_)["round_trip"]["n"].get<std::uint64_t>(), 1000u);
+  EXPECT_GT((*summary_)["round_trip"]["n"].get<std::uint64_t>(), 10000u);
   EXPECT_GT((*summary_)["round_trip"]["p50_us"].get<double>(), 0.0);
 }
 
