@@ -71,7 +71,8 @@ class Session {
       // One that was told to end before it came to its main() ends by the signal's own action.
       if (outcome.ended_by_us && outcome.exit_code != 0 && outcome.exit_code != 128 + SIGTERM) {
         say(outcome.name + " did not end in order (exit " + std::to_string(*outcome.exit_code) + "); see " +
-            log_of(outcome.name).string());
+            log_of(outcome.name).string() + ". Its last words:\n" +
+            last_lines(log_of(outcome.name), kLogLinesShown));
         healthy = false;
       }
     }
