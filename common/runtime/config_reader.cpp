@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <numbers>
 #include <numeric>
 #include <set>
 
+#include "common/core/units.hpp"
 #include "common/core/utf8.hpp"
 
 namespace phantom::runtime {
@@ -244,8 +244,7 @@ Eigen::Vector3d ConfigReader::vector3(const std::string& key, const Eigen::Vecto
 
 geometry::Pose ConfigReader::pose(const std::string& key) const {
   const ConfigReader part = optional_section(key);
-  const Eigen::Vector3d rpy_rad =
-      part.vector3("rpy_deg", Eigen::Vector3d::Zero()) * (std::numbers::pi / 180.0);
+  const Eigen::Vector3d rpy_rad = part.vector3("rpy_deg", Eigen::Vector3d::Zero()) * core::kRadPerDegree;
   return {geometry::rotation_from_rpy(rpy_rad.x(), rpy_rad.y(), rpy_rad.z()),
           part.vector3("xyz_m", Eigen::Vector3d::Zero())};
 }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/core/units.hpp"
+
 namespace phantom::survey {
 namespace {
 
@@ -47,10 +49,10 @@ core::Status check_reading(const RangeHead& head, const Reading& reading) {
                                           number(head.max_range_m) + " m");
   }
   if (!(std::abs(reading.pan_rad) <= 2 * pi))
-    return core::Status::invalid_argument("pan " + number(reading.pan_rad * 180 / pi) +
+    return core::Status::invalid_argument("pan " + number(reading.pan_rad / core::kRadPerDegree) +
                                           " deg; allowed: -360 to 360 deg");
   if (!(reading.tilt_rad >= 0 && reading.tilt_rad <= pi))
-    return core::Status::invalid_argument("tilt " + number(reading.tilt_rad * 180 / pi) +
+    return core::Status::invalid_argument("tilt " + number(reading.tilt_rad / core::kRadPerDegree) +
                                           " deg; allowed: 0 to 180 deg");
   return {};
 }

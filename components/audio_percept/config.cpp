@@ -1,8 +1,8 @@
 #include "components/audio_percept/config.hpp"
 
 #include <algorithm>
-#include <numbers>
 
+#include "common/core/units.hpp"
 #include "common/percept/equal_loudness.hpp"
 #include "common/runtime/config_reader.hpp"
 
@@ -66,7 +66,6 @@ AlarmRules read_alarms(const runtime::ConfigReader& alarms) {
 }
 
 ListenerConfig read_listener(const runtime::ConfigReader& section) {
-  constexpr double kRadPerDeg = std::numbers::pi / 180.0;
   ListenerConfig listener;
   const Eigen::Vector3d ears_m = section.vector3("ears_m", Eigen::Vector3d::Map(listener.ears_m.data()));
   listener.ears_m = {ears_m.x(), ears_m.y(), ears_m.z()};
@@ -77,8 +76,10 @@ ListenerConfig read_listener(const runtime::ConfigReader& section) {
   listener.view_timeout_ns =
       core::from_seconds(1e-3 * section.number("view_timeout_ms", 1000, {100, 60000, "ms"}));
   listener.follow_operator = section.flag("follow_operator", listener.follow_operator);
-  listener.main_azimuth_rad = kRadPerDeg * section.number("main_azimuth_deg", -50.0, {-360, 360, "deg"});
-  listener.main_elevation_rad = kRadPerDeg * section.number("main_elevation_deg", 26.0, {-90, 90, "deg"});
+  listener.main_azimuth_rad =
+      core::kRadPerDegree * section.number("main_azimuth_deg", -50.0, {-360, 360, "deg"});
+  listener.main_elevation_rad =
+      core::kRadPerDegree * section.number("main_elevation_deg", 26.0, {-90, 90, "deg"});
   listener.near_m = section.number("near_m", listener.near_m, {0, 10, "m"});
   return listener;
 }

@@ -1,7 +1,8 @@
 #include "components/audio_percept/engine.hpp"
 
 #include <cmath>
-#include <numbers>
+
+#include "common/core/units.hpp"
 
 namespace phantom::audio_percept {
 namespace {
@@ -104,13 +105,12 @@ void Engine::note_latency(const AudioSink& used, core::Nanoseconds now_ns) {
 
 void Engine::publish() noexcept {
   const auto ms = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-6; };
-  constexpr double kDegPerRad = 180.0 / std::numbers::pi;
   published_.write({.situation = percept_.situation(),
                     .alarm = percept_.alarm(),
                     .frequency_Hz = percept_.tone().frequency_Hz,
                     .gain = percept_.tone().gain,
-                    .azimuth_deg = kDegPerRad * azimuth_rad(percept_.heard_from()),
-                    .elevation_deg = kDegPerRad * elevation_rad(percept_.heard_from()),
+                    .azimuth_deg = azimuth_rad(percept_.heard_from()) / core::kRadPerDegree,
+                    .elevation_deg = elevation_rad(percept_.heard_from()) / core::kRadPerDegree,
                     .latency_p50_ms = ms(latency_.quantile_ns(0.5)),
                     .latency_p99_ms = ms(latency_.quantile_ns(0.99)),
                     .latency_max_ms = ms(latency_.max_ns()),

@@ -4,13 +4,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/core/units.hpp"
 #include "common/percept/view_node.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
 
 constexpr std::array<const char*, kViews.size()> kNames{"main", "hit", "tool"};
-constexpr double kSteepest_rad = 89.0 * std::numbers::pi / 180;
+constexpr double kSteepest_rad = 89.0 * core::kRadPerDegree;
 constexpr double kClearance_m = 0.03;  // between an eye and a surface
 
 }  // namespace

@@ -3,9 +3,10 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <optional>
 #include <sstream>
+
+#include "common/core/units.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -93,7 +94,6 @@ bool within(const Json& value, double least, double greatest) {
 }
 
 core::Status read_key(const std::string& key, const Json& value, ViewRequest& request) {
-  constexpr double kRadPerDeg = std::numbers::pi / 180;
   if (key == "view") {
     const auto view = value.is_string() ? view_from_name(value.get<std::string>()) : std::nullopt;
     if (!view) return bad("view must be one of main, hit, tool");
@@ -102,8 +102,8 @@ core::Status read_key(const std::string& key, const Json& value, ViewRequest& re
     if (!value.is_array() || value.size() != 2 || !within(value[0], -180, 180) ||
         !within(value[1], -180, 180))
       return bad("orbit_deg must be [azimuth, elevation], each from -180 to 180");
-    request.azimuth_rad = kRadPerDeg * value[0].get<double>();
-    request.elevation_rad = kRadPerDeg * value[1].get<double>();
+    request.azimuth_rad = core::kRadPerDegree * value[0].get<double>();
+    request.elevation_rad = core::kRadPerDegree * value[1].get<double>();
   } else if (key == "zoom") {
     if (!within(value, 0.1, 10)) return bad("zoom must be a number from 0.1 to 10");
     request.zoom = value.get<double>();

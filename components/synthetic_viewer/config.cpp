@@ -1,15 +1,12 @@
 #include "components/synthetic_viewer/config.hpp"
 
-#include <numbers>
-
+#include "common/core/units.hpp"
 #include "common/runtime/config_reader.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
 
 using runtime::ConfigReader;
-
-constexpr double kRadPerDeg = std::numbers::pi / 180;
 
 GraphicsPlatform read_graphics(const ConfigReader& file) {
   const std::string name = file.choice("graphics", "auto", {"auto", "device", "surfaceless", "display"});
@@ -28,14 +25,14 @@ PictureFormat read_format(const ConfigReader& view, PictureFormat format, bool s
 }
 
 double read_field_of_view(const ConfigReader& view, double fallback_deg) {
-  return kRadPerDeg * view.number("field_of_view_deg", fallback_deg, {10, 120, "deg"});
+  return core::kRadPerDegree * view.number("field_of_view_deg", fallback_deg, {10, 120, "deg"});
 }
 
 MainViewConfig read_main_view(const ConfigReader& view, bool shadows) {
   MainViewConfig config;
   config.format = read_format(view, config.format, shadows);
-  config.azimuth_rad = kRadPerDeg * view.number("azimuth_deg", -50.0, {-360, 360, "deg"});
-  config.elevation_rad = kRadPerDeg * view.number("elevation_deg", 26.0, {-89, 89, "deg"});
+  config.azimuth_rad = core::kRadPerDegree * view.number("azimuth_deg", -50.0, {-360, 360, "deg"});
+  config.elevation_rad = core::kRadPerDegree * view.number("elevation_deg", 26.0, {-89, 89, "deg"});
   config.field_of_view_rad = read_field_of_view(view, 34.0);
   config.margin = view.number("margin", 0.8, {0.3, 3, ""});
   return config;

@@ -6,10 +6,10 @@
 #include <spdlog/spdlog.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "common/core/clock.hpp"
 #include "common/core/errors.hpp"
+#include "common/core/units.hpp"
 #include "components/synthetic_viewer/gl_objects.hpp"
 #include "components/synthetic_viewer/hud.hpp"
 #include "components/synthetic_viewer/pointer.hpp"
@@ -17,7 +17,7 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr double kKeyTurn_rad = 5.0 * std::numbers::pi / 180;
+constexpr double kKeyTurn_rad = 5.0 * core::kRadPerDegree;
 constexpr double kDoubleClick_s = 0.35;
 
 constexpr const char* kVertex = R"(#version 330 core
