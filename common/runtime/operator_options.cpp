@@ -1,7 +1,5 @@
 #include "common/runtime/operator_options.hpp"
 
-#include <CLI/CLI.hpp>
-
 #include "common/teleop/bilateral.hpp"
 
 namespace phantom::runtime {
@@ -9,57 +7,55 @@ namespace {
 
 using What = core::OperatorRequest::What;
 
-void add_settings(CLI::App& command, core::OperatorRequest& request) {
+void add_settings(Command command, core::OperatorRequest& request) {
   const auto gain = [&](const char* name, const char* summary, What what) {
-    CLI::App* app = command.add_subcommand(name, summary)->fallthrough();
-    app->add_option("VALUE", request.value, "the gain, 0 or more; master_io refuses what is not stable")
-        ->required()
-        ->check(CLI::NonNegativeNumber);
-    app->add_option("--joint", request.joint_name, "of this joint alone, by its name; default: of all");
-    app->callback([&request, what] { request.what = what; });
+    Command app = command.subcommand(name, summary);
+    app.option("VALUE", request.value, "the gain, 0 or more; master_io refuses what is not stable")
+        .required()
+        .between(0.0, 1e6);
+    app.option("--joint", request.joint_name, "of this joint alone, by its name; default: of all");
+    app.on_use([&request, what] { request.what = what; });
   };
   gain("percept-gain", "set G: how strongly the drag is felt", What::kPerceptGain);
   gain("feedback-gain", "set 1/A: how strongly the slave's torque is felt", What::kFeedbackGain);
 
-  CLI::App* law =
-      command.add_subcommand("law", "change the bilateral law; 1/A becomes the law's own")->fallthrough();
-  law->add_option_function<std::string>(
+  Command law = command.subcommand("law", "change the bilateral law; 1/A becomes the law's own");
+  law.option(
          "NAME",
          [&request](const std::string& name) {
            request.value =
                static_cast<double>(teleop::law_from_name(name).value_or(teleop::BilateralLaw::kPf));
          },
          "pf (a), sctfb (b), pfff (c), pe (d) or peff (e) of Table 5.1")
-      ->required()
-      ->check(CLI::IsMember({"pf", "sctfb", "pfff", "pe", "peff"}));
-  law->callback([&request] { request.what = What::kLaw; });
+      .required()
+      .one_of({"pf", "sctfb", "pfff", "pe", "peff"});
+  law.on_use([&request] { request.what = What::kLaw; });
 
-  CLI::App* percept = command.add_subcommand("percept", "switch the haptic percept on or off")->fallthrough();
+  Command percept = command.subcommand("percept", "switch the haptic percept on or off");
   percept
-      ->add_option_function<std::string>(
+      .option(
           "STATE", [&request](const std::string& state) { request.value = state == "on" ? 1.0 : 0.0; },
           "on or off")
-      ->required()
-      ->check(CLI::IsMember({"on", "off"}));
-  percept->callback([&request] { request.what = What::kPercept; });
+      .required()
+      .one_of({"on", "off"});
+  percept.on_use([&request] { request.what = What::kPercept; });
 }
 
 }  // namespace
 
-void add_operator_options(CLI::App& command, core::OperatorRequest& request, bool settings) {
+void add_operator_options(Command command, core::OperatorRequest& request, bool settings) {
   command
-      .add_option("--timeout-s", request.timeout_s,
-                  "how long to wait until master and slave have confirmed it")
-      ->check(CLI::Range(0.1, 3600.0));
+      .option("--timeout-s", request.timeout_s, "how long to wait until master and slave have confirmed it")
+      .between(0.1, 3600.0);
   const auto sub = [&](const char* name, const char* summary, What what) {
-    command.add_subcommand(name, summary)->fallthrough()->callback([&request, what] { request.what = what; });
+    command.subcommand(name, summary).on_use([&request, what] { request.what = what; });
   };
   sub("status", "tell how master and slave are, and which stops are in force", What::kStatus);
   sub("stop", "emergency stop of master and slave; tells who has stopped, and shouts if one has not in 0.3 s",
       What::kStop);
   sub("reset", "release the stops that are in force now", What::kReset);
   if (settings) add_settings(command, request);
-  command.require_subcommand(1);
+  command.require_subcommand(1, 1);
 }
 
 }  // namespace phantom::runtime

@@ -4,7 +4,6 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
@@ -42,24 +41,20 @@ void install_signal_handlers() {
   std::signal(SIGPIPE, SIG_IGN);
 }
 
-void add_common_options(CLI::App& app, ProcessOptions& options) {
-  app.set_version_flag("--version", "phantom " PHANTOM_VERSION);
-  app.add_option("--config", options.config,
-                 "parameters of this component (YAML); default: the shipped ones");
-  app.add_option("--deployment", options.deployment, "topology: domain, hosts, transports, cell (YAML)");
-  app.add_option("--domain", options.domain, "DDS domain, instead of the topology's")
-      ->check(CLI::Range(0, 232));
-  app.add_option("--host", options.host,
-                 "which of the topology's hosts this is; default: its only one, or the one whose interfaces "
-                 "this machine has");
-  app.add_option("--log-level", options.log_level, "trace, debug, info, warning, error or off")
-      ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "off"}));
-  app.add_flag("--check", options.check, "validate configuration, files and devices, then exit");
-  app.add_option(
-      "--state-dir", options.state_dir,
-      "folder for what outlives the process (the stop in force, slave_io's contact field); default: "
-      "$STATE_DIRECTORY, or ~/.local/state/phantom");
-  app.add_option("--report-dir", options.report_dir, "folder for the files that this session leaves behind");
+void add_common_options(Command app, ProcessOptions& options) {
+  app.option("--config", options.config, "parameters of this component (YAML); default: the shipped ones");
+  app.option("--deployment", options.deployment, "topology: domain, hosts, transports, cell (YAML)");
+  app.option("--domain", options.domain, "DDS domain, instead of the topology's").between(0, 232);
+  app.option("--host", options.host,
+             "which of the topology's hosts this is; default: its only one, or the one whose interfaces "
+             "this machine has");
+  app.option("--log-level", options.log_level, "trace, debug, info, warning, error or off")
+      .one_of({"trace", "debug", "info", "warning", "error", "off"});
+  app.flag("--check", options.check, "validate configuration, files and devices, then exit");
+  app.option("--state-dir", options.state_dir,
+             "folder for what outlives the process (the stop in force, slave_io's contact field); default: "
+             "$STATE_DIRECTORY, or ~/.local/state/phantom");
+  app.option("--report-dir", options.report_dir, "folder for the files that this session leaves behind");
 }
 
 int fail(const ProcessOptions& options, int code, const std::string& what) {
@@ -137,20 +132,15 @@ int run(const ProcessDescription& description, const ProcessOptions& options) {
 int process_main(int argc, char** argv, const ProcessDescription& description) {
   ProcessOptions options;
   options.component = description.name;
-  CLI::App app(description.summary, description.name);
-  add_common_options(app, options);
-  if (description.add_options) description.add_options(app);
-  app.footer(description.details +
-             "\nExit codes: 0 done, 1 failed while running, 2 wrong arguments or configuration, 3 a needed "
-             "device, file "
-             "or peer is missing.");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& problem) {
-    const bool asked = problem.get_exit_code() == 0;  // --help, --version
-    app.exit(problem);
-    return asked ? kExitDone : kExitUsage;
-  }
+  CommandLine line(description.name, description.summary, "phantom " PHANTOM_VERSION);
+  add_common_options(line.root(), options);
+  if (description.add_options) description.add_options(line.root());
+  line.root().details(
+      description.details +
+      "\nExit codes: 0 done, 1 failed while running, 2 wrong arguments or configuration, 3 a needed "
+      "device, file "
+      "or peer is missing.");
+  if (const auto wrong = line.parse(argc, argv)) return *wrong ? kExitUsage : kExitDone;
   if (options.config.empty()) options.config = share_path("config/" + description.name + ".yaml");
   if (options.deployment.empty()) options.deployment = share_path("deploy/topologies/single_host.yaml");
   begin_log(options.component, options.log_level);

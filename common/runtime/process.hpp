@@ -7,10 +7,7 @@
 
 #include "common/core/errors.hpp"
 #include "common/core/operator_request.hpp"
-
-namespace CLI {
-class App;
-}
+#include "common/runtime/command_line.hpp"
 
 namespace phantom::runtime {
 
@@ -46,7 +43,7 @@ struct ProcessDescription {
   std::string name;
   std::string summary;  ///< one paragraph for --help
   std::string details;  ///< what a new user should know: topics, examples; printed after the options
-  std::function<void(CLI::App&)> add_options;
+  std::function<void(Command)> add_options;
   std::function<int(const ProcessOptions&)> run;
 };
 

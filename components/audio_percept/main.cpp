@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <optional>
 
@@ -10,7 +9,7 @@
 int main(int argc, char** argv) {
   using namespace phantom;
   audio_percept::RenderRequest request;
-  CLI::App* render = nullptr;
+  runtime::Command render;
   runtime::ProcessDescription description;
   description.name = "audio_percept";
   description.summary =
@@ -24,14 +23,13 @@ int main(int argc, char** argv) {
       "Example: audio_percept --report-dir report\n"
       "Example without DDS: audio_percept render --input approach.csv --out approach.wav --spectrogram "
       "approach.png";
-  description.add_options = [&](CLI::App& app) {
-    render = app.add_subcommand("render", "make the sound of a CSV file or a recording, without DDS")
-                 ->fallthrough();
-    audio_percept::add_options(*render, request);
+  description.add_options = [&](runtime::Command app) {
+    render = app.subcommand("render", "make the sound of a CSV file or a recording, without DDS");
+    audio_percept::add_options(render, request);
   };
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto config = audio_percept::load_config(options.config);
-    if (render->parsed()) return audio_percept::run_render(request, config);
+    if (render.given()) return audio_percept::run_render(request, config);
     const auto deployment = runtime::load_deployment(options);
     std::optional<runtime::EndsAtOnce> starting(std::in_place);  // a sound server may not answer
     dds::check_qos_profiles(deployment.network.qos_profiles);

@@ -1,6 +1,5 @@
 #include "components/audio_percept/render.hpp"
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -42,15 +41,14 @@ std::vector<std::int16_t> render_track(const Track& track, const AudioPerceptCon
   return samples;
 }
 
-void add_options(CLI::App& app, RenderRequest& request) {
-  app.add_option("--input", request.input,
-                 "what was to be heard: a CSV file (columns: see the README) or a recording (MCAP)")
-      ->required();
-  app.add_option("--out", request.out, "WAV file to write")->required();
-  app.add_option("--spectrogram", request.spectrogram, "PNG to write: frequencies and levels over time");
-  app.add_option("--channels", request.channels,
-                 "instead of the configuration's: mono, stereo, 5.1, 7.1, hrtf")
-      ->check(CLI::IsMember({"mono", "stereo", "5.1", "7.1", "hrtf"}));
+void add_options(runtime::Command app, RenderRequest& request) {
+  app.option("--input", request.input,
+             "what was to be heard: a CSV file (columns: see the README) or a recording (MCAP)")
+      .required();
+  app.option("--out", request.out, "WAV file to write").required();
+  app.option("--spectrogram", request.spectrogram, "PNG to write: frequencies and levels over time");
+  app.option("--channels", request.channels, "instead of the configuration's: mono, stereo, 5.1, 7.1, hrtf")
+      .one_of({"mono", "stereo", "5.1", "7.1", "hrtf"});
 }
 
 int run_render(const RenderRequest& request, AudioPerceptConfig config) {

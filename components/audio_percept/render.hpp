@@ -6,12 +6,9 @@
 #include <span>
 #include <vector>
 
+#include "common/runtime/command_line.hpp"
 #include "components/audio_percept/config.hpp"
 #include "components/audio_percept/track.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace phantom::audio_percept {
 
@@ -24,7 +21,7 @@ struct RenderRequest {
   std::filesystem::path input, out, spectrogram;
   std::string channels;  ///< empty: as configured
 };
-void add_options(CLI::App& app, RenderRequest& request);
+void add_options(runtime::Command app, RenderRequest& request);
 /// Returns the exit code. Throws core::ConfigError, core::MissingError, std::runtime_error.
 int run_render(const RenderRequest& request, AudioPerceptConfig config);
 

@@ -2,11 +2,8 @@
 
 #include <memory>
 
+#include "common/runtime/command_line.hpp"
 #include "common/runtime/process.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace phantom::dds_recorder {
 
@@ -15,7 +12,7 @@ class CommandLine {
  public:
   CommandLine();
   ~CommandLine();
-  void add_to(CLI::App& app);
+  void add_to(runtime::Command app);
   /// Carries out what was asked for. Returns the exit code; throws as process_main expects.
   int run(const runtime::ProcessOptions& options);
 

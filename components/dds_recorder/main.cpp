@@ -19,7 +19,7 @@ int main(int argc, char** argv) {
       "  dds_recorder replay recordings --domain 7 --rate 0.5 --loop\n"
       "  dds_recorder convert recordings --from 10 --until 20 --out part.mcap\n"
       "`dds_recorder record --help` and so on tell the options of each.";
-  description.add_options = [&](CLI::App& app) { command_line.add_to(app); };
+  description.add_options = [&](runtime::Command app) { command_line.add_to(app); };
   description.run = [&](const runtime::ProcessOptions& options) { return command_line.run(options); };
   return runtime::process_main(argc, argv, description);
 }

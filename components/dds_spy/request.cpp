@@ -1,56 +1,51 @@
 #include "components/dds_spy/request.hpp"
 
-#include <CLI/CLI.hpp>
-
 #include "components/dds_spy/events.hpp"
 
 namespace phantom::dds_spy {
 
-void add_options(CLI::App& app, Request& request) {
+void add_options(runtime::Command app, Request& request) {
   // A list takes one value each time it is named: what follows may be a topic.
-  const auto list = [](CLI::App& of, const char* name, std::vector<std::string>& values,
+  const auto list = [](runtime::Command of, const char* name, std::vector<std::string>& values,
                        const std::string& summary) {
-    return of.add_option(name, values, summary)->take_all()->allow_extra_args(false);
+    return of.option(name, values, summary).one_value_each_time();
   };
-  app.add_option("--seconds", request.seconds, "how long to look or listen; 0: until Ctrl-C")
-      ->check(CLI::Range(0.0, 1e9));
-  app.add_flag("--json", request.json, "JSON: one object a line");
+  app.option("--seconds", request.seconds, "how long to look or listen; 0: until Ctrl-C").between(0.0, 1e9);
+  app.flag("--json", request.json, "JSON: one object a line");
   list(app, "--instance", request.instances,
        "echo, hz: only instances whose key is like PATTERN, e.g. 'id=3' or 'component_name=slave_*'");
   list(app, "--writer", request.writers,
        "only samples of participants whose name is like PATTERN, e.g. slave_io");
-  app.add_flag("--reliable", request.reliable,
-               "ask writers to send lost samples again, where they offer that");
-  app.add_flag("--history", request.history,
-               "also what writers keep for late joiners (asks reliably, where they offer that)");
-  app.add_option("--interval", request.interval_s, "hz, latency: print every so many seconds, too")
-      ->check(CLI::Range(0.1, 1e6));
+  app.flag("--reliable", request.reliable, "ask writers to send lost samples again, where they offer that");
+  app.flag("--history", request.history,
+           "also what writers keep for late joiners (asks reliably, where they offer that)");
+  app.option("--interval", request.interval_s, "hz, latency: print every so many seconds, too")
+      .between(0.1, 1e6);
   const auto sub = [&](const char* name, const char* summary, Command command) {
-    CLI::App* added = app.add_subcommand(name, summary);
-    added->fallthrough();
-    added->callback([&request, command] { request.command = command; });
+    runtime::Command added = app.subcommand(name, summary);
+    added.on_use([&request, command] { request.command = command; });
     if (command != Command::kTypes)
-      added->add_option("topics", request.topics,
-                        "names or patterns (* ? [ab]; !PATTERN takes away); none: every topic");
+      added.option("topics", request.topics,
+                   "names or patterns (* ? [ab]; !PATTERN takes away); none: every topic");
     return added;
   };
   sub("live", "a view that refreshes: rates, latency, events, topology, QoS; what dds_spy alone does",
       Command::kLive);
   sub("topology", "hosts, processes, topics with types, writers and readers", Command::kTopology);
-  CLI::App* echo = sub("echo", "samples, decoded", Command::kEcho);
-  echo->add_option("--count", request.count, "end after so many samples");
-  echo->add_option("--every", request.every_s, "at most one sample of a writer in so many seconds")
-      ->check(CLI::Range(0.0, 1e6));
-  echo->add_flag("--all-octets", request.all_octets, "sequences of octets whole, not their first 32");
+  runtime::Command echo = sub("echo", "samples, decoded", Command::kEcho);
+  echo.option("--count", request.count, "end after so many samples");
+  echo.option("--every", request.every_s, "at most one sample of a writer in so many seconds")
+      .between(0.0, 1e6);
+  echo.flag("--all-octets", request.all_octets, "sequences of octets whole, not their first 32");
   sub("hz", "rate, period, jitter, sequence gaps and size of each writer's samples", Command::kRates);
   sub("latency", "age of samples on arrival", Command::kLatency);
   sub("qos", "QoS of every endpoint, mismatches explained", Command::kQos);
-  CLI::App* events =
+  runtime::Command events =
       sub("events", "joins, losses, gaps, missed deadlines, lost liveliness, mismatches, as they happen",
           Command::kEvents);
-  list(*events, "--kind", request.kinds, "only these kinds")->check(CLI::IsMember(event_kind_names()));
+  list(events, "--kind", request.kinds, "only these kinds").one_of(event_kind_names());
   sub("types", "the project's types as IDL (no DDS)", Command::kTypes)
-      ->add_option("types", request.topics, "names or patterns, e.g. '*Percept'; none: every topic's");
+      .option("types", request.topics, "names or patterns, e.g. '*Percept'; none: every topic's");
   app.require_subcommand(0, 1);
 }
 

@@ -4,11 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "common/runtime/command_line.hpp"
 #include "components/dds_spy/dds_adapter.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace phantom::dds_spy {
 
@@ -26,7 +23,7 @@ struct Request {
 };
 
 /// Declares the subcommands and options on `app`.
-void add_options(CLI::App& app, Request& request);
+void add_options(runtime::Command app, Request& request);
 /// What --help says after the options.
 std::string help_text();
 /// What to read for it.

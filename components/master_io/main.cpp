@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <optional>
 
@@ -16,7 +15,7 @@ int main(int argc, char** argv) {
   using namespace phantom;
   master_io::Choices choices;
   core::OperatorRequest request;
-  CLI::App* command = nullptr;
+  runtime::Command command;
   runtime::ProcessDescription description;
   description.name = "master_io";
   description.summary =
@@ -32,29 +31,28 @@ int main(int argc, char** argv) {
       "Example while it runs: master_io command stop; master_io command reset; master_io command law pf\n"
       "kill -USR1 is an emergency stop; a stop outlives the process (--state-dir), until a reset.\n"
       "With --report-dir it leaves master_io.json: how the loop ran, round trips, and how each reach went.";
-  description.add_options = [&](CLI::App& app) {
-    command =
-        app.add_subcommand("command", "ask something of the running master_io and slave_io")->fallthrough();
-    runtime::add_operator_options(*command, request, true);
-    app.add_option("--operator", choices.operator_model, "operator model, instead of the configured one")
-        ->check(CLI::IsMember({"minimum_jerk", "cautious", "constant_velocity"}));
-    app.add_option(
+  description.add_options = [&](runtime::Command app) {
+    command = app.subcommand("command", "ask something of the running master_io and slave_io");
+    runtime::add_operator_options(command, request, true);
+    app.option("--operator", choices.operator_model, "operator model, instead of the configured one")
+        .one_of({"minimum_jerk", "cautious", "constant_velocity"});
+    app.option(
            "--law", choices.law,
            "bilateral law of Table 5.1, instead of the configured one: pf (a), sctfb (b), pfff (c), pe (d), "
            "peff (e)")
-        ->check(CLI::IsMember({"pf", "sctfb", "pfff", "pe", "peff"}));
-    app.add_option("--driver", choices.driver,
-                   "who moves the master, instead of the configured one: sim, desk or can")
-        ->check(CLI::IsMember({"sim", "desk", "can"}));
-    app.add_option("--desk-device", choices.desk_device,
-                   "driver desk: auto (first gamepad or joystick), a file of /dev/input, or terminal (keys)");
+        .one_of({"pf", "sctfb", "pfff", "pe", "peff"});
+    app.option("--driver", choices.driver,
+               "who moves the master, instead of the configured one: sim, desk or can")
+        .one_of({"sim", "desk", "can"});
+    app.option("--desk-device", choices.desk_device,
+               "driver desk: auto (first gamepad or joystick), a file of /dev/input, or terminal (keys)");
   };
   description.run = [&](const runtime::ProcessOptions& options) {
     std::optional<runtime::EndsAtOnce> starting(std::in_place);
     const auto deployment = runtime::load_deployment(options);
     const auto cell = runtime::load_cell(deployment.cell);
     const auto model = master_io::load_arm(cell, master_io::arm_name(options.config));
-    if (command->parsed()) {
+    if (command.given()) {
       starting.emplace(runtime::kExitFailed);  // a command that is cut short has failed
       request.joint = master_io::joint_index(model, request.joint_name);
       return static_cast<int>(runtime::exit_code(

@@ -2,7 +2,6 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <CLI/CLI.hpp>
 #include <ostream>
 
 #include "common/runtime/process.hpp"
@@ -35,30 +34,29 @@ SensingRequest request_for(const CommandRequest& arguments) {
 
 }  // namespace
 
-void add_options(CLI::App& command, CommandRequest& arguments) {
-  command.add_option("--timeout-s", arguments.timeout_s, "how long to wait for the answer")
-      ->check(CLI::Range(0.1, 3600.0));
+void add_options(runtime::Command command, CommandRequest& arguments) {
+  command.option("--timeout-s", arguments.timeout_s, "how long to wait for the answer").between(0.1, 3600.0);
   const auto sub = [&](const char* name, const char* summary) {
-    CLI::App* app = command.add_subcommand(name, summary);
-    app->fallthrough();
-    app->callback([&arguments, name] { arguments.what = name; });
+    runtime::Command app = command.subcommand(name, summary);
+    app.on_use([&arguments, name] { arguments.what = name; });
     return app;
   };
-  const auto add_contact = [&arguments](CLI::App& app) {
-    app.add_option("--object", arguments.object, "the object's name");
-    app.add_option("--id", arguments.id, "its id, instead of the name")->check(CLI::Range(1, 65534));
-    app.add_option("--link", arguments.link, "link or frame of the arm; default: the whole arm");
+  const auto add_contact = [&arguments](runtime::Command app) {
+    app.option("--object", arguments.object, "the object's name");
+    app.option("--id", arguments.id, "its id, instead of the name").between(1, 65534);
+    app.option("--link", arguments.link, "link or frame of the arm; default: the whole arm");
   };
-  CLI::App* allow = sub("allow", "an object may be touched: its fluid is neither felt nor warned of there");
-  add_contact(*allow);
-  allow->add_option("--for-s", arguments.duration_s, "for so long; default: until it is forbidden")
-      ->check(CLI::Range(0.001, 86400.0));
-  CLI::App* forbid = sub("forbid", "take that back: the object is felt again");
-  add_contact(*forbid);
-  forbid->add_flag("--all", arguments.all, "all that was allowed");
+  runtime::Command allow =
+      sub("allow", "an object may be touched: its fluid is neither felt nor warned of there");
+  add_contact(allow);
+  allow.option("--for-s", arguments.duration_s, "for so long; default: until it is forbidden")
+      .between(0.001, 86400.0);
+  runtime::Command forbid = sub("forbid", "take that back: the object is felt again");
+  add_contact(forbid);
+  forbid.flag("--all", arguments.all, "all that was allowed");
   sub("list", "tell which contacts are allowed");
   sub("self-test", "dip a virtual probe into every layer of every object, and say what came of it");
-  command.require_subcommand(1);
+  command.require_subcommand(1, 1);
 }
 
 int run_command(const CommandRequest& arguments, const core::NetworkOptions& network, std::ostream& print) {

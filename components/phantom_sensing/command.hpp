@@ -4,10 +4,7 @@
 #include <string>
 
 #include "common/core/network.hpp"
-
-namespace CLI {
-class App;
-}
+#include "common/runtime/command_line.hpp"
 
 namespace phantom::phantom_sensing {
 
@@ -23,7 +20,7 @@ struct CommandRequest {
 };
 
 /// Declares the subcommands and their options on `command`.
-void add_options(CLI::App& command, CommandRequest& request);
+void add_options(runtime::Command command, CommandRequest& request);
 
 /// Sends the command to the phantom_sensing of the data space, waits for its reply and says it in words on
 /// `print`. Returns the exit code: done, failed (it was refused, or the self-test failed) or missing (nobody

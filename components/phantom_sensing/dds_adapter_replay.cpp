@@ -1,6 +1,5 @@
 #include "components/phantom_sensing/dds_adapter_replay.hpp"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <deque>
 #include <iostream>
@@ -271,10 +270,10 @@ ReplayReport replay_recording(const std::vector<std::filesystem::path>& files, c
   return replay.finish();
 }
 
-void add_options(CLI::App& app, ReplayRequest& request) {
-  app.add_option("--recording", request.recordings, "MCAP files of dds_recorder, in their order")->required();
-  app.add_option("--cell", request.cell, "cell file, as it was when the recording was made")->required();
-  app.add_option("--arm", request.arm, "arm of the cell, if it has several");
+void add_options(runtime::Command app, ReplayRequest& request) {
+  app.option("--recording", request.recordings, "MCAP files of dds_recorder, in their order").required();
+  app.option("--cell", request.cell, "cell file, as it was when the recording was made").required();
+  app.option("--arm", request.arm, "arm of the cell, if it has several");
 }
 
 int run_replay(const ReplayRequest& request, Config config) {

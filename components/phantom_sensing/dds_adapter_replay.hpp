@@ -5,12 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "common/runtime/command_line.hpp"
 #include "components/phantom_sensing/config.hpp"
 #include "components/phantom_sensing/contact_register.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace phantom::phantom_sensing {
 
@@ -47,7 +44,7 @@ struct ReplayReport {
 ReplayReport replay_recording(const std::vector<std::filesystem::path>& files, const PhantomModel& model,
                               const PerceptSettings& settings, ContactRegister contacts);
 
-void add_options(CLI::App& app, ReplayRequest& request);
+void add_options(runtime::Command app, ReplayRequest& request);
 /// The whole command: prints what was found. Returns the exit code, 1 if something differs; throws
 /// ConfigError and MissingError.
 int run_replay(const ReplayRequest& request, Config config);

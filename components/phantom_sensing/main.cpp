@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <optional>
 
@@ -16,7 +15,7 @@ int main(int argc, char** argv) {
   phantom_sensing::ProbeRequest request;
   phantom_sensing::CommandRequest command_arguments;
   phantom_sensing::ReplayRequest recorded;
-  CLI::App *probe = nullptr, *command = nullptr, *replay = nullptr;
+  runtime::Command probe, command, replay;
   runtime::ProcessDescription description;
   description.name = "phantom_sensing";
   description.summary =
@@ -31,10 +30,10 @@ int main(int argc, char** argv) {
       "Example while it runs: phantom_sensing command allow --object gate_valve --link gripper --for-s 60\n"
       "Example without DDS: phantom_sensing probe --cell deploy/cells/hot_cell/cell.yaml --joints poses.csv "
       "--out drag.csv";
-  description.add_options = [&](CLI::App& app) {
+  description.add_options = [&](runtime::Command app) {
     const auto add = [&app](const char* name, const char* what, auto& options) {
-      CLI::App* added = app.add_subcommand(name, what)->fallthrough();
-      phantom_sensing::add_options(*added, options);
+      runtime::Command added = app.subcommand(name, what);
+      phantom_sensing::add_options(added, options);
       return added;
     };
     probe = add("probe", "sense poses from a CSV file (t, q1…qn, v1…vn) instead of from DDS", request);
@@ -47,11 +46,11 @@ int main(int argc, char** argv) {
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto config = phantom_sensing::load_config(options.config);
     std::optional<runtime::EndsAtOnce> batch;
-    if (probe->parsed() || replay->parsed()) batch.emplace(runtime::kExitFailed);
-    if (probe->parsed()) return phantom_sensing::run_probe(request, config);
-    if (replay->parsed()) return phantom_sensing::run_replay(recorded, config);
+    if (probe.given() || replay.given()) batch.emplace(runtime::kExitFailed);
+    if (probe.given()) return phantom_sensing::run_probe(request, config);
+    if (replay.given()) return phantom_sensing::run_replay(recorded, config);
     const auto deployment = runtime::load_deployment(options);
-    if (command->parsed())
+    if (command.given())
       return phantom_sensing::run_command(command_arguments, deployment.network, std::cout);
     std::optional<runtime::EndsAtOnce> starting(std::in_place);
     const auto cell = runtime::load_cell(deployment.cell);

@@ -1,6 +1,5 @@
 #include "components/phantom_sensing/probe.hpp"
 
-#include <CLI/CLI.hpp>
 #include <charconv>
 #include <cmath>
 #include <fstream>
@@ -101,15 +100,14 @@ void write_row(const ProbeRow& row, const StepOutputs& out, std::size_t n, bool 
 
 }  // namespace
 
-void add_options(CLI::App& probe, ProbeRequest& request) {
-  probe.add_option("--cell", request.cell, "cell file; its meshes make the workspace")->required();
-  probe.add_option("--arm", request.arm, "arm of the cell, if it has several");
-  probe.add_option("--joints", request.joints, "poses: CSV with columns t, q1…qn, v1…vn")->required();
-  probe.add_option("--mode", request.mode, "separable or coupled")
-      ->check(CLI::IsMember({"separable", "coupled"}));
-  probe.add_flag("--directional", request.directional, "directional drag, whatever the configuration says");
-  probe.add_option("--out", request.out, "CSV to write")->required();
-  probe.add_option("--skin", request.skin, "CSV to write the skin's sensors to");
+void add_options(runtime::Command probe, ProbeRequest& request) {
+  probe.option("--cell", request.cell, "cell file; its meshes make the workspace").required();
+  probe.option("--arm", request.arm, "arm of the cell, if it has several");
+  probe.option("--joints", request.joints, "poses: CSV with columns t, q1…qn, v1…vn").required();
+  probe.option("--mode", request.mode, "separable or coupled").one_of({"separable", "coupled"});
+  probe.flag("--directional", request.directional, "directional drag, whatever the configuration says");
+  probe.option("--out", request.out, "CSV to write").required();
+  probe.option("--skin", request.skin, "CSV to write the skin's sensors to");
 }
 
 std::vector<ProbeRow> read_probe_rows(std::istream& csv, const std::string& name, std::size_t joint_count) {

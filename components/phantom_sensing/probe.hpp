@@ -5,11 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "common/runtime/command_line.hpp"
 #include "components/phantom_sensing/config.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace phantom::phantom_sensing {
 
@@ -25,7 +22,7 @@ struct ProbeRequest {
 };
 
 /// Declares the command's options on `probe`.
-void add_options(CLI::App& probe, ProbeRequest& request);
+void add_options(runtime::Command probe, ProbeRequest& request);
 
 /// A row of the joints file.
 struct ProbeRow {

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "common/dds/participant.hpp"
@@ -18,14 +17,13 @@ int main(int argc, char** argv) {
   description.details =
       "Example: phantom_session --seconds 30 --report-dir report\n"
       "The report folder gets index.html, summary.json, plots, pictures, the sound and every process's log.";
-  description.add_options = [&](CLI::App& app) {
-    app.add_option("--seconds", request.seconds, "length of the session once all are ready; 0: until Ctrl-C")
-        ->check(CLI::Range(0.0, 1e6));
-    app.add_option("--operator", operator_model, "operator model of master_io");
-    app.add_option("--law", law, "bilateral law of master_io");
-    app.add_option("--driver", driver,
-                   "who moves the master: sim, or desk (a person with gamepad or joystick)");
-    app.add_option(
+  description.add_options = [&](runtime::Command app) {
+    app.option("--seconds", request.seconds, "length of the session once all are ready; 0: until Ctrl-C")
+        .between(0.0, 1e6);
+    app.option("--operator", operator_model, "operator model of master_io");
+    app.option("--law", law, "bilateral law of master_io");
+    app.option("--driver", driver, "who moves the master: sim, or desk (a person with gamepad or joystick)");
+    app.option(
         "--without", request.without,
         "a component not to start, because you run it yourself (e.g. master_io in a terminal of its own)");
   };

@@ -1,6 +1,5 @@
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
 
@@ -24,22 +23,21 @@ struct Options {
   bool serve_only = false, eds = false;
 };
 
-void add_options(CLI::App& app, Options& o) {
-  app.add_option("--bus", o.bus, "can0 or another SocketCAN interface, or user:NAME; instead of the file's");
-  app.add_option("--nodes", o.nodes, "only these of the file's node ids")->delimiter(',');
-  app.add_option("--fault", o.faults, "KIND@SECONDS[:NODE]: a fault that begins then; may be given again");
-  app.add_option("--drop", o.bus_fault.drop, "share of frames that the bus loses (userspace bus only)")
-      ->check(CLI::Range(0.0, 1.0));
-  app.add_option("--duplicate", o.bus_fault.duplicate,
-                 "share of frames that the bus repeats (userspace bus only)")
-      ->check(CLI::Range(0.0, 1.0));
-  app.add_option("--delay-ms", o.delay_ms, "every frame comes so much later (userspace bus only)")
-      ->check(CLI::Range(0.0, 10000.0));
-  app.add_option("--jitter-ms", o.jitter_ms, "and up to so much more, each for itself (userspace bus only)")
-      ->check(CLI::Range(0.0, 10000.0));
-  app.add_flag("--eds", o.eds,
-               "print the drives' electronic data sheet (CiA 306), for CANopen tools, and end");
-  app.add_flag("--serve-only", o.serve_only, "serve the userspace bus, without drives");
+void add_options(runtime::Command app, Options& o) {
+  app.option("--bus", o.bus, "can0 or another SocketCAN interface, or user:NAME; instead of the file's");
+  app.option("--nodes", o.nodes, "only these of the file's node ids").separated_by(',');
+  app.option("--fault", o.faults, "KIND@SECONDS[:NODE]: a fault that begins then; may be given again");
+  app.option("--drop", o.bus_fault.drop, "share of frames that the bus loses (userspace bus only)")
+      .between(0.0, 1.0);
+  app.option("--duplicate", o.bus_fault.duplicate,
+             "share of frames that the bus repeats (userspace bus only)")
+      .between(0.0, 1.0);
+  app.option("--delay-ms", o.delay_ms, "every frame comes so much later (userspace bus only)")
+      .between(0.0, 10000.0);
+  app.option("--jitter-ms", o.jitter_ms, "and up to so much more, each for itself (userspace bus only)")
+      .between(0.0, 10000.0);
+  app.flag("--eds", o.eds, "print the drives' electronic data sheet (CiA 306), for CANopen tools, and end");
+  app.flag("--serve-only", o.serve_only, "serve the userspace bus, without drives");
 }
 
 // A userspace bus that nobody serves yet is served here.
@@ -125,7 +123,7 @@ int main(int argc, char** argv) {
       "Example: simulated_drive --bus user:arm --fault trip@10:2\n"
       "A userspace bus is served by the first process that names it. Faults (--fault):\n" +
       simulated_drive::fault_help();
-  description.add_options = [&own](CLI::App& app) { add_options(app, own); };
+  description.add_options = [&own](runtime::Command app) { add_options(app, own); };
   description.run = [&own](const runtime::ProcessOptions& options) { return run(options, own); };
   return runtime::process_main(argc, argv, description);
 }

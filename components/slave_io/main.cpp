@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <optional>
 
@@ -15,7 +14,7 @@
 int main(int argc, char** argv) {
   using namespace phantom;
   core::OperatorRequest request;
-  CLI::App* command = nullptr;
+  runtime::Command command;
   runtime::ProcessDescription description;
   description.name = "slave_io";
   description.summary =
@@ -29,15 +28,14 @@ int main(int argc, char** argv) {
       "Example while it runs: slave_io command stop; slave_io command reset; slave_io command status\n"
       "kill -USR1 is an emergency stop; a stop outlives the process (--state-dir), until a reset.\n"
       "With --report-dir it leaves slave_io.json: how the loop ran, and every contact.";
-  description.add_options = [&](CLI::App& app) {
-    command =
-        app.add_subcommand("command", "ask something of the running master_io and slave_io")->fallthrough();
-    runtime::add_operator_options(*command, request, false);
+  description.add_options = [&](runtime::Command app) {
+    command = app.subcommand("command", "ask something of the running master_io and slave_io");
+    runtime::add_operator_options(command, request, false);
   };
   description.run = [&](const runtime::ProcessOptions& options) {
     std::optional<runtime::EndsAtOnce> starting(std::in_place);
     const auto deployment = runtime::load_deployment(options);
-    if (command->parsed()) {
+    if (command.given()) {
       starting.emplace(runtime::kExitFailed);  // a command that is cut short has failed
       return static_cast<int>(runtime::exit_code(
           dds::run_operator_request(deployment.network, "slave_io command", request, std::cout)));

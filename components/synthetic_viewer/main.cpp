@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <optional>
 
@@ -15,7 +14,7 @@ int main(int argc, char** argv) {
   using namespace phantom;
   using namespace phantom::synthetic_viewer;
   SheetRequest sheet;
-  CLI::App* sheet_command = nullptr;
+  runtime::Command sheet_command;
   bool window = false;
   runtime::ProcessDescription description;
   description.name = "synthetic_viewer";
@@ -30,15 +29,15 @@ int main(int argc, char** argv) {
       "standard output.\n"
       "With --report-dir it leaves hit_<number>_<node>.png, main*.png and synthetic_viewer.json.\n"
       "Example without DDS: synthetic_viewer sheet --cell deploy/cells/two_plates/cell.yaml --out sheet.png";
-  description.add_options = [&](CLI::App& app) {
-    app.add_flag("--window", window, "open a window on this host's desktop as well");
+  description.add_options = [&](runtime::Command app) {
+    app.flag("--window", window, "open a window on this host's desktop as well");
     sheet_command = add_sheet_command(app, sheet);
   };
   description.run = [&](const runtime::ProcessOptions& options) {
     ViewerConfig config = load_config(options.config);
     std::optional<runtime::EndsAtOnce> starting;
-    if (sheet_command->parsed()) starting.emplace(runtime::kExitFailed);
-    if (sheet_command->parsed()) return run_sheet(sheet, config);
+    if (sheet_command.given()) starting.emplace(runtime::kExitFailed);
+    if (sheet_command.given()) return run_sheet(sheet, config);
     starting.emplace();
     const runtime::Deployment deployment = runtime::load_deployment(options);
     dds::check_qos_profiles(deployment.network.qos_profiles);

@@ -1,6 +1,5 @@
 #include "components/synthetic_viewer/sheet.hpp"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -44,18 +43,16 @@ class Sheet {
 
 }  // namespace
 
-CLI::App* add_sheet_command(CLI::App& app, SheetRequest& request) {
-  CLI::App* sheet =
-      app.add_subcommand("sheet", "draw a hit zone from all fourteen nodes on one sheet, without DDS");
-  sheet->fallthrough();
-  sheet->add_option("--cell", request.cell, "cell file")->required();
-  sheet->add_option("--arm", request.pose.arm, "arm of the cell, if it has several");
-  sheet->add_option("--joints", request.pose.position,
-                    "joint positions in rad or m, e.g. 0 0.6 -1.2 0 0.6 0; default: home");
-  sheet->add_option("--velocity", request.pose.velocity,
-                    "joint velocities in rad/s or m/s; default: at rest");
-  sheet->add_option("--tile-width", request.tile_width_px, "pixels")->check(CLI::Range(160, 1920));
-  sheet->add_option("--out", request.out, "PNG to write")->required();
+runtime::Command add_sheet_command(runtime::Command app, SheetRequest& request) {
+  runtime::Command sheet =
+      app.subcommand("sheet", "draw a hit zone from all fourteen nodes on one sheet, without DDS");
+  sheet.option("--cell", request.cell, "cell file").required();
+  sheet.option("--arm", request.pose.arm, "arm of the cell, if it has several");
+  sheet.option("--joints", request.pose.position,
+               "joint positions in rad or m, e.g. 0 0.6 -1.2 0 0.6 0; default: home");
+  sheet.option("--velocity", request.pose.velocity, "joint velocities in rad/s or m/s; default: at rest");
+  sheet.option("--tile-width", request.tile_width_px, "pixels").between(160, 1920);
+  sheet.option("--out", request.out, "PNG to write").required();
   return sheet;
 }
 

@@ -2,12 +2,9 @@
 
 #include <filesystem>
 
+#include "common/runtime/command_line.hpp"
 #include "components/synthetic_viewer/config.hpp"
 #include "components/synthetic_viewer/still_scene.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace phantom::synthetic_viewer {
 
@@ -19,7 +16,7 @@ struct SheetRequest {
 };
 
 /// Adds the command with its options.
-CLI::App* add_sheet_command(CLI::App& app, SheetRequest& request);
+runtime::Command add_sheet_command(runtime::Command app, SheetRequest& request);
 
 /// Puts the arm into a cell in a pose and draws, without any topic, the whole cell and the zone where its
 /// skin is nearest to an object: from the node chosen automatically and from all fourteen, on one sheet.

@@ -3,7 +3,6 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fstream>
 #include <map>
@@ -48,12 +47,11 @@ geometry::Pose pose_of(const Request& request) {
 void spoil(const std::vector<std::string>& range_errors, std::vector<survey::Targeting>& targetings) {
   for (const std::string& text : range_errors) {
     const auto at = text.find('=');
-    double error_mm = 0.0;
-    const bool number = at != std::string::npos && CLI::detail::lexical_cast(text.substr(at + 1), error_mm) &&
-                        std::abs(error_mm) < 1e5;
+    const double error_mm =
+        at == std::string::npos ? std::nan("") : runtime::number_of(text.substr(at + 1)).value_or(std::nan(""));
     const auto hit = std::find_if(targetings.begin(), targetings.end(),
                                   [&](const auto& t) { return t.node == text.substr(0, at) && t.reading; });
-    if (!number || hit == targetings.end())
+    if (!(std::abs(error_mm) < 1e5) || hit == targetings.end())
       throw ConfigError("--range-error: '" + text + "'; allowed: NODE=MM, with a node that is measured");
     hit->reading->range_m += 1e-3 * error_mm;
   }
@@ -192,63 +190,61 @@ int lead(const Request& request, const Config& config, const Workspace& workspac
   return assist(config, library, setup, in, print) ? runtime::kExitDone : runtime::kExitFailed;
 }
 
-void add_target_options(CLI::App& app, Request& request) {
-  app.add_option("--pose", request.pose,
-                 "\"x y z roll pitch yaw\": where the simulated part stands in W, metres and degrees");
-  app.add_option("--faces", request.faces, "how many faces of it are measured, those that look largest first")
-      ->check(CLI::Range(1, 6));
-  app.add_option("--seed", request.seed, "of the simulated errors");
-  app.add_option("--range-error", request.range_errors,
-                 "NODE=MM: an error of its own on a node's range, to try the error aid");
+void add_target_options(runtime::Command app, Request& request) {
+  app.option("--pose", request.pose,
+             "\"x y z roll pitch yaw\": where the simulated part stands in W, metres and degrees");
+  app.option("--faces", request.faces, "how many faces of it are measured, those that look largest first")
+      .between(1, 6);
+  app.option("--seed", request.seed, "of the simulated errors");
+  app.option("--range-error", request.range_errors,
+             "NODE=MM: an error of its own on a node's range, to try the error aid");
 }
 
-void add_send_options(CLI::App& app, Request& request) {
-  app.add_option("--name", request.name, "what the object is called in the workspace; default: as the part");
-  app.add_option("--move", request.move,
-                 "an object of the workspace that this is: it is moved, instead of adding one");
-  app.add_option("--timeout-s", request.timeout_s, "how long to wait for a word of wva_server")
-      ->check(CLI::Range(0.1, 3600.0));
-  app.add_option("--voxel-size-mm", request.voxel_size_mm,
-                 "for the guard; default: that of the deployment's cell")
-      ->check(CLI::Range(0.1, 1000.0));
+void add_send_options(runtime::Command app, Request& request) {
+  app.option("--name", request.name, "what the object is called in the workspace; default: as the part");
+  app.option("--move", request.move,
+             "an object of the workspace that this is: it is moved, instead of adding one");
+  app.option("--timeout-s", request.timeout_s, "how long to wait for a word of wva_server")
+      .between(0.1, 3600.0);
+  app.option("--voxel-size-mm", request.voxel_size_mm,
+             "for the guard; default: that of the deployment's cell")
+      .between(0.1, 1000.0);
 }
 
 }  // namespace
 
-void add_options(CLI::App& app, Request& request) {
+void add_options(runtime::Command app, Request& request) {
   const auto sub = [&](const char* name, const char* summary) {
-    CLI::App* added = app.add_subcommand(name, summary);
-    added->fallthrough();
-    added->callback([&request, name] { request.what = name; });
-    added->add_option("--library", request.library, "folder of CAD models; default: the shipped parts");
+    runtime::Command added = app.subcommand(name, summary);
+    added.on_use([&request, name] { request.what = name; });
+    added.option("--library", request.library, "folder of CAD models; default: the shipped parts");
     return added;
   };
-  CLI::App* simulate = sub("simulate", "measure a part with the simulated range head, as CSV");
-  simulate->add_option("--part", request.part, "which part of the library")->required();
-  add_target_options(*simulate, request);
-  simulate->add_option("--out", request.out, "file to write; default: standard output");
+  runtime::Command simulate = sub("simulate", "measure a part with the simulated range head, as CSV");
+  simulate.option("--part", request.part, "which part of the library").required();
+  add_target_options(simulate, request);
+  simulate.option("--out", request.out, "file to write; default: standard output");
   for (const char* name : {"identify", "fit"}) {
     const bool is_fit = std::string(name) == "fit";
-    CLI::App* reads =
+    runtime::Command reads =
         sub(name, is_fit ? "find what was measured and where it stands; send_object the workspace with --send"
                          : "list the parts that agree with what was measured");
     reads
-        ->add_option("--measurements", request.measurements,
-                     "CSV: face, part, node, range_mm, pan_deg, tilt_deg (or range_m, pan_rad, tilt_rad)")
-        ->required();
-    reads->add_option("--part", request.part, "look at this part of the library only");
-    reads->add_option("--json", request.json,
-                      "write the result as JSON to this file; -: instead of the text");
+        .option("--measurements", request.measurements,
+                "CSV: face, part, node, range_mm, pan_deg, tilt_deg (or range_m, pan_rad, tilt_rad)")
+        .required();
+    reads.option("--part", request.part, "look at this part of the library only");
+    reads.option("--json", request.json, "write the result as JSON to this file; -: instead of the text");
     if (!is_fit) continue;
-    reads->add_option("--picture", request.picture, "write a PNG of the residuals");
-    reads->add_flag("--send", request.send, "add the object to the running workspace, or move one (--move)");
-    add_send_options(*reads, request);
+    reads.option("--picture", request.picture, "write a PNG of the residuals");
+    reads.flag("--send", request.send, "add the object to the running workspace, or move one (--move)");
+    add_send_options(reads, request);
   }
-  CLI::App* assist = sub("assist", "be led through targeting, corner by corner");
-  assist->add_option("--practice", request.part,
-                     "no head at hand: a simulated one targets this part of the library, at --pose");
-  add_target_options(*assist, request);
-  add_send_options(*assist, request);
+  runtime::Command assist = sub("assist", "be led through targeting, corner by corner");
+  assist.option("--practice", request.part,
+                "no head at hand: a simulated one targets this part of the library, at --pose");
+  add_target_options(assist, request);
+  add_send_options(assist, request);
 }
 
 int run(const Request& request, const Config& config, const Workspace& workspace, std::istream& in,

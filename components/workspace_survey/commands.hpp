@@ -6,11 +6,8 @@
 #include <vector>
 
 #include "common/core/network.hpp"
+#include "common/runtime/command_line.hpp"
 #include "components/workspace_survey/config.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace phantom::workspace_survey {
 
@@ -30,7 +27,7 @@ struct Request {
 };
 
 /// Declares the subcommands and their options.
-void add_options(CLI::App& app, Request& request);
+void add_options(runtime::Command app, Request& request);
 
 /// Where the workspace is, for who sends.
 struct Workspace {

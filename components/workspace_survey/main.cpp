@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <iostream>
 
 #include "common/dds/participant.hpp"
@@ -28,7 +27,7 @@ int main(int argc, char** argv) {
       "      workspace_survey simulate --part wedge --pose \"0.1 0 0.4 90 0 20\" --out wedge.csv\n"
       "      workspace_survey fit --measurements wedge.csv --picture wedge.png\n"
       "      workspace_survey fit --measurements wedge.csv --send            (while the demo runs)";
-  description.add_options = [&](CLI::App& app) { workspace_survey::add_options(app, request); };
+  description.add_options = [&](runtime::Command app) { workspace_survey::add_options(app, request); };
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto config = workspace_survey::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);

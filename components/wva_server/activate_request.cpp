@@ -1,6 +1,5 @@
 #include "components/wva_server/activate_request.hpp"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -26,65 +25,62 @@ const char* const kExamples =
     "    wva_server activate --cell deploy/cells/hot_cell/cell.yaml --threads 2 --field mu --export "
     "cell.nrrd";
 
-void add_mesh_options(CLI::App& command, ActivateRequest& request) {
-  command.add_option("--mesh", request.mesh, "mesh file to activate (STL, OBJ, PLY, OFF, glTF, COLLADA, …)");
+void add_mesh_options(runtime::Command command, ActivateRequest& request) {
+  command.option("--mesh", request.mesh, "mesh file to activate (STL, OBJ, PLY, OFF, glTF, COLLADA, …)");
   command
-      .add_option(
+      .option(
           "--scale", request.scale,
           "metres per unit of the mesh file, e.g. 0.001 for millimetres; default: what the file says, else a "
           "guess that is told")
-      ->check(CLI::Range(1e-9, 1e9));
+      .between(1e-9, 1e9);
   command
-      .add_option("--fit-extent-m", request.fit_extent_m,
-                  "scale the mesh so that its longest side has this length")
-      ->check(CLI::Range(1e-6, 1e6));
+      .option("--fit-extent-m", request.fit_extent_m,
+              "scale the mesh so that its longest side has this length")
+      .between(1e-6, 1e6);
   command
-      .add_option(
-          "--up-axis", request.up_axis,
-          "axis of the mesh file that points up; default: what the file says, else a guess that is told")
-      ->check(CLI::IsMember({"z", "y"}));
-  command.add_option("--pose", request.pose, "\"x y z roll pitch yaw\" of the mesh in W, metres and degrees");
-  command.add_option("--voxel-size-m", request.voxel_size_m, "edge of a voxel")->check(CLI::Range(1e-6, 1e3));
+      .option("--up-axis", request.up_axis,
+              "axis of the mesh file that points up; default: what the file says, else a guess that is told")
+      .one_of({"z", "y"});
+  command.option("--pose", request.pose, "\"x y z roll pitch yaw\" of the mesh in W, metres and degrees");
+  command.option("--voxel-size-m", request.voxel_size_m, "edge of a voxel").between(1e-6, 1e3);
 }
 
-void add_layer_options(CLI::App& command, ActivateRequest& request) {
+void add_layer_options(runtime::Command command, ActivateRequest& request) {
   command
-      .add_option("--layers", request.layers,
-                  "thickness of each layer in voxels, the nearest first: 4,4,4,4,4,4")
-      ->delimiter(',');
+      .option("--layers", request.layers, "thickness of each layer in voxels, the nearest first: 4,4,4,4,4,4")
+      .separated_by(',');
+  command.option("--mu", request.mu, "viscosity of each layer in Pa·s/m, falling outwards: 32,20,13,11,10,9")
+      .separated_by(',');
   command
-      .add_option("--mu", request.mu, "viscosity of each layer in Pa·s/m, falling outwards: 32,20,13,11,10,9")
-      ->delimiter(',');
+      .option("--mu-skin", request.mu_skin,
+              "viscosity of the body itself; default 100, or the first layer's if higher")
+      .between(1e-6, 1e6);
   command
-      .add_option("--mu-skin", request.mu_skin,
-                  "viscosity of the body itself; default 100, or the first layer's if higher")
-      ->check(CLI::Range(1e-6, 1e6));
+      .option("--method", request.method,
+              "how layers are made: distance (exact, between voxels; the default), surface (exact, to "
+              "the mesh itself), "
+              "dilation (the thesis's, voxel by voxel); with --cell in place of every object's own")
+      .one_of({"distance", "surface", "dilation"});
   command
-      .add_option("--method", request.method,
-                  "how layers are made: distance (exact, between voxels; the default), surface (exact, to "
-                  "the mesh itself), "
-                  "dilation (the thesis's, voxel by voxel); with --cell in place of every object's own")
-      ->check(CLI::IsMember({"distance", "surface", "dilation"}));
+      .option("--element", request.element,
+              "shaping element of the dilation method: cube, sphere (within m voxels; the default) or "
+              "sphere-contained (within m and a half)")
+      .one_of({"cube", "sphere", "sphere-contained"});
   command
-      .add_option("--element", request.element,
-                  "shaping element of the dilation method: cube, sphere (within m voxels; the default) or "
-                  "sphere-contained (within m and a half)")
-      ->check(CLI::IsMember({"cube", "sphere", "sphere-contained"}));
+      .option("--guard", request.guard,
+              "thickness in voxels of a protective skin around the body, with layer 1's viscosity; the "
+              "layers begin "
+              "outside of it")
+      .between(0, 254);
   command
-      .add_option("--guard", request.guard,
-                  "thickness in voxels of a protective skin around the body, with layer 1's viscosity; the "
-                  "layers begin "
-                  "outside of it")
-      ->check(CLI::Range(0, 254));
+      .option("--inside", request.inside,
+              "layers inside the body, each as thick as layer 1, for a model that may be larger than the "
+              "real part")
+      .between(0, 98);
   command
-      .add_option("--inside", request.inside,
-                  "layers inside the body, each as thick as layer 1, for a model that may be larger than the "
-                  "real part")
-      ->check(CLI::Range(0, 98));
-  command
-      .add_option("--mu-inside", request.mu_inside,
-                  "their viscosities, rising inwards; default: in equal steps from layer 1's to the skin's")
-      ->delimiter(',');
+      .option("--mu-inside", request.mu_inside,
+              "their viscosities, rising inwards; default: in equal steps from layer 1's to the skin's")
+      .separated_by(',');
 }
 
 /// Refuses a file to be written whose folder is not there.
@@ -103,36 +99,26 @@ core::ConfigError wrong_option(const std::string& option, const std::string& pro
   return core::ConfigError("activate: " + option + ": " + problem);
 }
 
-void add_options(CLI::App& command, ActivateRequest& request) {
+void add_options(runtime::Command command, ActivateRequest& request) {
   add_mesh_options(command, request);
-  command.add_option("--cell", request.cell, "cell file to activate as a whole, instead of a mesh");
+  command.option("--cell", request.cell, "cell file to activate as a whole, instead of a mesh");
   add_layer_options(command, request);
-  command.add_option("--threads", request.threads, "threads to work on; default: the configuration's")
-      ->check(CLI::Range(1, 1024));
-  command.add_option("--export", request.out, "NRRD file to write")->required();
-  command.add_option("--field", request.field, "what to write per voxel; default: order")
-      ->check(CLI::IsMember({"order", "mu", "object"}));
-  command.add_option("--encoding", request.encoding, "of the NRRD file; default: gzip")
-      ->check(CLI::IsMember({"gzip", "raw"}));
-  command.add_option(
-      "--picture", request.picture,
-      "PNG file to write: three sections through the middle of what is there, coloured by order");
-  command.add_option(
+  command.option("--threads", request.threads, "threads to work on; default: the configuration's")
+      .between(1, 1024);
+  command.option("--export", request.out, "NRRD file to write").required();
+  command.option("--field", request.field, "what to write per voxel; default: order")
+      .one_of({"order", "mu", "object"});
+  command.option("--encoding", request.encoding, "of the NRRD file; default: gzip").one_of({"gzip", "raw"});
+  command.option("--picture", request.picture,
+                 "PNG file to write: three sections through the middle of what is there, coloured by order");
+  command.option(
       "--fidelity", request.fidelity,
       "file to write, .csv or .json: how far each layer's outer face lies from where it should, by "
       "direction; of a mesh only");
-  command.footer(kExamples);
+  command.details(kExamples);
 }
 
 void check_request(const ActivateRequest& request) {
-  // CLI11's ranges let NaN pass.
-  const std::pair<const char*, double> numbers[] = {{"--scale", request.scale},
-                                                    {"--fit-extent-m", request.fit_extent_m},
-                                                    {"--voxel-size-m", request.voxel_size_m},
-                                                    {"--mu-skin", request.mu_skin}};
-  for (const auto& [option, value] : numbers) {
-    if (!std::isfinite(value)) throw wrong_option(option, "is not a finite number");
-  }
   // Said now, not after minutes of work.
   check_folder("--export", request.out);
   check_folder("--picture", request.picture);

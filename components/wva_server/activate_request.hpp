@@ -4,12 +4,9 @@
 #include <vector>
 
 #include "common/core/errors.hpp"
+#include "common/runtime/command_line.hpp"
 #include "common/voxel/nrrd.hpp"
 #include "common/voxel/profile.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace phantom::wva_server {
 
@@ -39,7 +36,7 @@ struct ActivateRequest {
 core::ConfigError wrong_option(const std::string& option, const std::string& problem);
 
 /// Declares the subcommand's options on `command`.
-void add_options(CLI::App& command, ActivateRequest& request);
+void add_options(runtime::Command command, ActivateRequest& request);
 
 /// Refuses arguments that are missing or do not go together. Throws ConfigError that names them and what is
 /// allowed.

@@ -2,7 +2,6 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -67,37 +66,35 @@ int list(const Listing& listing, std::ostream& print) {
   return runtime::kExitDone;
 }
 
-void add_object_options(CLI::App& command, ChangeRequest& request) {
-  command.add_option("--object", request.object, "the object's name");
-  command.add_option("--id", request.id, "its id, instead of the name")->check(CLI::Range(1, 65534));
+void add_object_options(runtime::Command command, ChangeRequest& request) {
+  command.option("--object", request.object, "the object's name");
+  command.option("--id", request.id, "its id, instead of the name").between(1, 65534);
 }
 
 }  // namespace
 
-void add_options(CLI::App& command, ChangeRequest& request) {
-  command.add_option("--timeout-s", request.timeout_s, "how long to wait for a word of wva_server")
-      ->check(CLI::Range(0.1, 3600.0));
+void add_options(runtime::Command command, ChangeRequest& request) {
+  command.option("--timeout-s", request.timeout_s, "how long to wait for a word of wva_server")
+      .between(0.1, 3600.0);
   const auto sub = [&](const char* name, const char* summary) {
-    CLI::App* app = command.add_subcommand(name, summary);
-    app->fallthrough();
-    app->callback([&request, name] { request.what = name; });
+    runtime::Command app = command.subcommand(name, summary);
+    app.on_use([&request, name] { request.what = name; });
     return app;
   };
   sub("add", "add an object to the workspace")
-      ->add_option("--file", request.file,
-                   "YAML of the object, as an entry of a cell file's objects; -: standard input")
-      ->required();
-  CLI::App* move = sub("move", "move an object of the workspace");
-  add_object_options(*move, request);
-  move->add_option("--pose", request.pose,
-                   "\"x y z roll pitch yaw\": where it stands now in W, metres and degrees")
-      ->required();
-  move->add_option("--guard-vox", request.guard_vox,
-                   "its guard skin from now on, in voxels; default: as before")
-      ->check(CLI::Range(0, 100));
-  add_object_options(*sub("remove", "remove an object from the workspace"), request);
+      .option("--file", request.file,
+              "YAML of the object, as an entry of a cell file's objects; -: standard input")
+      .required();
+  runtime::Command move = sub("move", "move an object of the workspace");
+  add_object_options(move, request);
+  move.option("--pose", request.pose,
+              "\"x y z roll pitch yaw\": where it stands now in W, metres and degrees")
+      .required();
+  move.option("--guard-vox", request.guard_vox, "its guard skin from now on, in voxels; default: as before")
+      .between(0, 100);
+  add_object_options(sub("remove", "remove an object from the workspace"), request);
   sub("list", "tell what stands where");
-  command.require_subcommand(1);
+  command.require_subcommand(1, 1);
 }
 
 int run_change(const ChangeRequest& request, const core::NetworkOptions& network, std::ostream& print) {

@@ -4,10 +4,7 @@
 #include <string>
 
 #include "common/core/network.hpp"
-
-namespace CLI {
-class App;
-}
+#include "common/runtime/command_line.hpp"
 
 namespace phantom::wva_server {
 
@@ -23,7 +20,7 @@ struct ChangeRequest {
 };
 
 /// Declares the subcommands and their options on `command`.
-void add_options(CLI::App& command, ChangeRequest& request);
+void add_options(runtime::Command command, ChangeRequest& request);
 
 /// Sends the command to the wva_server of the data space, waits for its reply and says it in words on
 /// `print`. Returns the exit code: done, failed (it was refused) or missing (nobody answers). Throws

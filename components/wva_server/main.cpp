@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <future>
 #include <iostream>
@@ -17,7 +16,7 @@ int main(int argc, char** argv) {
   wva_server::ActivateRequest request;
   wva_server::ChangeRequest change;
   std::filesystem::path changes_file;
-  CLI::App *activate = nullptr, *command = nullptr;
+  runtime::Command activate, command;
   runtime::ProcessDescription description;
   description.name = "wva_server";
   description.summary =
@@ -32,26 +31,23 @@ int main(int argc, char** argv) {
       "Example while it runs: wva_server command move --object pump --pose \"0.4 -0.1 0.301 0 0 30\"\n"
       "Example without DDS: wva_server activate --mesh part.stl --scale 0.001 --voxel-size-m 0.005 "
       "--layers 4,4,4,4,4,4 --mu 32,20,13,11,10,9 --export part.nrrd";
-  description.add_options = [&](CLI::App& app) {
-    app.add_option(
-        "--keep-changes", changes_file,
-        "keep in this file what commands change, and serve the cell as it was then when started anew");
-    activate = app.add_subcommand(
-        "activate", "activate one mesh or a cell, export it as NRRD, print a line of JSON; no DDS");
-    activate->fallthrough();
-    wva_server::add_options(*activate, request);
-    command = app.add_subcommand(
+  description.add_options = [&](runtime::Command app) {
+    app.option("--keep-changes", changes_file,
+               "keep in this file what commands change, and serve the cell as it was then when started anew");
+    activate = app.subcommand("activate",
+                              "activate one mesh or a cell, export it as NRRD, print a line of JSON; no DDS");
+    wva_server::add_options(activate, request);
+    command = app.subcommand(
         "command",
         "tell the running wva_server of the deployment to add, move or remove an object, or what it has");
-    command->fallthrough();
-    wva_server::add_options(*command, change);
+    wva_server::add_options(command, change);
   };
   description.run = [&](const runtime::ProcessOptions& options) {
     voxel::keep_freed_memory(256 << 20);
     const auto config = wva_server::load_config(options.config);
-    if (activate->parsed()) return wva_server::run_activate(request, config, std::cout);
+    if (activate.given()) return wva_server::run_activate(request, config, std::cout);
     const auto deployment = runtime::load_deployment(options);
-    if (command->parsed()) return wva_server::run_change(change, deployment.network, std::cout);
+    if (command.given()) return wva_server::run_change(change, deployment.network, std::cout);
     std::optional<runtime::EndsAtOnce> starting(std::in_place);
     // Fast DDS needs as long for the profiles as the cell for its meshes: both at once.
     auto profiles = std::async(std::launch::async, dds::check_qos_profiles, deployment.network.qos_profiles);

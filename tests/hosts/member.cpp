@@ -1,7 +1,6 @@
 // A participant that opens the ends of a component, as deploy/security/rights lists them, and is silent: what
 // its being there costs the network is discovery alone. Prints "up", then for each line that it reads how
 // many ends of others it has matched.
-#include <CLI/CLI.hpp>
 #include <cstring>
 #include <iostream>
 #include <list>
@@ -30,10 +29,10 @@ int main(int argc, char** argv) {
   runtime::ProcessDescription description;
   description.name = "member";
   description.summary = "A silent participant with the ends of a component, for measuring discovery.";
-  description.add_options = [&](CLI::App& app) {
-    app.add_option("--name", name, "of the component that it stands for")->required();
-    app.add_option("--writes", writes, "topics");
-    app.add_option("--reads", reads, "topics");
+  description.add_options = [&](runtime::Command app) {
+    app.option("--name", name, "of the component that it stands for").required();
+    app.option("--writes", writes, "topics");
+    app.option("--reads", reads, "topics");
   };
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto deployment = runtime::load_deployment(options);

@@ -1,7 +1,6 @@
 // A participant that sends and hears periodic, reliable and durable samples all the time, to see who hears
 // whom after processes were killed or stood still. Prints its session, then for each line that it reads what
 // it has heard since its start: {"longest_write_ms": …, "heard": {topic: {session: samples}}}.
-#include <CLI/CLI.hpp>
 #include <atomic>
 #include <iostream>
 #include <map>
@@ -107,9 +106,9 @@ int main(int argc, char** argv) {
   runtime::ProcessDescription description;
   description.name = "talker";
   description.summary = "A participant that sends and hears all the time, for killing and freezing it.";
-  description.add_options = [&](CLI::App& app) {
-    app.add_option("--name", name, "that it has in the domain")->required();
-    app.add_option("--work-us", work_us, "that each sample keeps its reader busy");
+  description.add_options = [&](runtime::Command app) {
+    app.option("--name", name, "that it has in the domain").required();
+    app.option("--work-us", work_us, "that each sample keeps its reader busy");
   };
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto deployment = runtime::load_deployment(options);

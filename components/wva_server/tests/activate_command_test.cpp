@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <sys/resource.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -27,9 +26,9 @@ class ActivateCommand : public TestCell {
   /// Runs the command line and returns what it prints.
   nlohmann::json run(const std::string& arguments) const {
     ActivateRequest request;
-    CLI::App app;
-    add_options(app, request);
-    app.parse(arguments + " --export " + out().string());
+    runtime::CommandLine line("activate", "", "");
+    add_options(line.root(), request);
+    line.parse(arguments + " --export " + out().string());
     std::ostringstream print;
     EXPECT_EQ(run_activate(request, {}, print), 0);
     EXPECT_EQ(print.str().find('\n'), print.str().size() - 1);  // one line
