@@ -1,11 +1,22 @@
 #include "common/geometry/pose.hpp"
 
 #include <Eigen/Geometry>
+#include <cmath>
 
 namespace phantom::geometry {
 
 Eigen::Matrix3d rotation_about(const Eigen::Vector3d& axis, double angle_rad) {
   return Eigen::AngleAxisd(angle_rad, axis).toRotationMatrix();
+}
+
+Eigen::Matrix3d rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const Eigen::Vector3d a = from.normalized(), b = to.normalized();
+  // The direction across `a` in the plane of both, made orthogonal twice: exact where they are nearly opposite.
+  Eigen::Vector3d across = b - a.dot(b) * a;
+  across -= a.dot(across) * a;
+  const double sine = across.norm();
+  const Eigen::Vector3d u = sine > 0 ? Eigen::Vector3d(across / sine) : a.unitOrthogonal();
+  return rotation_about(a.cross(u).normalized(), std::atan2(b.dot(u), b.dot(a)));
 }
 
 Eigen::Matrix3d rotation_from_rpy(double roll_rad, double pitch_rad, double yaw_rad) {

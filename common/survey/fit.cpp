@@ -101,7 +101,7 @@ geometry::Pose fit_four_steps(const PartModel& part, const Measurement& measurem
       (measured[triangle[1]] - measured[triangle[0]]).cross(measured[triangle[2]] - measured[triangle[0]]);
   if (as_measured.dot(wanted) < 0) own = -own;
   geometry::Pose X;
-  X.rotation = Eigen::Quaterniond::FromTwoVectors(own, wanted).toRotationMatrix();
+  X.rotation = geometry::rotation_between(own, wanted);
   double sine = 0.0, cosine = 0.0;
   for (std::size_t i = 0; i + (face.closed ? 0 : 1) < measured.size(); ++i) {
     const std::size_t next = (i + 1) % measured.size();
@@ -184,8 +184,10 @@ Eigen::Matrix<double, 3, 6> displacement_jacobian(const PoseFit& fit, const Eige
 }
 
 double worst_displacement_m(const PartModel& part, const PoseFit& fit, double confidence) {
-  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(fit.covariance);
-  const Matrix6 root = solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const Eigen::LDLT<Matrix6> parts(fit.covariance);  // PᵀLDLᵀP, also of a semi-definite one
+  const Matrix6 lower = parts.matrixL();
+  const Matrix6 root = parts.transpositionsP().transpose() *
+                       Matrix6(lower * parts.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal());
   std::mt19937_64 random(20170611);
   std::normal_distribution<double> normal;
   std::vector<Eigen::Vector3d> levers;

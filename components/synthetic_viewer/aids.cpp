@@ -1,6 +1,5 @@
 #include "components/synthetic_viewer/aids.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 
 namespace phantom::synthetic_viewer {
@@ -11,8 +10,7 @@ constexpr Colour kPlaneColour{0.25F, 0.62F, 0.92F};
 
 /// Frame with z along `direction` (not zero) at a place.
 geometry::Pose along(const Eigen::Vector3d& position_m, const Eigen::Vector3d& direction) {
-  return {Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), direction).toRotationMatrix(),
-          position_m};
+  return {geometry::rotation_between(Eigen::Vector3d::UnitZ(), direction), position_m};
 }
 
 void add_arrow(Frame& frame, const Eigen::Vector3d& from_m, const Eigen::Vector3d& arrow_m, double radius_m,

@@ -181,9 +181,8 @@ struct Views {
 /// A thin bar from `from_m` to `to_m` that shines by itself.
 viewer::DrawItem gap_bar(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m) {
   const Eigen::Vector3d along_m = to_m - from_m;
-  const geometry::Pose X_WB{
-      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitX(), along_m).toRotationMatrix(),
-      0.5 * (from_m + to_m)};
+  const geometry::Pose X_WB{geometry::rotation_between(Eigen::Vector3d::UnitX(), along_m),
+                            0.5 * (from_m + to_m)};
   return {viewer::kSphere,
           viewer::matrix_of(X_WB, {0.5 * along_m.norm(), 0.002, 0.002}),
           {0.0F, 0.9F, 0.0F},

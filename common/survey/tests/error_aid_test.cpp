@@ -13,7 +13,7 @@ Measurement seven_corners(const HeadErrors& stated, const std::map<std::string, 
   const RangeHead head = test_head();
   geometry::Pose X_WO;  // its end z = 180 mm faces the head
   const Eigen::Vector3d way = head.X_WH.translation_m.normalized();
-  X_WO.rotation = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), way).toRotationMatrix();
+  X_WO.rotation = geometry::rotation_between(Eigen::Vector3d::UnitZ(), way);
   VisibleOptions options;
   options.most_faces = 1;
   HeadErrors none;

@@ -140,9 +140,7 @@ TEST(Fit, TheLargerTriangleIsBetterAndTheRefinementBetterStill) {
   const PartModel& part = part_named("v_groove_block");
   const RangeHead head = test_head();
   geometry::Pose X_WO;
-  X_WO.rotation =
-      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), head.X_WH.translation_m.normalized())
-          .toRotationMatrix();
+  X_WO.rotation = geometry::rotation_between(Eigen::Vector3d::UnitZ(), head.X_WH.translation_m.normalized());
   VisibleOptions one;
   one.most_faces = 1;
   const Exact truth = exact(part, X_WO);
