@@ -6,7 +6,7 @@
 
 namespace phantom::dds {
 
-/// Every topic of the system, in the order of the README's table.
+/// Every topic of the system, in the order of the table in idl/README.md.
 std::span<const TopicDescription* const> all_topics();
 
 }  // namespace phantom::dds

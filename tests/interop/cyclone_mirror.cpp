@@ -33,7 +33,7 @@ std::int32_t participant_in(int domain) {
   return made(dds_create_participant(static_cast<dds_domainid_t>(domain), nullptr, nullptr), "participant");
 }
 
-// The contract of the README's table, in the other vendor's words.
+// The contract of idl/README.md's table, in the other vendor's words.
 dds_qos_t* qos_of(const dds::QosContract& contract) {
   dds_qos_t* qos = dds_create_qos();
   dds_qset_reliability(qos,

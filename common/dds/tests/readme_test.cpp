@@ -26,7 +26,7 @@ std::string topic_table() {
 }
 
 TEST(Readme, TopicTableSaysWhatTheContractsSay) {
-  std::ifstream file(PHANTOM_SOURCE_DIR "/README.md");
+  std::ifstream file(PHANTOM_SOURCE_DIR "/idl/README.md");
   std::ostringstream text;
   text << file.rdbuf();
   const std::string readme = text.str(), begin = "kept equal to common/dds/topics.cpp by a test -->\n",
