@@ -121,9 +121,8 @@ class Session {
     const auto guard = adapter_.lock();
     if (hinted_ || !collector_.any_stopped()) return;
     hinted_ = true;
-    say("Stopped, and so it stays until somebody has looked at it and resets it: on the operator's page, or "
-        "by "
-        "\"master_io command reset\".");
+    say("Stopped, and so it stays until somebody has looked at it and resets it: "
+        "on the operator's page, or by \"master_io command reset\".");
   }
 
   // False if a component died or is missing; true if all are ready or the user has asked to stop.
