@@ -10,6 +10,7 @@
 #include <cstdlib>
 
 #include "common/core/clock.hpp"
+#include "common/core/version.hpp"
 #include "common/runtime/config_reader.hpp"
 #include "common/runtime/log.hpp"
 
@@ -43,7 +44,7 @@ void install_signal_handlers() {
 }
 
 void add_common_options(CLI::App& app, ProcessOptions& options) {
-  app.set_version_flag("--version", "phantom " PHANTOM_VERSION);
+  app.set_version_flag("--version", std::string("phantom ") + core::version());
   app.add_option("--config", options.config,
                  "parameters of this component (YAML); default: the shipped ones");
   app.add_option("--deployment", options.deployment, "topology: domain, hosts, transports, cell (YAML)");
