@@ -45,6 +45,7 @@ struct Health {
   std::string message;  ///< one sentence for the operator; empty when there is nothing to say
   std::vector<LoopStatistics> loops;
   std::vector<HealthFigure> figures;
+  std::string page;  ///< address of the page that it serves to people, "http://127.0.0.1:8080/"; empty: none
 };
 
 /// Whether a loop has been idle for longer than it may.

@@ -10,7 +10,7 @@
 namespace phantom::dds {
 namespace {
 
-constexpr std::size_t kMaxLoops = 8, kMaxTopics = 32, kMaxFigures = 32, kMaxMessage = 256;
+constexpr std::size_t kMaxLoops = 8, kMaxTopics = 32, kMaxFigures = 32, kMaxMessage = 256, kMaxPage = 128;
 
 msg::ComponentState to_msg(core::ComponentState state) {
   switch (state) {
@@ -91,13 +91,13 @@ core::Health with_hung_readers(core::Health health, const std::vector<EndpointSt
   return health;
 }
 
+}  // namespace
+
 std::string host_name() {
   char name[65] = {};
   gethostname(name, sizeof name - 1);
   return name;
 }
-
-}  // namespace
 
 StatusReporter::StatusReporter(Participant& participant)
     : participant_(participant),
@@ -118,6 +118,7 @@ void StatusReporter::publish(const core::Health& told) {
   status.loops(converted(health.loops, kMaxLoops));
   status.topics(converted(endpoints, kMaxTopics));
   status.figures(converted(health.figures, kMaxFigures));
+  if (health.page.size() <= kMaxPage) status.page(health.page);
   writer_.write(status);
   core::notify_service_manager(
       state_name(health.state) + (health.message.empty() ? "" : ": " + health.message),

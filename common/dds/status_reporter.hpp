@@ -6,6 +6,9 @@
 
 namespace phantom::dds {
 
+/// Of this host, as component_status names it.
+std::string host_name();
+
 /// Publishes this process's component_status: its health plus what DDS reported about each of its endpoints.
 class StatusReporter {
  public:

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "common/core/status.hpp"
+#include "common/core/version.hpp"
 #include "common/recording/byte_sink.hpp"
 #include "common/recording/compression.hpp"
 #include "common/recording/mcap_records.hpp"
@@ -12,7 +13,7 @@ namespace phantom::recording {
 
 struct WriterOptions {
   std::string profile;
-  std::string library = "phantom";
+  std::string library = std::string("phantom ") + core::version();
   std::size_t chunk_bytes = 1 << 20;  ///< a chunk ends when it holds so much, uncompressed
   int zstd_level = 1;                 ///< 0: chunks are not compressed
 };

@@ -9,6 +9,7 @@
 #include <cstdlib>
 
 #include "common/core/clock.hpp"
+#include "common/core/version.hpp"
 #include "common/runtime/config_reader.hpp"
 #include "common/runtime/log.hpp"
 
@@ -132,7 +133,7 @@ int run(const ProcessDescription& description, const ProcessOptions& options) {
 int process_main(int argc, char** argv, const ProcessDescription& description) {
   ProcessOptions options;
   options.component = description.name;
-  CommandLine line(description.name, description.summary, "phantom " PHANTOM_VERSION);
+  CommandLine line(description.name, description.summary, std::string("phantom ") + core::version());
   add_common_options(line.root(), options);
   if (description.add_options) description.add_options(line.root());
   line.root().details(

@@ -57,7 +57,6 @@ class McapTarget : public Target {
   }
   static recording::WriterOptions options(int zstd_level) {
     recording::WriterOptions options;
-    options.library = "phantom dds_recorder";
     options.zstd_level = zstd_level;
     return options;
   }

@@ -135,7 +135,6 @@ bool Recorder::open(core::Nanoseconds now_ns) {
   }
   if (!sink) return fail(sink.status(), now_ns), false;
   recording::WriterOptions options;
-  options.library = "phantom dds_recorder";
   options.chunk_bytes = settings_.chunk_bytes;
   options.zstd_level = settings_.zstd_level;
   file_ = std::make_unique<RecordingFile>(path, std::move(sink).value(), options, topics_, ports_.describe);

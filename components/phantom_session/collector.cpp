@@ -166,6 +166,13 @@ bool Collector::all_ready(const std::vector<std::string>& components, std::strin
   return names.empty();
 }
 
+std::string Collector::page() const {
+  for (const auto& [component, status] : statuses_) {
+    if (!status.page.empty()) return status.page;
+  }
+  return {};
+}
+
 bool Collector::any_stopped() const {
   return std::any_of(statuses_.begin(), statuses_.end(), [](const auto& entry) {
     const bool arm = entry.first == "master_io" || entry.first == "slave_io";

@@ -61,6 +61,7 @@ struct StatusSample {
   std::vector<core::LoopStatistics> loops;
   std::map<std::string, std::uint64_t> deadline_missed;  ///< by topic, this component's endpoints added up
   std::map<std::string, double> figures;
+  std::string page;  ///< address of the page that it serves on this host; empty: none
 };
 
 /// One reach of the operator into the cell.
@@ -116,6 +117,8 @@ class Collector {
   std::string live_line() const;
   /// Whether every one of `components` has reported to be ready or running.
   bool all_ready(const std::vector<std::string>& components, std::string* missing) const;
+  /// Address of the operator's page; empty while no component has told one.
+  std::string page() const;
   /// Whether master or slave say that a stop is in force.
   bool any_stopped() const;
 

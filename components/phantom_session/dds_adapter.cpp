@@ -4,6 +4,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/dds/endpoint.hpp"
+#include "common/dds/status_reporter.hpp"
 
 namespace phantom::phantom_session {
 namespace {
@@ -93,6 +94,8 @@ StatusSample status_of(const msg::ComponentStatus& status, double t_s) {
   StatusSample out{
       t_s, status.component_name().to_string(), state_of(status.state()), status.message().to_string(), {},
       {}};
+  // Another host's page may be served on its own loopback address alone.
+  if (status.host() == dds::host_name()) out.page = status.page().to_string();
   for (const auto& loop : status.loops()) {
     out.loops.push_back({loop.name().to_string(), loop.period_s(), loop.rate_hz(), loop.wakeup_p50_us(),
                          loop.wakeup_p99_us(), loop.wakeup_max_us(), loop.work_p50_us(), loop.work_max_us(),

@@ -11,9 +11,8 @@ int main(int argc, char** argv) {
   runtime::ProcessDescription description;
   description.name = "phantom_session";
   description.summary =
-      "Runs the processes of a topology's host as one session: starts them, tells what happens, watches that "
-      "none dies, "
-      "ends them in order and leaves a report.";
+      "Runs the processes of a topology's host as one session: "
+      "starts them, tells what happens, watches that none dies, ends them in order and leaves a report.";
   description.details =
       "Example: phantom_session --seconds 30 --report-dir report\n"
       "The report folder gets index.html, summary.json, plots, pictures, the sound and every process's log.";

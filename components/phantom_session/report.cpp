@@ -172,9 +172,8 @@ void write_series(const std::filesystem::path& folder, const Collector& collecto
   std::map<int, const Reach*> reaches;
   for (const Reach& reach : collector.reaches()) reaches[reach.number] = &reach;
   auto file = open_file(folder / "series.csv");
-  file << "t_s,reach,percept_enabled,approaching,clearance_m,percept_torque_Nm,feedback_torque_Nm,operator_"
-          "torque_Nm,"
-          "mu_Pa_s_per_m,closeness,tool_speed_m_s,contact_force_N\n";
+  file << "t_s,reach,percept_enabled,approaching,clearance_m,percept_torque_Nm,feedback_torque_Nm,"
+          "operator_torque_Nm,mu_Pa_s_per_m,closeness,tool_speed_m_s,contact_force_N\n";
   for (const Row& row : collector.rows()) {
     const auto found = reaches.find(row.reach);
     // On its way in: until the first contact of the reach.

@@ -100,8 +100,8 @@ std::string report_page(const std::string& summary_json) {
                 "Percept torque against the distance to the nearest object, on the way in");
   out += figure("contact_speed.png", "Speed of the tool at first contact, with and without the percept");
   out += figure("joint.png",
-                "The joint that felt most: where master and slave stand, and the torques on the hand under "
-                "the bilateral law");
+                "The joint that felt most: where master and slave stand, "
+                "and the torques on the hand under the bilateral law");
   out += figure("session.png", "The session: clearance, torque, speed and contact force over time");
   out += "<h2>Reaches</h2>\n" + grid_table(summary["reaches"]);
   out += "<h2>Hits that threatened</h2>\n" + grid_table(summary["hits"]);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <csignal>
-#include <fstream>
 
 #include "common/core/errors.hpp"
 #include "common/runtime/arm_model.hpp"
@@ -107,23 +106,13 @@ class Session {
     return dead.empty();
   }
 
-  // The viewer prints its page's address once it serves.
-  void look_for_page() {
-    static const std::string kMark = "operator's page: ";
-    std::ifstream log(log_of("synthetic_viewer"));
-    for (std::string line; page_.empty() && std::getline(log, line);) {
-      if (const auto at = line.find(kMark); at != std::string::npos) page_ = line.substr(at + kMark.size());
-    }
-  }
-
   // A stop of an earlier session is in force until a person ends it.
   void hint_at_reset() {
     const auto guard = adapter_.lock();
     if (hinted_ || !collector_.any_stopped()) return;
     hinted_ = true;
-    say("Stopped, and so it stays until somebody has looked at it and resets it: on the operator's page, or "
-        "by "
-        "\"master_io command reset\".");
+    say("Stopped, and so it stays until somebody has looked at it and resets it: "
+        "on the operator's page, or by \"master_io command reset\".");
   }
 
   // False if a component died or is missing; true if all are ready or the user has asked to stop.
@@ -132,9 +121,9 @@ class Session {
     std::string missing;
     while (runtime::sleep_unless_stopped(kPoll_s)) {
       if (!all_alive()) return false;
-      if (page_.empty()) look_for_page();
       const bool ready = [&] {
         const auto guard = adapter_.lock();
+        page_ = collector_.page();
         return collector_.all_ready(names_, &missing);
       }();
       if (ready) return true;

@@ -21,6 +21,14 @@ void add_box_outline(Frame& frame, const Eigen::Vector3f& low, const Eigen::Vect
 
 }  // namespace
 
+MeshBody uploaded(const geometry::TriangleMesh& mesh, Renderer& renderer) {
+  return {renderer.upload(mesh), std::make_shared<RayMesh>(mesh)};
+}
+
+LinkBody uploaded(const LinkMeshData& part, Renderer& renderer) {
+  return {part.link, part.X_link_mesh, part.colour, uploaded(part.mesh, renderer), part.mesh.bounding_box()};
+}
+
 Frame CellScene::frame(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) const {
   Frame frame;
   frame.floor_min_m = min_m_.cast<float>();
@@ -102,6 +110,22 @@ std::vector<std::string> CellScene::missing(const ViewerState& state) const {
     if (meshes.count(object.mesh_hash) == 0) names.push_back(object_name(state, id));
   }
   return names;
+}
+
+std::string missing_text(const ViewerState& state, const CellScene& scene, const Staleness& staleness,
+                         core::Nanoseconds now_ns) {
+  constexpr double kPatience_s = 5.0;
+  if (state.arm.received_ns == 0) return "waiting for the slave";
+  if (age_s(state.arm.received_ns, now_ns) > staleness.slave_s)
+    return "the slave is silent: the arm is shown where it was last";
+  if (state.objects.empty()) return "waiting for the cell's objects";
+  const std::vector<std::string> missing = scene.missing(state);
+  if (missing.empty()) return state.recording.problem.empty() ? "" : "recording: " + state.recording.problem;
+  std::string text = core::seconds(now_ns - state.first_object_ns) < kPatience_s
+                         ? "waiting for the meshes of "
+                         : "shown without what has no mesh: ";
+  for (std::size_t i = 0; i < missing.size() && i < 4; ++i) text += (i == 0 ? "" : ", ") + missing[i];
+  return missing.size() > 4 ? text + " and " + std::to_string(missing.size() - 4) + " more" : text;
 }
 
 }  // namespace phantom::synthetic_viewer

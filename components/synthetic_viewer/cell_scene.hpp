@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "common/robot/serial_arm.hpp"
+#include "components/synthetic_viewer/arm_meshes.hpp"
 #include "components/synthetic_viewer/frame.hpp"
 #include "components/synthetic_viewer/ray_scene.hpp"
+#include "components/synthetic_viewer/renderer.hpp"
 #include "components/synthetic_viewer/state.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -26,6 +28,10 @@ struct LinkBody {
   MeshBody body;
   geometry::BoundingBox box;  ///< of the mesh, in its own frame
 };
+
+/// A mesh, given to `renderer` and prepared for rays.
+MeshBody uploaded(const geometry::TriangleMesh& mesh, Renderer& renderer);
+LinkBody uploaded(const LinkMeshData& part, Renderer& renderer);
 
 /// Places the cell's bodies: from what the viewer knows to what a frame shows. Pure, once its meshes are put
 /// in.
@@ -65,5 +71,9 @@ class CellScene {
   robot::SerialArm arm_;
   Eigen::Vector3d min_m_, max_m_;
 };
+
+/// One sentence about what is missing; empty if nothing is.
+std::string missing_text(const ViewerState& state, const CellScene& scene, const Staleness& staleness,
+                         core::Nanoseconds now_ns);
 
 }  // namespace phantom::synthetic_viewer

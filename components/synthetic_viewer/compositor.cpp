@@ -8,6 +8,7 @@ namespace {
 
 constexpr Colour kLookAtColour{0.95F, 0.75F, 0.05F}, kContactColour{0.95F, 0.03F, 0.03F};
 constexpr double kGapUnknown_m = 0.10, kGapReach_m = 0.30;
+constexpr double kHitZone_m = 0.02;  // radius of what a view of a hit zone should see
 
 std::string age_text(double age_s) {
   char text[32];
@@ -38,6 +39,16 @@ std::string voxel_error_text(const WorkspaceSample& workspace) {
 }
 
 }  // namespace
+
+VisibleShare visible_among(const RayScene& bodies) {
+  return [&bodies](const ViewSituation& situation, const Eigen::Vector3d& eye_m) {
+    Camera camera;
+    camera.eye_m = eye_m;
+    camera.target_m = situation.look_at_m;
+    return bodies.visible_share(situation.look_at_m, situation.pgv, kHitZone_m,
+                                settled(camera, bodies).camera.eye_m);
+  };
+}
 
 bool Compositor::percept_known(const Moment& moment) const {
   return moment.state.percept.valid &&

@@ -9,6 +9,10 @@
 
 namespace phantom::synthetic_viewer {
 
+/// Of a hit zone, seen from where the camera will stand among `bodies`, which must outlive the answer: a node
+/// inside a wall counts by its nearest free place.
+VisibleShare visible_among(const RayScene& bodies);
+
 /// Composes the views: what is in each frame, and what is written over it. Pure: state in, frames and texts
 /// out.
 class Compositor {

@@ -19,14 +19,12 @@ int main(int argc, char** argv) {
   runtime::ProcessDescription description;
   description.name = "synthetic_viewer";
   description.summary =
-      "Shows the cell and the moving arm from their models alone, and the zone that threatens to be hit from "
-      "the best "
-      "side; serves the operator's page.";
+      "Shows the cell and the moving arm from their models alone, "
+      "and the zone that threatens to be hit from the best side; serves the operator's page.";
   description.details =
-      "Writes operator_command (from the page and the window) and component_status; reads the topics that "
-      "its README "
-      "names.\nNeeds no display; --window opens one where there is. The page's address is printed on "
-      "standard output.\n"
+      "Writes operator_command (from the page and the window) and component_status; "
+      "reads the topics that its README names.\nNeeds no display; --window opens one where there is. "
+      "The page's address is printed on standard output.\n"
       "With --report-dir it leaves hit_<number>_<node>.png, main*.png and synthetic_viewer.json.\n"
       "Example without DDS: synthetic_viewer sheet --cell deploy/cells/two_plates/cell.yaml --out sheet.png";
   description.add_options = [&](runtime::Command app) {

@@ -103,6 +103,8 @@ struct SkinPatchSample {
   std::size_t link = 0;
   std::array<float, 3> middle_m{};  ///< in the link's frame
   float closeness = 0.0F;           ///< 0…1
+
+  friend bool operator==(const SkinPatchSample&, const SkinPatchSample&) = default;
 };
 struct SkinSample {  // skin_percept
   core::Nanoseconds received_ns = 0;

@@ -51,10 +51,12 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
   };
   runtime::LineWriter out(STDOUT_FILENO);
   std::unique_ptr<WebServer> server;
+  std::string url;
   if (config.page.enabled) {
     server = std::make_unique<WebServer>(
         config.page, content, [&adapter](const Command& command) { return adapter.ask(command); }, move);
-    out.put("operator's page: " + server->url() + '\n');
+    url = server->url();
+    out.put("operator's page: " + url + '\n');
     spdlog::info("its live pictures and events: port {}", server->stream_port());
   }
   viewer.start();
@@ -80,10 +82,13 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
     const ViewPoseSample view = viewer.view_pose();
     const PublishingSchedule::Due due = schedule.at(core::monotonic_ns(), view.made_ns);
     if (due.view_pose) adapter.publish(view);
-    if (due.status) adapter.publish(viewer.health());
+    if (due.status) {
+      core::Health health = viewer.health();
+      health.page = url;
+      adapter.publish(health);
+    }
   }
   window.reset();
-  const std::string url = server ? server->url() : std::string();
   server.reset();
   viewer.finish(url);
 }

@@ -14,7 +14,6 @@ namespace phantom::synthetic_viewer {
 namespace {
 
 constexpr int kColumns = 4, kRows = 4, kGap_px = 4;
-constexpr double kHitZone_m = 0.02;
 
 /// Tiles side by side, row by row.
 class Sheet {
@@ -72,13 +71,7 @@ int run_sheet(const SheetRequest& request, const ViewerConfig& config) {
   const RayScene objects = still.scene.obstacles(still.state, false),
                  bodies = still.scene.obstacles(still.state, true);
   const Compositor::Moment moment{still.state, objects, bodies, StillScene::kNow_ns};
-  const auto seen_from = [&](const ViewSituation& situation, const Eigen::Vector3d& eye_m) {
-    Camera camera;
-    camera.eye_m = eye_m;
-    camera.target_m = situation.look_at_m;
-    return bodies.visible_share(situation.look_at_m, situation.pgv, kHitZone_m,
-                                settled(camera, bodies).camera.eye_m);
-  };
+  const VisibleShare seen_from = visible_among(bodies);
   const Eigen::Vector3d look_at_m(hit.look_at_m[0], hit.look_at_m[1], hit.look_at_m[2]);
   const Eigen::Vector3d pgv(hit.pgv[0], hit.pgv[1], hit.pgv[2]);
   std::printf("%s near %s at %.3f %.3f %.3f m, object towards %.2f %.2f %.2f, closeness %.2f\n",

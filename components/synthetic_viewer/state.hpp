@@ -67,6 +67,8 @@ struct ViewerState {
   RecordingState recording;
   StopView stops;
   std::uint64_t total_hits = 0;
+  core::Nanoseconds first_object_ns = 0;  ///< when the first object came; 0: none yet
+  std::string graphics;                   ///< what draws, as the driver calls it
 
   static constexpr std::size_t kMaxHits = 40;
 

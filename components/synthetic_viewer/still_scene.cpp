@@ -123,17 +123,13 @@ StillScene make_still_scene(const runtime::CellConfig& cell, const StillPose& po
       joints_of(pose.velocity.empty() ? std::vector<double>(joints, 0.0) : pose.velocity, joints, "velocity");
   for (const LinkMeshData& part : meshes) {
     still.triangles += part.mesh.triangles.size();
-    still.scene.links.push_back({part.link,
-                                 part.X_link_mesh,
-                                 part.colour,
-                                 {renderer.upload(part.mesh), std::make_shared<RayMesh>(part.mesh)},
-                                 part.mesh.bounding_box()});
+    still.scene.links.push_back(uploaded(part, renderer));
   }
   for (const runtime::CellBody& loaded : bodies) {
     const runtime::ObjectConfig& object = cell.objects[loaded.body.id - 1U];
     const std::uint64_t name = loaded.body.id;
     still.triangles += loaded.mesh_O.triangles.size();
-    still.scene.meshes[name] = {renderer.upload(loaded.mesh_O), std::make_shared<RayMesh>(loaded.mesh_O)};
+    still.scene.meshes[name] = uploaded(loaded.mesh_O, renderer);
     state.objects[loaded.body.id] = {loaded.body.id, object.name, name, object.X_WO, object.colour};
   }
   state.workspace = {1, cell.voxel_size_m};

@@ -153,7 +153,7 @@ void set(msg::WorkspaceReply& s) {
 void set(msg::ComponentStatus& s) {
   s.component_name("slave_io"), s.host("cell-7"), s.stamp(stamp()), s.process_id(count()),
       s.state(msg::COMPONENT_DEGRADED);
-  s.message("holding: the master is silent");
+  s.message("holding: the master is silent"), s.page("http://127.0.0.1:8080/");
   for (int i = 0; i < 8; ++i) {
     msg::LoopStatistics loop;
     loop.name(std::string(static_cast<std::size_t>(i), 'l')), loop.rate_hz(number()),

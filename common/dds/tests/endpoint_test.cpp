@@ -149,6 +149,7 @@ TEST(StatusReporter, TellsHealthLoopsAndEndpoints) {
   health.message = std::string(400, 'x');
   health.loops.push_back({.name = "servo", .period_s = 0.001, .rate_hz = 999.5, .ticks = 10, .slips = 2});
   health.figures.push_back({"sensors", 8000, ""});
+  health.page = "http://127.0.0.1:8080/";
   reporter.publish(health);
   ASSERT_TRUE(waiter.wait([&] { return !got.empty(); }));
   EXPECT_EQ(got[0].component_name(), "phantom_sensing");
@@ -159,6 +160,8 @@ TEST(StatusReporter, TellsHealthLoopsAndEndpoints) {
   ASSERT_EQ(got[0].topics().size(), 1u);
   EXPECT_EQ(got[0].topics()[0].topic(), "component_status");
   EXPECT_EQ(got[0].figures()[0].value(), 8000);
+  EXPECT_EQ(got[0].page(), "http://127.0.0.1:8080/");
+  EXPECT_EQ(got[0].host(), host_name());
 }
 
 }  // namespace

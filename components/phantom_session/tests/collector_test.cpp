@@ -112,6 +112,15 @@ TEST(Collector, ReadinessNamesWhoIsMissing) {
   EXPECT_TRUE(collector.any_stopped());
 }
 
+TEST(Collector, KnowsTheOperatorsPageFromWhoServesIt) {
+  Collector collector(0.05, 0.01, {});
+  collector.on_status({.component = "slave_io"});
+  EXPECT_EQ(collector.page(), "");
+  collector.on_status({.component = "synthetic_viewer", .page = "http://127.0.0.1:8080/"});
+  collector.on_status({.component = "wva_server"});
+  EXPECT_EQ(collector.page(), "http://127.0.0.1:8080/");
+}
+
 TEST(Collector, TellsMessagesAtOnceButProgressOfAStartNowAndThen) {
   std::vector<std::string> lines;
   Collector collector(0.05, 0.01, [&](const std::string& line) { lines.push_back(line); });

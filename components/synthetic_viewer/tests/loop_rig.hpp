@@ -1,5 +1,6 @@
 #pragma once
-// The viewer's drawing thread on the cell with two plates, fed by hand instead of by topics.
+// The viewer on the cell with two plates, fed by hand instead of by topics: its drawing thread as a whole,
+// and what that wires.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -23,9 +24,9 @@ bool eventually(const Condition& condition) {
   return false;
 }
 
-class Loop : public ::testing::Test {
+class TwoPlates : public ::testing::Test {
  protected:
-  Loop() {
+  TwoPlates() {
     config_.graphics = GraphicsPlatform::kSurfaceless;
     config_.frame_rate_hz = 30;
     config_.main_view.format = {320, 180, 1, false};
@@ -40,17 +41,7 @@ class Loop : public ::testing::Test {
     folder_ = std::filesystem::path(::testing::TempDir()) / ("viewer_loop_" + std::to_string(getpid()));
     config_.recording.folder = folder_;
   }
-  ~Loop() override {
-    loop_.reset();
-    std::filesystem::remove_all(folder_);
-  }
-  void start() {
-    auto arm = runtime::load_arm(cell_.arm());
-    auto meshes = load_arm_meshes(arm, runtime::load_skin(cell_.arm(), arm));
-    loop_ = std::make_unique<ViewerLoop>(config_, cell_, std::move(arm), std::move(meshes), inbox_, content_,
-                                         Report({}, 0));
-    loop_->start();
-  }
+  ~TwoPlates() override { std::filesystem::remove_all(folder_); }
   /// The slave's state as it would come, now; its first joint away from home.
   ArmSample pose(double turned_rad = 0.0) const {
     ArmSample arm;
@@ -61,8 +52,7 @@ class Loop : public ::testing::Test {
     arm.position[0] += turned_rad;
     return arm;
   }
-  void send_pose(double turned_rad = 0.0) { inbox_.arm.write(pose(turned_rad)); }
-  HitSample alert(std::uint32_t number, const Vector3& look_at_m) {
+  HitSample alert(std::uint32_t number, const Vector3& look_at_m) const {
     HitSample hit;
     hit.received_ns = core::monotonic_ns();
     hit.alert = number;
@@ -73,6 +63,43 @@ class Loop : public ::testing::Test {
     hit.arm = pose();
     return hit;
   }
+  const runtime::CellConfig cell_ =
+      runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/two_plates/cell.yaml");
+  ViewerConfig config_;
+  PageContent content_;
+  std::filesystem::path folder_;
+};
+
+/// What the loop draws, without the loop.
+class DrawnCell : public TwoPlates {
+ protected:
+  /// One round, `dt_s` after the last.
+  void advance(double dt_s = 0.1) {
+    now_ns_ += core::from_seconds(dt_s);
+    drawing_.advance(now_ns_, dt_s);
+  }
+  void raise(const HitSample& hit) {
+    state_.take(hit);
+    drawing_.take(hit);
+  }
+  ViewerState state_;
+  robot::SerialArm arm_ = runtime::load_arm(cell_.arm());
+  Drawing drawing_{config_, cell_, arm_, load_arm_meshes(arm_, runtime::load_skin(cell_.arm(), arm_)),
+                   state_};
+  core::Nanoseconds now_ns_ = core::monotonic_ns();
+};
+
+class Loop : public TwoPlates {
+ protected:
+  ~Loop() override { loop_.reset(); }
+  void start() {
+    auto arm = runtime::load_arm(cell_.arm());
+    auto meshes = load_arm_meshes(arm, runtime::load_skin(cell_.arm(), arm));
+    loop_ = std::make_unique<ViewerLoop>(config_, cell_, std::move(arm), std::move(meshes), inbox_, content_,
+                                         Report({}, 0));
+    loop_->start();
+  }
+  void send_pose(double turned_rad = 0.0) { inbox_.arm.write(pose(turned_rad)); }
   double figure(const std::string& name) {
     for (const core::HealthFigure& figure : loop_->health().figures) {
       if (figure.name == name) return figure.value;
@@ -80,12 +107,7 @@ class Loop : public ::testing::Test {
     return -1.0;
   }
 
-  const runtime::CellConfig cell_ =
-      runtime::load_cell(PHANTOM_SOURCE_DIR "/deploy/cells/two_plates/cell.yaml");
-  ViewerConfig config_;
   Inbox inbox_;
-  PageContent content_;
-  std::filesystem::path folder_;
   std::unique_ptr<ViewerLoop> loop_;
 };
 

@@ -1,0 +1,7 @@
+#include "common/core/version.hpp"
+
+namespace phantom::core {
+
+const char* version() noexcept { return PHANTOM_VERSION; }
+
+}  // namespace phantom::core

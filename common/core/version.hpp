@@ -1,0 +1,8 @@
+#pragma once
+
+namespace phantom::core {
+
+/// The project's version as its CMakeLists.txt states it: "0.1.0". Any thread.
+const char* version() noexcept;
+
+}  // namespace phantom::core

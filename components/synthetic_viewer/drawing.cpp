@@ -1,0 +1,120 @@
+#include "components/synthetic_viewer/drawing.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+namespace phantom::synthetic_viewer {
+
+Drawing::Drawing(const ViewerConfig& config, const runtime::CellConfig& cell, robot::SerialArm arm,
+                 const std::vector<LinkMeshData>& arm_meshes, const ViewerState& state)
+    : config_(config),
+      state_(state),
+      renderer_(config.graphics),
+      scene_(std::move(arm), cell.min_m, cell.max_m),
+      compositor_(config, cell.name, scene_),
+      viewer_(config.hit_view.rule) {
+  for (const LinkMeshData& part : arm_meshes) scene_.links.push_back(uploaded(part, renderer_));
+  link_boxes_ = scene_.link_boxes();
+}
+
+core::Status Drawing::take(MeshChunkSample chunk) {
+  const std::uint64_t hash = chunk.mesh_hash;
+  if (scene_.meshes.count(hash) > 0) return {};  // content does not change under its hash
+  auto mesh = assembler_.add(std::move(chunk));
+  if (!mesh) return mesh.status();
+  if (mesh->has_value()) scene_.meshes[hash] = uploaded(**mesh, renderer_);
+  return {};
+}
+
+void Drawing::take(const HitSample& hit) {
+  viewer_.take({hit.alert, hit.cleared, eigen(hit.look_at_m), eigen(hit.pgv)});
+}
+
+void Drawing::paint(const SkinSample& skin) {
+  const auto& before = state_.skin.felt;
+  std::vector<char> felt(link_boxes_.size(), 0);
+  for (const auto* patches : {&before, &skin.felt}) {
+    for (const SkinPatchSample& patch : *patches) felt[patch.link] = 1;
+  }
+  for (std::size_t link = 0; link < felt.size(); ++link) {
+    if (felt[link] == 0) continue;
+    renderer_.paint(static_cast<PaintHandle>(link),
+                    paint_link(link_boxes_[link], skin.patch_m, skin.felt, link));
+  }
+  if (before != skin.felt) ++scene_.paint_number;
+}
+
+bool Drawing::advance(core::Nanoseconds now_ns, double dt_s) {
+  now_ns_ = now_ns;
+  objects_ = scene_.obstacles(state_, false);
+  bodies_ = scene_.obstacles(state_, true);
+  // A view that the operator has turned keeps its node: what he looks at must not be taken from under him.
+  const bool turned = hit_.alert != 0 && !state_.cameras.offset(View::kHit).at_home();
+  const ViewNode chosen = turned && state_.chosen == ViewNode::kAutomatic ? hit_.node : state_.chosen;
+  const std::uint32_t before = hit_.alert;
+  hit_ = viewer_.step(state_.hold, chosen, visible_among(bodies_), dt_s);
+  return hit_.alert != before;
+}
+
+ViewPoseSample Drawing::view_pose() const {
+  ViewPoseSample pose;
+  pose.made_ns = now_ns_;
+  pose.hit_zone = hit_.alert != 0;
+  const Camera camera = pose.hit_zone ? compositor_.hit_camera(now(), hit_) : compositor_.main_camera(now());
+  if (pose.hit_zone && state_.cameras.offset(View::kHit).at_home()) {
+    pose.node = static_cast<int>(hit_.node);
+    pose.automatic = state_.chosen == ViewNode::kAutomatic;
+  }
+  const Eigen::Matrix3d axes = percept::view_axes((camera.eye_m - camera.target_m).normalized());
+  pose.X_WC = {axes.transpose(), camera.eye_m};
+  pose.look_at_m = {camera.target_m.x(), camera.target_m.y(), camera.target_m.z()};
+  return pose;
+}
+
+Compositor::Picture Drawing::picture(View view) const {
+  switch (view) {
+    case View::kMain:
+      break;
+    case View::kHit:
+      return compositor_.hit_picture(now(), hit_);
+    case View::kTool:
+      return compositor_.tool_picture(now());
+  }
+  return compositor_.main_picture(now(), hit_);
+}
+
+Drawing::AlertPicture Drawing::picture(const HitSample& hit) const {
+  // The arm moves on while a busy host has other work than to draw.
+  ViewerState then = state_;
+  then.arm = hit.arm;
+  then.percept = hit.percept;
+  // The paint is on the graphics card, in its newest state only.
+  const double since_s = std::abs(core::seconds(state_.skin.received_ns - hit.received_ns));
+  if (since_s > config_.staleness.percept_s) then.skin.valid = false;
+  const RayScene bodies = scene_.obstacles(then, true);
+  HitView view = hit_;
+  if (hit_.alert != hit.alert) {
+    SyntheticViewer alone(config_.hit_view.rule);
+    alone.take({hit.alert, false, eigen(hit.look_at_m), eigen(hit.pgv)});
+    view = alone.step(false, state_.chosen, visible_among(bodies), 0.0);
+  }
+  return {compositor_.hit_picture({then, objects_, bodies, hit.received_ns}, view), view.node};
+}
+
+const PictureFormat& Drawing::format(View view) const {
+  return view == View::kMain  ? config_.main_view.format
+         : view == View::kHit ? config_.hit_view.format
+                              : config_.tool_view.format;
+}
+
+std::optional<Image> Drawing::photograph(Compositor::Picture picture, const GiveUp& give_up) {
+  PictureFormat format = config_.main_view.format;
+  format.samples = config_.report_samples;
+  picture.hud.recording = false;
+  auto image = renderer_.render_unless(picture.frame, format, give_up);
+  if (image) draw_hud(*image, picture.hud);
+  return image;
+}
+
+}  // namespace phantom::synthetic_viewer
