@@ -28,14 +28,6 @@ Eigen::Matrix4d projection_matrix(const Camera& camera, double aspect) {
   return projection;
 }
 
-std::optional<Eigen::Vector2d> project(const Camera& camera, int width_px, int height_px,
-                                       const Eigen::Vector3d& p_W_m) {
-  const double aspect = static_cast<double>(width_px) / height_px;
-  const Eigen::Vector4d clip = projection_matrix(camera, aspect) * view_matrix(camera) * p_W_m.homogeneous();
-  if (!(clip.w() >= camera.near_m)) return std::nullopt;
-  return Eigen::Vector2d((clip.x() / clip.w() + 1) / 2 * width_px, (1 - clip.y() / clip.w()) / 2 * height_px);
-}
-
 Camera frame_box(const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m, double azimuth_rad,
                  double elevation_rad, double vertical_fov_rad, double aspect, double margin) {
   Camera camera;

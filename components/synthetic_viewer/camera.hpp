@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 
 namespace phantom::synthetic_viewer {
 
@@ -20,11 +19,6 @@ Eigen::Matrix4d view_matrix(const Camera& camera);
 
 /// OpenGL perspective matrix (camera → clip). `aspect` = width ÷ height.
 Eigen::Matrix4d projection_matrix(const Camera& camera, double aspect);
-
-/// Pixel coordinates of a point of W (pixel centres at .5, origin top left); nothing for a point that is not
-/// in front of the near plane.
-std::optional<Eigen::Vector2d> project(const Camera& camera, int width_px, int height_px,
-                                       const Eigen::Vector3d& p_W_m);
 
 /// Camera that looks at the middle of a box of W from a direction (azimuth from x towards y, elevation above
 /// the floor) as close as shows all eight corners, with a border of `margin` (1 = none).

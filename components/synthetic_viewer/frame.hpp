@@ -12,7 +12,9 @@ namespace phantom::synthetic_viewer {
 
 using Colour = std::array<float, 3>;  ///< linear RGB, 0…1
 
-/// Name of a mesh that the renderer holds. Those below stand from the start.
+/// Name of a mesh that the renderer holds. Those below stand from the start, of unit length and radius: cone
+/// and cylinder from z = 0 to 1, the cone with its tip at 1; sphere and disc around the origin, the disc in z
+/// = 0.
 using MeshHandle = std::uint32_t;
 inline constexpr MeshHandle kNoMesh = 0, kCone = 1, kCylinder = 2, kSphere = 3, kDisc = 4;
 inline constexpr MeshHandle kFirstFreeHandle = 16;

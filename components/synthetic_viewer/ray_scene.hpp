@@ -28,7 +28,6 @@ class RayMesh {
   /// Appends every crossing within (min_m, max_m), in no order. Allocates.
   void crossings(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction, double min_m,
                  double max_m, std::vector<Crossing>& found) const;
-  std::size_t triangle_count() const noexcept { return corners_m_.size() / 3; }
 
  private:
   struct Node {

@@ -8,6 +8,7 @@
 #include <map>
 #include <vector>
 
+#include "common/geometry/primitives.hpp"
 #include "components/synthetic_viewer/gl_objects.hpp"
 #include "components/synthetic_viewer/shaders.hpp"
 
@@ -15,6 +16,8 @@ namespace phantom::synthetic_viewer {
 namespace {
 
 constexpr float kFloorBorder_m = 0.5F;
+constexpr int kPartSides = 32;          // of the round parts that arrows and marks are made of
+constexpr double kDiscHeight_m = 1e-4;  // it has two faces
 constexpr double kShadowPitch_m = 0.03;
 // Towards the key light, as in the mesh shader; shadows fall along it.
 const Eigen::Vector3f kToKeyLight(0.348F, -0.464F, 0.815F);
@@ -32,6 +35,12 @@ bool given_up(const GiveUp& give_up) {
   if (!give_up) return false;
   glFinish();
   return give_up();
+}
+
+/// From z = 0 to 1 instead of around the origin.
+geometry::TriangleMesh lifted(geometry::TriangleMesh unit) {
+  for (Eigen::Vector3f& v : unit.vertices_m) v.z() += 0.5F;
+  return unit;
 }
 
 /// Flattens along the key light onto the plane z = floor_z.
@@ -122,10 +131,10 @@ struct Renderer::Parts {
 };
 
 Renderer::Renderer(GraphicsPlatform platform) : context_(platform), parts_(std::make_unique<Parts>()) {
-  parts_->bodies[kCone] = Body::make(unit_cone());
-  parts_->bodies[kCylinder] = Body::make(unit_cylinder());
-  parts_->bodies[kSphere] = Body::make(unit_sphere());
-  parts_->bodies[kDisc] = Body::make(unit_disc());
+  parts_->bodies[kCone] = Body::make(shade(lifted(geometry::make_cone(1.0, 0.0, 1.0, kPartSides))));
+  parts_->bodies[kCylinder] = Body::make(shade(lifted(geometry::make_cylinder(1.0, 1.0, kPartSides))));
+  parts_->bodies[kSphere] = Body::make(shade(geometry::make_sphere(1.0, 3)));
+  parts_->bodies[kDisc] = Body::make(shade(geometry::make_cylinder(1.0, kDiscHeight_m, kPartSides)));
   glGenVertexArrays(1, &parts_->empty_array);
   glGenVertexArrays(1, &parts_->line_array);
   glGenBuffers(1, &parts_->line_buffer);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <numbers>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
@@ -142,86 +141,6 @@ geometry::TriangleMesh coarsen(const geometry::TriangleMesh& mesh, double pitch_
     if (known.insert(sorted).second) coarse.triangles.push_back(corners);
   }
   return coarse;
-}
-
-namespace {
-
-constexpr std::uint32_t kSides = 32;
-
-Eigen::Vector3f on_circle(std::uint32_t side) {
-  const double angle = 2 * std::numbers::pi * side / kSides;
-  return {static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle)), 0.0F};
-}
-
-void add_disc(ShadedMesh& mesh, float z, bool up) {
-  const auto middle = static_cast<std::uint32_t>(mesh.vertices.size());
-  const Eigen::Vector3f normal(0, 0, up ? 1.0F : -1.0F), lift(0, 0, z);
-  mesh.vertices.push_back(vertex(lift, normal));
-  for (std::uint32_t side = 0; side < kSides; ++side)
-    mesh.vertices.push_back(vertex(on_circle(side) + lift, normal));
-  for (std::uint32_t side = 0; side < kSides; ++side) {
-    const std::uint32_t a = middle + 1 + side, b = middle + 1 + (side + 1) % kSides;
-    mesh.indices.insert(mesh.indices.end(), {middle, up ? a : b, up ? b : a});
-  }
-}
-
-/// Side of a cone or cylinder from radius 1 at z = 0 to `top` at z = 1.
-void add_mantle(ShadedMesh& mesh, float top) {
-  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-  for (std::uint32_t side = 0; side < kSides; ++side) {
-    const Eigen::Vector3f out = on_circle(side);
-    const Eigen::Vector3f normal = (out + Eigen::Vector3f(0, 0, 1 - top)).normalized();
-    mesh.vertices.push_back(vertex(out, normal));
-    mesh.vertices.push_back(vertex(out * top + Eigen::Vector3f(0, 0, 1), normal));
-  }
-  for (std::uint32_t side = 0; side < kSides; ++side) {
-    const std::uint32_t a = first + 2 * side, b = first + 2 * ((side + 1) % kSides);
-    mesh.indices.insert(mesh.indices.end(), {a, b, a + 1, a + 1, b, b + 1});
-  }
-}
-
-}  // namespace
-
-ShadedMesh unit_cone() {
-  ShadedMesh mesh;
-  add_mantle(mesh, 0.0F);
-  add_disc(mesh, 0.0F, false);
-  return mesh;
-}
-
-ShadedMesh unit_cylinder() {
-  ShadedMesh mesh;
-  add_mantle(mesh, 1.0F);
-  add_disc(mesh, 0.0F, false);
-  add_disc(mesh, 1.0F, true);
-  return mesh;
-}
-
-ShadedMesh unit_disc() {
-  ShadedMesh mesh;
-  add_disc(mesh, 0.0F, true);
-  add_disc(mesh, 0.0F, false);
-  return mesh;
-}
-
-ShadedMesh unit_sphere() {
-  constexpr std::uint32_t kRings = 16;
-  ShadedMesh mesh;
-  for (std::uint32_t ring = 0; ring <= kRings; ++ring) {
-    const double polar = std::numbers::pi * ring / kRings;
-    for (std::uint32_t side = 0; side <= kSides; ++side) {
-      const Eigen::Vector3f p = on_circle(side) * static_cast<float>(std::sin(polar)) +
-                                Eigen::Vector3f(0, 0, static_cast<float>(std::cos(polar)));
-      mesh.vertices.push_back(vertex(p, p));
-    }
-  }
-  for (std::uint32_t ring = 0; ring < kRings; ++ring) {
-    for (std::uint32_t side = 0; side < kSides; ++side) {
-      const std::uint32_t a = ring * (kSides + 1) + side, b = a + kSides + 1;
-      mesh.indices.insert(mesh.indices.end(), {a, b, a + 1, a + 1, b, b + 1});
-    }
-  }
-  return mesh;
 }
 
 }  // namespace phantom::synthetic_viewer

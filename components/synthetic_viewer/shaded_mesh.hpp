@@ -26,10 +26,4 @@ ShadedMesh shade(const geometry::TriangleMesh& mesh, double crease_rad = 0.6);
 /// Good enough where only the outline counts, as in shadows. Pure.
 geometry::TriangleMesh coarsen(const geometry::TriangleMesh& mesh, double pitch_m);
 
-/// Parts of artefacts, all along +z: unit length, unit radius.
-ShadedMesh unit_cone();      ///< base z = 0, tip z = 1
-ShadedMesh unit_cylinder();  ///< z from 0 to 1
-ShadedMesh unit_sphere();    ///< around the origin
-ShadedMesh unit_disc();      ///< in the plane z = 0, faces both ways
-
 }  // namespace phantom::synthetic_viewer

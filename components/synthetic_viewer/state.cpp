@@ -76,68 +76,31 @@ std::string object_name(const ViewerState& state, std::uint16_t id) {
                                                                     : found->second.name;
 }
 
+namespace {
+
+/// The name of an enumerator that may have come off the wire.
+template <class Enumerator, std::size_t kCount>
+const char* name_in(const char* const (&names)[kCount], Enumerator value) noexcept {
+  const auto number = static_cast<std::size_t>(value);
+  return number < kCount ? names[number] : "?";
+}
+
+}  // namespace
+
 const char* name_of(LinkState state) noexcept {
-  switch (state) {
-    case LinkState::kInit:
-      return "INIT";
-    case LinkState::kReady:
-      return "READY";
-    case LinkState::kAligned:
-      return "ALIGNED";
-    case LinkState::kCoupled:
-      return "COUPLED";
-    case LinkState::kDegraded:
-      return "DEGRADED";
-    case LinkState::kStopped:
-      return "STOPPED";
-  }
-  return "?";
+  return name_in({"INIT", "READY", "ALIGNED", "COUPLED", "DEGRADED", "STOPPED"}, state);
 }
 
 const char* name_of(MotionClass motion) noexcept {
-  switch (motion) {
-    case MotionClass::kNone:
-      return "none";
-    case MotionClass::kSafe:
-      return "safe";
-    case MotionClass::kNeutral:
-      return "neutral";
-    case MotionClass::kDangerous:
-      return "dangerous";
-  }
-  return "?";
+  return name_in({"none", "safe", "neutral", "dangerous"}, motion);
 }
 
 const char* name_of(HitRule rule) noexcept {
-  switch (rule) {
-    case HitRule::kNone:
-      return "none";
-    case HitRule::kVeryClose:
-      return "very_close";
-    case HitRule::kModerateMoving:
-      return "moderate_moving";
-    case HitRule::kFarNearing:
-      return "far_nearing";
-  }
-  return "?";
+  return name_in({"none", "very_close", "moderate_moving", "far_nearing"}, rule);
 }
 
 const char* name_of(core::ComponentState state) noexcept {
-  switch (state) {
-    case core::ComponentState::kStarting:
-      return "STARTING";
-    case core::ComponentState::kReady:
-      return "READY";
-    case core::ComponentState::kRunning:
-      return "RUNNING";
-    case core::ComponentState::kDegraded:
-      return "DEGRADED";
-    case core::ComponentState::kStopped:
-      return "STOPPED";
-    case core::ComponentState::kFault:
-      return "FAULT";
-  }
-  return "?";
+  return name_in({"STARTING", "READY", "RUNNING", "DEGRADED", "STOPPED", "FAULT"}, state);
 }
 
 }  // namespace phantom::synthetic_viewer

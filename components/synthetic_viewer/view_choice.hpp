@@ -39,7 +39,6 @@ class ViewChooser {
   /// equals.
   void release() noexcept { free_ = true; }
 
-  ViewNode node() const noexcept { return node_; }
   Eigen::Vector3d eye_m(const ViewSituation& situation) const {
     return situation.look_at_m + config_.distance_m * percept::node_direction(node_);
   }

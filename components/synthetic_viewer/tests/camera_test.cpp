@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "components/synthetic_viewer/tests/project.hpp"
+
 namespace phantom::synthetic_viewer {
 namespace {
 

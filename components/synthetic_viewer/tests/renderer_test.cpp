@@ -9,6 +9,7 @@
 #include "common/geometry/primitives.hpp"
 #include "components/synthetic_viewer/cell_scene.hpp"
 #include "components/synthetic_viewer/compositor.hpp"
+#include "components/synthetic_viewer/tests/project.hpp"
 #include "components/synthetic_viewer/view_painter.hpp"
 
 namespace phantom::synthetic_viewer {
