@@ -1,9 +1,7 @@
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <sstream>
-
 #include "common/dds/topic_list.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::dds {
 namespace {
@@ -26,11 +24,8 @@ std::string topic_table() {
 }
 
 TEST(Readme, TopicTableSaysWhatTheContractsSay) {
-  std::ifstream file(PHANTOM_SOURCE_DIR "/README.md");
-  std::ostringstream text;
-  text << file.rdbuf();
-  const std::string readme = text.str(), begin = "kept equal to common/dds/topics.cpp by a test -->\n",
-                    end = "<!-- /topics -->";
+  const std::string readme = test::text_of(PHANTOM_SOURCE_DIR "/idl/README.md"),
+                    begin = "kept equal to common/dds/topics.cpp by a test -->\n", end = "<!-- /topics -->";
   const auto from = readme.find(begin);
   const auto to = readme.find(end);
   ASSERT_TRUE(from != std::string::npos && to != std::string::npos);
