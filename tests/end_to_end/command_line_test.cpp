@@ -69,7 +69,7 @@ TEST_P(Executable, AMissingConfigurationIsNamed) {
 
 TEST_P(Executable, AnUnknownKeyIsRefusedWithFileLineAndWhatIsAllowed) {
   const std::string shipped =
-      text_of(std::string(PHANTOM_SOURCE_DIR "/components/") + GetParam() + "/" + GetParam() + ".yaml");
+      test::text_of(std::string(PHANTOM_SOURCE_DIR "/components/") + GetParam() + "/" + GetParam() + ".yaml");
   const std::string path = file("odd.yaml", shipped + "\nsurprise_Nm: 3\n");
   const test::Said result = run(GetParam(), "--check --config " + path);
   EXPECT_EQ(result.exit_code, 2);
@@ -77,7 +77,7 @@ TEST_P(Executable, AnUnknownKeyIsRefusedWithFileLineAndWhatIsAllowed) {
 }
 
 TEST_P(Executable, AQosProfileThatContradictsTheContractIsRefused) {
-  std::string profiles = text_of(PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml");
+  std::string profiles = test::text_of(PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml");
   const std::string from = "<nanosec>20000000</nanosec>";
   profiles.replace(profiles.find(from), from.size(), "<nanosec>50000000</nanosec>");
   const std::string path = file("odd.xml", profiles);

@@ -268,7 +268,7 @@ void run(Report& report, const Settings& settings) {
                   "Cost of knowing what is near, along a track past two cylinders of 220 triangles each\n"
                   "radius 100 mm, height 80 mm, 320 mm apart, L6 = 60 mm; units of table 3.2",
                   2);
-  Panel& loads = plot.panel("one probe along the motion (tables 3.3, 3.4)", "place on the track [a … h]",
+  Panel& loads = plot.panel("one probe along the motion (tables 3.3, 3.4)", "place on the track, a to h",
                             "computing load [U]")
                      .range_y(0, 26000);
   loads.series(table, "place", "load, un-optimised [U]", "filters un-optimised")
@@ -276,19 +276,19 @@ void run(Report& report, const Settings& settings) {
       .series(thesis, "place", "load, un-optimised [U]", "thesis, un-optimised (table 3.3)", Style::kPoints)
       .series(thesis, "place", "load, optimised [U]", "thesis, optimised (table 3.4)", Style::kPoints)
       .names_x({"a", "b", "c", "d", "e", "f", "g", "h"});
-  plot.panel("what the optimisation leaves of the load", "place on the track [a … h]", "share left [%]")
+  plot.panel("what the optimisation leaves of the load", "place on the track, a to h", "share left [%]")
       .range_y(0, 60)
       .series(table, "place", "left [%]", "ours")
       .series(thesis, "place", "left [%]", "thesis (table 3.4 ÷ table 3.3)", Style::kPoints)
       .names_x({"a", "b", "c", "d", "e", "f", "g", "h"});
-  plot.panel("per tick: 33 directions against one voxel query", "place on the track [a … h]",
+  plot.panel("per tick: 33 directions against one voxel query", "place on the track, a to h",
              "computing load [U]")
       .log_y()
       .series(table, "place", "33 directions, un-optimised [U]", "search, un-optimised")
       .series(table, "place", "33 directions, optimised [U]", "search, optimised")
       .series(table, "place", "voxel query [U]", "voxel method")
       .names_x({"a", "b", "c", "d", "e", "f", "g", "h"});
-  Panel& passing = plot.panel("queries that reach each filter, one probe", "place on the track [a … h]",
+  Panel& passing = plot.panel("queries that reach each filter, one probe", "place on the track, a to h",
                               "number of queries")
                        .log_y();
   const std::array<std::array<const char*, 2>, 5> filters{{{"SESS", "SESS: sphere around the triangle"},
@@ -298,7 +298,7 @@ void run(Report& report, const Settings& settings) {
                                                            {"VIT", "VIT: within the triangle"}}};
   for (const auto& [filter, words] : filters) passing.series(table, "place", filter, words, Style::kStep);
   passing.names_x({"a", "b", "c", "d", "e", "f", "g", "h"});
-  plot.panel("the answer: layer that the robot is in", "place on the track [a … h]",
+  plot.panel("the answer: layer that the robot is in", "place on the track, a to h",
              "number of the layer (0: none)")
       .range_y(-0.3, 9)
       .series(table, "place", "order by search", "33 probes over the front half", Style::kStep)
