@@ -41,7 +41,7 @@ std::filesystem::path fresh(const std::filesystem::path& folder, const std::stri
 std::filesystem::path open(cv::VideoWriter& writer, const RecordingConfig& config, const std::string& name,
                            cv::Size size) {
   if (config.format == VideoFormat::kMp4) {
-    const std::filesystem::path path = fresh(config.folder, name, ".mp4");
+    std::filesystem::path path = fresh(config.folder, name, ".mp4");
     if (writer.open(path.string(), cv::VideoWriter::fourcc('m', 'p', '4', 'v'), config.rate_hz, size))
       return path;
     spdlog::warn("recording: this system writes no MP4; AVI is written instead");
