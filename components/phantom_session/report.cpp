@@ -209,26 +209,51 @@ void write_report(const ReportInputs& inputs) {
   open_file(inputs.folder / "index.html") << report_page(text);
 }
 
-bool draw_plots(const std::filesystem::path& folder, const Collector& collector, const JointLog& joints) {
+namespace {
+
+// What report.gp is told: which reaches and which joint there are to draw, and their names.
+std::string plot_variables(const std::filesystem::path& folder, const Collector& collector,
+                           const JointLog& joints, const std::optional<robot::SerialArm>& arm) {
+  std::string reaches, objects;
+  bool contacts = false;
+  for (const Reach& reach : collector.reaches()) {
+    contacts = contacts || reach.contact_s;
+    const bool drawn =
+        reach.percept && std::any_of(collector.rows().begin(), collector.rows().end(), [&](const Row& row) {
+          return row.reach == reach.number && row.clearance_m >= 0.0 && row.percept_enabled;
+        });
+    if (!drawn) continue;
+    reaches += std::to_string(reach.number) + " ";
+    objects += (reach.contact_s ? collector.object_name(reach.contact_object) : "no_contact") + " ";
+  }
+  std::string words = "folder='" + folder.string() + "'; reaches='" + reaches + "'; objects='" + objects +
+                      "'; contacts=" + (contacts ? "1" : "0");
+  const auto joint = joints.most_telling();
+  words += "; joint=" + std::to_string(joint ? *joint + 1 : 0) + "; law='" +
+           (joints.rows().empty() ? "" : joints.rows().back().law) + "'";
+  const bool known = joint && arm && *joint < arm->joint_count();
+  const bool slides = known && arm->joints()[*joint].type == robot::JointType::kPrismatic;
+  words += "; joint_name='" +
+           (known ? arm->joints()[*joint].name : "joint " + std::to_string(joint ? *joint + 1 : 0));
+  words += slides ? "'; position='Position [m]'; effort='Force [N]'"
+                  : "'; position='Angle [rad]'; effort='Torque [N·m]'";
+  return words;
+}
+
+}  // namespace
+
+bool draw_plots(const std::filesystem::path& folder, const Collector& collector, const JointLog& joints,
+                const std::optional<robot::SerialArm>& arm) {
   const std::filesystem::path gnuplot = "/usr/bin/gnuplot";
   if (access(gnuplot.c_str(), X_OK) != 0) {
     spdlog::warn("gnuplot is not installed: the report has its CSV files but no plots");
     return false;
   }
   Supervisor drawing;
-  const auto contacts = std::count_if(collector.reaches().begin(), collector.reaches().end(),
-                                      [](const Reach& reach) { return reach.contact_s.has_value(); });
-  const auto approach_rows = std::count_if(
-      collector.rows().begin(), collector.rows().end(),
-      [](const Row& row) { return row.reach >= 0 && row.percept_enabled && row.clearance_m >= 0.0; });
-  const std::string variables =
-      "folder='" + folder.string() + "'; contacts=" + std::to_string(contacts) +
-      "; approach_rows=" + std::to_string(approach_rows) +
-      "; joint=" + std::to_string(joints.most_telling() ? *joints.most_telling() + 1 : 0) + "; law='" +
-      (joints.rows().empty() ? "" : joints.rows().back().law) + "'";
   drawing.start({"gnuplot",
                  gnuplot,
-                 {"-e", variables, runtime::share_path("config/report.gp").string()},
+                 {"-e", plot_variables(folder, collector, joints, arm),
+                  runtime::share_path("config/report.gp").string()},
                  0,
                  folder / "logs" / "gnuplot.log"});
   const auto end = core::monotonic_ns() + core::from_seconds(kPlotLimit_s);

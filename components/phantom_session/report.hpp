@@ -1,9 +1,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "common/robot/serial_arm.hpp"
 #include "components/phantom_session/collector.hpp"
 #include "components/phantom_session/joint_log.hpp"
 #include "components/phantom_session/supervisor.hpp"
@@ -30,7 +32,8 @@ void write_report(const ReportInputs& inputs);
 std::string summary_json(const ReportInputs& inputs);
 
 /// Draws the plots beside the CSV files with gnuplot; returns false (and says so) if gnuplot is not
-/// installed.
-bool draw_plots(const std::filesystem::path& folder, const Collector& collector, const JointLog& joints);
+/// installed. `arm`: whose joints they are, for their names and units; none: not known.
+bool draw_plots(const std::filesystem::path& folder, const Collector& collector, const JointLog& joints,
+                const std::optional<robot::SerialArm>& arm);
 
 }  // namespace phantom::phantom_session

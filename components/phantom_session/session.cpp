@@ -138,19 +138,23 @@ class Session {
     return true;
   }
 
-  // The arm's links by name, for the live line; without them it tells their numbers.
-  void name_links() {
-    if (!console_.is_terminal()) return;
+  // The cell's only arm, for the names of its links and joints; without it they are told by their numbers.
+  std::optional<robot::SerialArm> load_only_arm() const {
     try {
       const runtime::CellConfig cell = runtime::load_cell(cell_);
-      if (cell.arms.size() != 1) return;
-      const robot::SerialArm arm = runtime::load_arm(cell.arm());
-      std::vector<std::string> names;
-      for (const robot::Link& link : arm.links()) names.push_back(link.name);
-      const auto guard = adapter_.lock();
-      collector_.on_link_names(std::move(names));
+      if (cell.arms.size() == 1) return runtime::load_arm(cell.arm());
     } catch (const core::ConfigError&) {  // the components that need the cell say what is wrong with it
     }
+    return std::nullopt;
+  }
+
+  void name_links() {
+    const auto arm = load_only_arm();
+    if (!arm) return;
+    std::vector<std::string> names;
+    for (const robot::Link& link : arm->links()) names.push_back(link.name);
+    const auto guard = adapter_.lock();
+    collector_.on_link_names(std::move(names));
   }
 
   void show_live() {
@@ -164,7 +168,7 @@ class Session {
 
   // Until the time is up or the user stops it (true), or a component dies (false).
   bool watch() {
-    name_links();
+    if (console_.is_terminal()) name_links();
     const auto end_ns = core::monotonic_ns() + core::from_seconds(request_.seconds);
     while (runtime::sleep_unless_stopped(kPoll_s)) {
       if (!all_alive()) return false;
@@ -178,7 +182,7 @@ class Session {
     const auto guard = adapter_.lock();
     write_report({options_.report_dir, seconds, start_utc_ns_, page_, supervisor_.outcomes(), collector_});
     joints_.write(options_.report_dir);
-    draw_plots(options_.report_dir, collector_, joints_);
+    draw_plots(options_.report_dir, collector_, joints_, load_only_arm());
     say("Report: " + (options_.report_dir / "index.html").string() + " (figures in summary.json)");
   }
 

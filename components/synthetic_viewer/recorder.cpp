@@ -11,7 +11,6 @@
 #include <opencv2/core.hpp>
 #include <opencv2/videoio.hpp>
 
-#include "common/core/clock.hpp"
 #include "common/core/thread_place.hpp"
 #include "components/synthetic_viewer/frame_pace.hpp"
 
@@ -42,7 +41,7 @@ std::filesystem::path fresh(const std::filesystem::path& folder, const std::stri
 std::filesystem::path open(cv::VideoWriter& writer, const RecordingConfig& config, const std::string& name,
                            cv::Size size) {
   if (config.format == VideoFormat::kMp4) {
-    const std::filesystem::path path = fresh(config.folder, name, ".mp4");
+    std::filesystem::path path = fresh(config.folder, name, ".mp4");
     if (writer.open(path.string(), cv::VideoWriter::fourcc('m', 'p', '4', 'v'), config.rate_hz, size))
       return path;
     spdlog::warn("recording: this system writes no MP4; AVI is written instead");
@@ -62,7 +61,7 @@ void Recorder::begin(View view, Broadcast<Image>& source) {
   stop_ = false;
   {
     const std::lock_guard lock(mutex_);
-    state_ = {true, view, {}, {}};
+    state_ = {.running = true, .view = view};
   }
   source.followers.fetch_add(1);
   thread_ = std::thread([this, view, &source] {
@@ -106,7 +105,10 @@ void Recorder::work(View view, Broadcast<Image>& source) {
   std::uint64_t seen = 0;
   FramePace pace(config_.rate_hz);
   const auto write_due = [&] {
-    for (int left = pace.due(core::monotonic_ns()); left > 0; --left) writer.write(frame);
+    const int frames = pace.due(clock_());
+    for (int left = frames; left > 0; --left) writer.write(frame);
+    const std::lock_guard lock(mutex_);
+    state_.frames += frames;
   };
   const std::chrono::milliseconds patience(std::lround(std::min(200.0, 1e3 / config_.rate_hz)));
   while (!stop_) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <thread>
 
+#include "common/core/clock.hpp"
 #include "components/synthetic_viewer/broadcast.hpp"
 #include "components/synthetic_viewer/image.hpp"
 #include "components/synthetic_viewer/state.hpp"
@@ -29,7 +30,11 @@ struct RecordingConfig {
 /// (motion JPEG) is written.
 class Recorder {
  public:
-  explicit Recorder(RecordingConfig config) : config_(std::move(config)) {}
+  using Clock = core::Nanoseconds (*)();
+
+  /// `clock`: the time that films keep; never goes back; called by the recording's thread.
+  explicit Recorder(RecordingConfig config, Clock clock = core::monotonic_ns)
+      : config_(std::move(config)), clock_(clock) {}
   /// Ends a recording that runs.
   ~Recorder();
   Recorder(const Recorder&) = delete;
@@ -47,6 +52,7 @@ class Recorder {
   void fail(const std::string& problem);
 
   RecordingConfig config_;
+  Clock clock_;
   mutable std::mutex mutex_;
   RecordingState state_;
   std::atomic<bool> stop_{false};

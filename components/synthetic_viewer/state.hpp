@@ -43,6 +43,7 @@ struct RecordingState {
   View view = View::kMain;
   std::string file;     ///< of the running one, or of the last
   std::string problem;  ///< why the last one could not begin or ended; empty: nothing went wrong
+  int frames = 0;       ///< written so far into that file
 };
 
 /// What is on now, for those who toggle it.

@@ -28,24 +28,15 @@
 #include "common/dds/endpoint.hpp"
 #include "common/dds/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom {
 namespace {
 
 constexpr auto kPatience = std::chrono::seconds(120);
 
-std::string read_text(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  if (at == std::string::npos) throw std::runtime_error("not found: " + from);
-  return text.replace(at, from.size(), to);
-}
+using test::read_text;
+using test::replaced;
 
 std::vector<std::string> split(const std::string& text, char by) {
   std::vector<std::string> parts;

@@ -7,7 +7,7 @@
 #include <regex>
 
 #include "tests/end_to_end/running_system.hpp"
-#include "tests/recording/child_process.hpp"
+#include "tests/support/child_process.hpp"
 
 namespace phantom::end_to_end {
 namespace {

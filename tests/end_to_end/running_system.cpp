@@ -8,24 +8,14 @@
 #include <csignal>
 #include <fstream>
 #include <sstream>
-#include <stdexcept>
 
 #include "tests/support/own_domain.hpp"
 
 namespace phantom::end_to_end {
 namespace {
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  if (at == std::string::npos) throw std::runtime_error("not found: " + from);
-  return text.replace(at, from.size(), to);
-}
-
-std::string all_replaced(std::string text, const std::string& from, const std::string& to) {
-  for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
-    text.replace(at, from.size(), to);
-  return text;
-}
+using test::all_replaced;
+using test::replaced;
 
 // The files for drives on CAN, on buses of the test's own.
 void write_can_files(const std::filesystem::path& folder) {
@@ -53,13 +43,6 @@ void write_topology(const std::filesystem::path& folder, const std::string& name
 }
 
 }  // namespace
-
-std::string read_text(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
 
 RunningSystem::RunningSystem(double seconds, const std::string& topology_name, const std::string& without)
     : domain_(test::own_domain()) {

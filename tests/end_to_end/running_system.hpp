@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/core/network.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::end_to_end {
 
@@ -45,6 +46,6 @@ class RunningSystem {
 /// Calls `probe` until it is true; the limit only bounds a failing test.
 bool eventually(const std::function<bool()>& probe, double limit_s = 30.0);
 
-std::string read_text(const std::filesystem::path& file);
+using test::read_text;
 
 }  // namespace phantom::end_to_end

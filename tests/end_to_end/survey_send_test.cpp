@@ -1,14 +1,12 @@
 // A surveyed object comes into the running system: into the workspace, with its guard, and into the percept.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <array>
-#include <cstdio>
 #include <fstream>
 
 #include "tests/end_to_end/running_system.hpp"
 #include "tests/end_to_end/workspace_observer.hpp"
+#include "tests/support/child_process.hpp"
 #include "tests/support/own_domain.hpp"
 
 namespace phantom::end_to_end {
@@ -17,23 +15,11 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-struct Said {
-  int exit_code = 0;
-  std::string output;
-};
-
 /// `workspace_survey …` as a person would type it, in the system's domain.
-Said survey(const std::string& words, const RunningSystem& system) {
-  const std::string command = std::string(PHANTOM_BIN_DIR "/workspace_survey ") + words + " --deployment " +
-                              (system.folder() / "topology.yaml").string() + " --domain " +
-                              std::to_string(system.network().domain) + " 2>&1";
-  FILE* pipe = popen(command.c_str(), "r");
-  std::string output;
-  std::array<char, 4096> buffer;
-  while (const std::size_t got = fread(buffer.data(), 1, buffer.size(), pipe))
-    output.append(buffer.data(), got);
-  const int status = pclose(pipe);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), output};
+test::Said survey(const std::string& words, const RunningSystem& system) {
+  return test::run_line(PHANTOM_BIN_DIR "/workspace_survey " + words + " --deployment " +
+                        (system.folder() / "topology.yaml").string() + " --domain " +
+                        std::to_string(system.network().domain));
 }
 
 struct Voxels {
@@ -70,7 +56,7 @@ TEST(RunningDemo, ASurveyedObjectIsInTheWorkspaceWithItsGuardAndIsFeltAndARefuse
   char pose[96];
   std::snprintf(pose, sizeof pose, "'%.3f %.3f %.3f 0 0 20'", place.x(), place.y(), place.z() - 0.02);
   const std::string file = (system.folder() / "brick.csv").string();
-  const Said simulated =
+  const test::Said simulated =
       survey(std::string("simulate --part brick --pose ") + pose + " --out " + file, system);
   ASSERT_EQ(simulated.exit_code, 0) << simulated.output;
 
@@ -78,18 +64,20 @@ TEST(RunningDemo, ASurveyedObjectIsInTheWorkspaceWithItsGuardAndIsFeltAndARefuse
   const std::uint64_t version = observer.version();
   const std::size_t objects = observer.objects().size();
   const std::string examples = PHANTOM_SOURCE_DIR "/deploy/parts/measurements/";
-  const Said bad = survey("fit --send --measurements " + examples + "refused_bad_range.csv", system);
+  const test::Said bad = survey("fit --send --measurements " + examples + "refused_bad_range.csv", system);
   EXPECT_EQ(bad.exit_code, 1) << bad.output;
   EXPECT_THAT(bad.output, HasSubstr("refused:"));
-  const Said several = survey("fit --send --measurements " + examples + "refused_several_poses.csv", system);
+  const test::Said several =
+      survey("fit --send --measurements " + examples + "refused_several_poses.csv", system);
   EXPECT_EQ(several.exit_code, 1) << several.output;
   std::ofstream(system.folder() / "nan.csv") << "face,node,range_mm,pan_deg,tilt_deg\nA,1,nan,0,45\n";
-  const Said nan = survey("fit --send --measurements " + (system.folder() / "nan.csv").string(), system);
+  const test::Said nan =
+      survey("fit --send --measurements " + (system.folder() / "nan.csv").string(), system);
   EXPECT_EQ(nan.exit_code, 2) << nan.output;
   EXPECT_THAT(nan.output, HasSubstr("nan.csv:2: range_mm is 'nan'"));
 
   // Accepted.
-  const Said fitted = survey("fit --send --name surveyed_brick --measurements " + file, system);
+  const test::Said fitted = survey("fit --send --name surveyed_brick --measurements " + file, system);
   ASSERT_EQ(fitted.exit_code, 0) << fitted.output;
   EXPECT_THAT(fitted.output,
               AllOf(HasSubstr("part:        brick"), HasSubstr("workspace:   added 'surveyed_brick'")));
@@ -105,10 +93,10 @@ TEST(RunningDemo, ASurveyedObjectIsInTheWorkspaceWithItsGuardAndIsFeltAndARefuse
       << "the percept is of it when the arm comes by: " << system.output();
 
   // Under the same name once more: refused by the server; moved, with a guard of its own.
-  const Said again = survey("fit --send --name surveyed_brick --measurements " + file, system);
+  const test::Said again = survey("fit --send --name surveyed_brick --measurements " + file, system);
   EXPECT_EQ(again.exit_code, 1) << again.output;
   EXPECT_THAT(again.output, HasSubstr("is there already"));
-  const Said moved =
+  const test::Said moved =
       survey("fit --send --move surveyed_brick --measurements " + examples + "brick.csv", system);
   EXPECT_EQ(moved.exit_code, 0) << moved.output;
   EXPECT_THAT(moved.output, AllOf(HasSubstr("moved 'surveyed_brick'"), HasSubstr("guard 1 voxels")));

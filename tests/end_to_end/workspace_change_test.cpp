@@ -1,85 +1,53 @@
 // Objects added, moved and removed by command while the real processes run; processes that join late, die or
 // are cut off meanwhile.
-#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <array>
 #include <csignal>
-#include <cstring>
 #include <fstream>
 #include <iostream>
 
 #include "tests/end_to_end/running_system.hpp"
 #include "tests/end_to_end/workspace_observer.hpp"
+#include "tests/support/child_process.hpp"
 #include "tests/support/own_domain.hpp"
 
 namespace phantom::end_to_end {
 namespace {
 
+using test::Process;
+using test::run_line;
+using test::Said;
 using testing::HasSubstr;
 
 constexpr const char* kWvaServer = PHANTOM_BIN_DIR "/wva_server";
 constexpr const char* kSensing = PHANTOM_BIN_DIR "/phantom_sensing";
 
-struct Said {
-  int exit_code = 0;
-  std::string output;
-};
-
-Said run(const std::string& command) {
-  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
-  std::string output;
-  std::array<char, 4096> buffer;
-  while (const std::size_t got = fread(buffer.data(), 1, buffer.size(), pipe))
-    output.append(buffer.data(), got);
-  const int status = pclose(pipe);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), output};
-}
-
-/// A process of this test; ended with it.
-class Process {
- public:
-  Process(std::vector<std::string> arguments, const std::filesystem::path& log) : log_(log) {
-    pid_ = fork();
-    if (pid_ != 0) return;
-    const int file = open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
-    dup2(file, STDOUT_FILENO);
-    dup2(file, STDERR_FILENO);
-    std::vector<char*> pointers;
-    for (std::string& argument : arguments) pointers.push_back(argument.data());
-    pointers.push_back(nullptr);
-    execvp(pointers[0], pointers.data());
-    _exit(127);
-  }
-  ~Process() { end(SIGTERM); }
-  Process(const Process&) = delete;
-  Process& operator=(const Process&) = delete;
-
-  void end(int signal) {
-    if (pid_ <= 0) return;
-    kill(pid_, signal);
-    waitpid(std::exchange(pid_, -1), nullptr, 0);
-  }
-  std::string output() const { return read_text(log_); }
-
- private:
-  std::filesystem::path log_;
-  pid_t pid_ = -1;
-};
-
 /// `wva_server command …` as a person would type it.
 Said command(const std::string& words, const std::string& deployment, int domain) {
-  return run(std::string(kWvaServer) + " command " + words + " --timeout-s 30 --deployment " + deployment +
-             " --domain " + std::to_string(domain));
+  return run_line(std::string(kWvaServer) + " command " + words + " --timeout-s 30 --deployment " +
+                  deployment + " --domain " + std::to_string(domain));
 }
 
 /// The version that a command's answer names; 0: none.
 std::uint64_t version_in(const std::string& output) {
   const auto at = output.find("\nversion ");
   return at == std::string::npos ? 0 : std::stoull(output.substr(at + 9));
+}
+
+/// The kernel's accounts of a process's threads of these names.
+std::vector<std::filesystem::path> schedstat_of(pid_t process, const std::set<std::string>& threads) {
+  std::vector<std::filesystem::path> files;
+  std::set<std::string> found;
+  for (const auto& task : std::filesystem::directory_iterator("/proc/" + std::to_string(process) + "/task")) {
+    std::string name = read_text(task.path() / "comm");
+    name.erase(name.find_last_not_of('\n') + 1);
+    if (!threads.contains(name)) continue;
+    found.insert(name);
+    files.push_back(task.path() / "schedstat");
+  }
+  EXPECT_EQ(found, threads);
+  return files;
 }
 
 TEST(RunningDemo, AnObjectMovedByCommandChangesItsBricksOnlyAndThePerceptFollows) {
@@ -94,6 +62,7 @@ TEST(RunningDemo, AnObjectMovedByCommandChangesItsBricksOnlyAndThePerceptFollows
       *observer.workspace();  // a copy: who holds a version makes the next but one dear
   const std::size_t all = before.brick_count();
   ASSERT_TRUE(eventually([&] { return observer.id_of("pump") != 0; }));
+  observer.watch(schedstat_of(system.process("phantom_sensing"), {"receiver", "workspace", "sensing"}));
   const std::uint16_t pump = observer.id_of("pump");
   observer.take_bricks();
 
@@ -106,12 +75,14 @@ TEST(RunningDemo, AnObjectMovedByCommandChangesItsBricksOnlyAndThePerceptFollows
     ASSERT_EQ(said.exit_code, 0) << said.output;
     const std::uint64_t version = version_in(said.output);
     ASSERT_GT(version, before.version);
-    ASSERT_TRUE(eventually([&] { return observer.felt_version() == version && observer.delay_s(version); }))
+    ASSERT_TRUE(eventually([&] { return observer.felt_version() == version && observer.delay(version); }))
         << system.output();
-    greatest_s = std::max(greatest_s, *observer.delay_s(version));
-    EXPECT_LT(*observer.delay_s(version), 1.0);
-    std::cout << "percept rests on the new version " << 1e3 * *observer.delay_s(version)
-              << " ms after its arrival\n";
+    const auto [all_s, without_processor_s] = *observer.delay(version);
+    greatest_s = std::max(greatest_s, all_s);
+    std::cout << "percept rests on the new version " << 1e3 * all_s << " ms after its arrival, "
+              << 1e3 * without_processor_s << " ms of them waiting for a processor\n";
+    // "within a tenth of a second", but for what the host does not let its threads run.
+    EXPECT_LT(all_s - without_processor_s, 0.1);
   }
   RecordProperty("greatest_delay_ms", static_cast<int>(1e3 * greatest_s));
 
@@ -254,7 +225,7 @@ class CutOff : public Processes {
     const std::string n = std::to_string(getpid() % 250);
     space_ = "phantom_" + n, cable_ = "phcable" + n, far_end_ = "phfar" + n;
     here_ = "10.199." + n + ".1", there_ = "10.199." + n + ".2";
-    if (geteuid() != 0 || run("ip netns add " + space_).exit_code != 0)
+    if (geteuid() != 0 || run_line("ip netns add " + space_).exit_code != 0)
       GTEST_SKIP() << "needs root and network namespaces";
     const std::string in_space = "ip -n " + space_ + " ";
     const std::string steps[] = {
@@ -265,16 +236,16 @@ class CutOff : public Processes {
         in_space + "link set lo up",
         in_space + "link set " + far_end_ + " up"};
     for (const std::string& step : steps) {
-      if (const Said said = run(step); said.exit_code != 0) GTEST_SKIP() << step << ": " << said.output;
+      if (const Said said = run_line(step); said.exit_code != 0) GTEST_SKIP() << step << ": " << said.output;
     }
   }
   void TearDown() override {
     Processes::TearDown();
-    run("ip netns del " + space_);
-    run("ip link del " + cable_);
+    run_line("ip netns del " + space_);
+    run_line("ip link del " + cable_);
   }
-  void cut() { ASSERT_EQ(run("ip -n " + space_ + " link set " + far_end_ + " down").exit_code, 0); }
-  void mend() { ASSERT_EQ(run("ip -n " + space_ + " link set " + far_end_ + " up").exit_code, 0); }
+  void cut() { ASSERT_EQ(run_line("ip -n " + space_ + " link set " + far_end_ + " down").exit_code, 0); }
+  void mend() { ASSERT_EQ(run_line("ip -n " + space_ + " link set " + far_end_ + " up").exit_code, 0); }
 
   /// Percepts rest on the newest version again, and never on one that was not.
   void expect_right(WorkspaceObserver& observer, const std::set<std::uint64_t>& versions) {

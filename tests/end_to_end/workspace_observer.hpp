@@ -1,9 +1,12 @@
 #pragma once
 
+#include <filesystem>
+#include <fstream>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <set>
+#include <vector>
 
 #include "common/core/clock.hpp"
 #include "common/dds/endpoint.hpp"
@@ -44,15 +47,26 @@ class WorkspaceObserver {
   std::set<std::uint64_t> felt_versions() {
     const std::lock_guard lock(mutex_);
     std::set<std::uint64_t> versions;
-    for (const auto& [version, at_ns] : felt_ns_) versions.insert(version);
+    for (const auto& [version, first] : felt_) versions.insert(version);
     return versions;
   }
-  /// From the arrival of a version to the first percept that rests on it, seconds; less than none if it never
-  /// came.
-  std::optional<double> delay_s(std::uint64_t version) {
+  /// How long a version took from its arrival to the first percept that rests on it, and how much of that the
+  /// threads of whom watch() names waited for a processor, summed up.
+  struct Delay {
+    double all_s = 0.0, without_processor_s = 0.0;
+  };
+  /// None if the version or the percept never came.
+  std::optional<Delay> delay(std::uint64_t version) {
     const std::lock_guard lock(mutex_);
-    if (!committed_ns_.contains(version) || !felt_ns_.contains(version)) return std::nullopt;
-    return core::seconds(felt_ns_[version] - committed_ns_[version]);
+    const auto committed = committed_.find(version), felt = felt_.find(version);
+    if (committed == committed_.end() || felt == felt_.end()) return std::nullopt;
+    return Delay{core::seconds(felt->second.at_ns - committed->second.at_ns),
+                 felt->second.waited_s - committed->second.waited_s};
+  }
+  /// From now on these threads' waiting for a processor is noted with each version and first percept.
+  void watch(std::vector<std::filesystem::path> schedstat_files) {
+    const std::lock_guard lock(mutex_);
+    watched_ = std::move(schedstat_files);
   }
   /// Makes the next version cheap for the observer: it must not hold up the percepts whose delay it measures.
   void make_ready() {
@@ -102,14 +116,30 @@ class WorkspaceObserver {
     d.palette_Pa_s_per_m = v.palette();
     d.brick_count = v.brick_count();
     d.content_hash = v.content_hash();
-    committed_ns_.emplace(v.version(), at_ns);
+    committed_.try_emplace(v.version(), Noted{at_ns, waited_s()});
     if (!assembler_.commit(d)) throw std::runtime_error("a version that contradicts itself");
+  }
+
+  struct Noted {
+    core::Nanoseconds at_ns = 0;
+    double waited_s = 0.0;
+  };
+  /// What the kernel has counted (Documentation/scheduler/sched-stats: the second number).
+  double waited_s() const {
+    double sum_s = 0.0;
+    for (const auto& file : watched_) {
+      std::ifstream stream(file);
+      core::Nanoseconds ran_ns = 0, waited_ns = 0;
+      if (stream >> ran_ns >> waited_ns) sum_s += core::seconds(waited_ns);
+    }
+    return sum_s;
   }
 
   std::mutex mutex_;
   voxel::WorkspaceAssembler assembler_;
   std::map<voxel::BrickKey, std::uint64_t> bricks_;
-  std::map<std::uint64_t, core::Nanoseconds> committed_ns_, felt_ns_;
+  std::vector<std::filesystem::path> watched_;
+  std::map<std::uint64_t, Noted> committed_, felt_;
   msg::Percept percept_;
   std::map<std::uint16_t, msg::WorkspaceObject> objects_;
   std::uint32_t brick_readers_ = 0;
@@ -128,7 +158,8 @@ class WorkspaceObserver {
   dds::Reader<msg::Percept> percept_reader_{
       participant_, dds::kPercept, under_lock<msg::Percept>([this](const auto& p, core::Nanoseconds at_ns) {
         percept_ = p;
-        if (p.workspace_version() != 0) felt_ns_.emplace(p.workspace_version(), at_ns);
+        if (p.workspace_version() != 0 && !felt_.contains(p.workspace_version()))
+          felt_[p.workspace_version()] = {at_ns, waited_s()};
       })};
   dds::Reader<msg::WorkspaceObject> object_reader_{
       participant_, dds::kWorkspaceObject,

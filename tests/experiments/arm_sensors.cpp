@@ -99,7 +99,7 @@ double plot_swing(Report& report, Plot& plot, const std::string& name, const std
                   const runtime::CellConfig& cell, const voxel::Workspace& workspace,
                   robot::Normalisation normalisation, const std::vector<int>& counts,
                   const std::vector<double>& angles_deg, Sabotage sabotage) {
-  std::vector<std::string> columns{"theta [deg]"};
+  std::vector<std::string> columns{"θ [°]"};
   std::vector<std::vector<double>> torque;
   for (const int count : counts) {
     columns.push_back(sensors(count));
@@ -107,14 +107,13 @@ double plot_swing(Report& report, Plot& plot, const std::string& name, const std
   }
   Table& table = report.table(name, columns);
   const bool mean = normalisation != robot::Normalisation::kArea;
-  Panel& panel =
-      plot.panel(title, "theta [deg]", mean ? "T_q, mean of μ r² θ' [Pa·m]" : "torque on theta [N·m]");
+  Panel& panel = plot.panel(title, "θ [°]", mean ? "T_q, mean of μ r² θ' [Pa·m]" : "torque on θ [N·m]");
   for (std::size_t i = 0; i < angles_deg.size(); ++i) {
     std::vector<double> row{angles_deg[i]};
     for (const auto& values : torque) row.push_back(values[i]);
     table.row(row);
   }
-  for (const int count : counts) panel.series(table, "theta [deg]", sensors(count), sensors(count));
+  for (const int count : counts) panel.series(table, "θ [°]", sensors(count), sensors(count));
   panel.vertical(kContact_deg, "the link lies on the bar");
   const auto &few = torque[torque.size() - 2], &many = torque.back();
   double square = 0.0;
@@ -131,7 +130,7 @@ void run(Report& report, const Settings& settings) {
     angles_deg.push_back(angle_deg);
 
   Plot& plot = report.plot("sensors",
-                           "Torque on theta while a link of 57 cm crosses a bar of 5 × 5 × 80 cm at 5 °/s\n"
+                           "Torque on θ while a link of 57 cm crosses a bar of 5 × 5 × 80 cm at 5 °/s\n"
                            "voxel 1 cm, six layers of 4 cm with μ = 32, 20, 13, 11, 10, 8 Pa·s/m, skin 100",
                            2);
   const std::vector<int> all(kCounts.begin(), kCounts.end());
@@ -172,7 +171,7 @@ void run(Report& report, const Settings& settings) {
       .vertical(1.0, "one voxel");
 
   const auto unbroken = bar_cell({.source_dir = settings.source_dir}).objects.front().profile;
-  Table& law = report.table("integral", {"theta [deg]", "2000 sensors [N·m]", "integral of μ r² [N·m]"});
+  Table& law = report.table("integral", {"θ [°]", "2000 sensors [N·m]", "integral of μ r² [N·m]"});
   double square = 0.0, greatest = 0.0;
   for (std::size_t i = 0; i < angles_deg.size(); ++i) {
     const double ideal_Nm =
@@ -225,6 +224,7 @@ void run(Report& report, const Settings& settings) {
 
 Experiment arm_sensors() {
   return {"arm-sensors",
+          "Number of sensors along a link",
           "figures 5.15–5.17",
           "The torque on the joint converges as the sensors become more; 60 and 90 are nearly equal; sensors "
           "farther apart than a voxel "

@@ -293,11 +293,12 @@ void run(Report& report, const Settings& settings) {
 
 Experiment audio() {
   return {"audio",
+          "The tone that the operator hears",
           "figure 6.13",
           "The tone's frequency conveys closeness, also at rest; its level conveys speed and has a minimum "
           "above zero; silence in free space "
           "alone.",
-          {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed},
+          {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed, Sabotage::kGrownBodies},
           run};
 }
 

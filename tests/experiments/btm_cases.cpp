@@ -103,8 +103,8 @@ void plot_times(Report& report, Plot& plot, const std::vector<Case>& cases) {
 void run(Report& report, const Settings& settings) {
   std::vector<Case> cases;
   Table& table =
-      report.table("cases", {"case", "free-space drag [N·m]", "percept [N·m]", "touch without [deg/s]",
-                             "touch with [deg/s]", "impulse without [N·s]", "impulse with [N·s]"});
+      report.table("cases", {"case", "free-space drag [N·m]", "percept [N·m]", "touch without [°/s]",
+                             "touch with [°/s]", "impulse without [N·s]", "impulse with [N·s]"});
   for (std::size_t law = 0; law < kCases.size(); ++law) {
     const Case& c = cases.emplace_back(measure(static_cast<BilateralLaw>(law), settings));
     table.row({static_cast<double>(law), c.drag_Nm, c.percept_Nm, degrees(c.without.speed_rad_s),
@@ -165,6 +165,7 @@ void run(Report& report, const Settings& settings) {
 
 Experiment btm_cases() {
   return {"btm-cases",
+          "The percept with five bilateral laws",
           "Tables 5.1, 5.2, 6.1",
           "The percept stands apart with position-forward laws (a, b, c), not with position exchange (d, e), "
           "whose lag is felt as drag in free "

@@ -102,17 +102,17 @@ double sctfb(const Noted& n) { return n.sctfb; }
 constexpr double kOnset_deg = 6.0;  // zone A: in fluid, before the brake
 
 void plot(Report& report, Plot& plot, const Run& run) {
-  Table& table = report.table(run.table, {"time [s]", "theta [deg]", "slave speed [deg/s]", "MLT [N·m]",
-                                          "PFFB [N·m]", "SCTFB [N·m]"});
+  Table& table = report.table(
+      run.table, {"time [s]", "θ [°]", "slave speed [°/s]", "MLT [N·m]", "PFFB [N·m]", "SCTFB [N·m]"});
   for (const Noted& n : run.noted) table.row({n.t_s, n.slave_deg, n.slave_deg_s, n.mlt, n.pffb, n.sctfb});
   plot.panel(run.name, "time [s]", "torque on the master [N·m]")
       .series(table, "time [s]", "MLT [N·m]", "MLT, the servo's")
       .series(table, "time [s]", "PFFB [N·m]", "PFFB, the phantom's")
       .series(table, "time [s]", "SCTFB [N·m]", "SCTFB, the slave's");
-  plot.panel(run.name, "theta of the slave [deg]", "torque on the master [N·m]")
-      .series(table, "theta [deg]", "MLT [N·m]", "MLT")
-      .series(table, "theta [deg]", "PFFB [N·m]", "PFFB")
-      .series(table, "theta [deg]", "SCTFB [N·m]", "SCTFB")
+  plot.panel(run.name, "θ of the slave [°]", "torque on the master [N·m]")
+      .series(table, "θ [°]", "MLT [N·m]", "MLT")
+      .series(table, "θ [°]", "PFFB [N·m]", "PFFB")
+      .series(table, "θ [°]", "SCTFB [N·m]", "SCTFB")
       .vertical_band(kOnset_deg, kBrake_deg, "zone A: no contact; then B")
       .vertical(kContact_deg, "contact");
 }
@@ -140,7 +140,7 @@ void check_balanced(Report& report, const Run& run) {
   const auto touch =
       std::find_if(run.noted.begin(), run.noted.end(), [](const Noted& n) { return n.contact > 0.5; });
   // The real bar's distance field has voxels of 8 mm, two of whose tenths are 0.2° at 45 cm.
-  report.check(at + "contact", touch == run.noted.end() ? std::nan("") : touch->slave_deg, 39.7, 40.3, "deg");
+  report.check(at + "contact", touch == run.noted.end() ? std::nan("") : touch->slave_deg, 39.7, 40.3, "°");
 }
 
 /// Least torque that the weight of the arm asks for between two angles, as the master feels it.
@@ -183,7 +183,7 @@ void run(Report& report, const Settings& settings) {
       2);
   Panel& speeds =
       report.plot("speed", "Speed of the slave (figs. 5.34, 5.36, 5.38, 5.40); brake at 36°, contact at 40°")
-          .panel("", "theta of the slave [deg]", "speed [deg/s]");
+          .panel("", "θ of the slave [°]", "speed [°/s]");
   for (Run& run : runs) {
     swing(run, settings);
     plot(report, torques, run);
@@ -192,9 +192,9 @@ void run(Report& report, const Settings& settings) {
   const auto cell = bar_cell({.source_dir = settings.source_dir});  // with the physics as it is
   double square = 0.0, ideal_square = 0.0;
   for (const Run& run : runs) {
-    Table& table = report.table(std::string(run.table) + "_speed", {"theta [deg]", "speed [deg/s]"});
+    Table& table = report.table(std::string(run.table) + "_speed", {"θ [°]", "speed [°/s]"});
     for (const Noted& n : run.noted) table.row({n.slave_deg, n.slave_deg_s});
-    speeds.series(table, "theta [deg]", "speed [deg/s]", run.name);
+    speeds.series(table, "θ [°]", "speed [°/s]", run.name);
     for (const Noted& n : between(run, kOnset_deg, kBrake_deg)) {
       const double ideal =
           kPercept_gain * run.speed_rad_s() *
@@ -230,6 +230,7 @@ void run(Report& report, const Settings& settings) {
 
 Experiment coworking() {
   return {"coworking",
+          "Phantom and slave feedback together",
           "figures 5.33–5.42",
           "Zone A, no contact: MLT follows PFFB, and the SCTFB of a balanced slave is very small. Zone B: "
           "PFFB falls as the arm brakes, SCTFB "

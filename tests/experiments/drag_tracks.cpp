@@ -121,11 +121,12 @@ void run(Report& report, const Settings& settings) {
 
 Experiment drag_tracks() {
   return {"drag-tracks",
+          "Drag along tracks past an object",
           "figure 4.33",
           "On y = 20, close to the object without touching it, the drag has two peaks; on y = 80 it rises "
           "and falls in steps; "
           "on y = 50 it assumes the skin's value where the track is inside the body, and only there.",
-          {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed},
+          {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed, Sabotage::kGrownBodies},
           run};
 }
 

@@ -10,8 +10,8 @@ import html
 import json
 import math
 import re
+import string
 import sys
-import textwrap
 from pathlib import Path
 
 import matplotlib
@@ -27,6 +27,7 @@ STYLE = {
     "axes.prop_cycle": matplotlib.cycler(color=["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#8c6d31"]),
     "svg.fonttype": "path", "svg.hashsalt": "phantom",
 }
+SUPERSCRIPT = dict(zip("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 PANEL_INCHES = {1: (7.2, 3.2), 2: (4.4, 3.2), 3: (3.6, 3.2), 4: (2.9, 2.7)}
 
 
@@ -75,6 +76,11 @@ def draw_series(axes, series, tables, bars):
         axes.plot(x, y, linestyle="--" if kind == "dashed" else "-", label=label)
 
 
+def sentence(text):
+    """With a capital letter, but for a symbol: "x [mm]", "μ felt"."""
+    return text[0].upper() + text[1:] if re.match(r"[a-z]{2}|[a-z] (?!\[)", text) and not re.match(r"[a-z] of |[a-z],", text) else text
+
+
 def draw_panel(axes, panel, tables):
     if panel["log_x"]:
         axes.set_xscale("log")
@@ -89,7 +95,7 @@ def draw_panel(axes, panel, tables):
             (axes.axvline if across else axes.axhline)(mark["from"], color="#666666", linestyle=":", linewidth=1.1, label=mark["label"])
         else:
             (axes.axvspan if across else axes.axhspan)(mark["from"], mark["to"], color="#E69F00", alpha=0.16, linewidth=0, label=mark["label"])
-    axes.set(title=panel["title"], xlabel=panel["x"], ylabel=panel["y"])
+    axes.set(title=panel["title"], xlabel=sentence(panel["x"]), ylabel=sentence(panel["y"]))
     if panel["names_x"]:
         axes.set_xticks(range(len(panel["names_x"])), panel["names_x"])
     if panel["range_x"]:
@@ -122,8 +128,10 @@ def draw_plot(folder, plot, tables):
     with matplotlib.rc_context(STYLE):
         figure, grid = plt.subplots(rows, columns, figsize=(width * columns, height * rows + 0.6), squeeze=False, layout="constrained")
         every = [axes for row in grid for axes in row]
-        for axes, panel in zip(every, panels):
+        for letter, axes, panel in zip(string.ascii_lowercase, every, panels):
             draw_panel(axes, panel, tables)
+            if len(panels) > 1:
+                axes.set_title(f"({letter}) {panel['title']}".rstrip())
         for axes in every[len(panels):]:
             axes.remove()
         legends = list(legends_of(every[:len(panels)]))
@@ -135,8 +143,6 @@ def draw_plot(folder, plot, tables):
         else:
             for axes, handles, labels in legends:
                 axes.legend(handles, labels, loc="best", framealpha=0.85)
-        letters = int(13 * width * columns)  # as many as an inch holds of this size, about
-        figure.suptitle("\n".join(textwrap.fill(line, letters) for line in plot["title"].split("\n")))
         path = folder / f"{plot['name']}.svg"
         figure.savefig(path, metadata={"Date": None})
         plt.close(figure)
@@ -154,7 +160,10 @@ def draw_experiment(folder):
 
 
 def figure_text(value):
-    return "not a number" if value is None else f"{value:.4g}"
+    if value is None:
+        return "not a number"
+    digits, _, exponent = f"{value:.4g}".partition("e")
+    return digits.replace("-", "−") + (f" × 10{''.join(SUPERSCRIPT[c] for c in str(int(exponent)))}" if exponent else "")
 
 
 def band_text(check):
@@ -194,19 +203,25 @@ figcaption { font-size: .85rem; color: #444 } .source { color: #555 } .differenc
 """
 
 
+def caption(number, index, text):
+    lines = [line.rstrip(".,;") for line in text.split("\n")]
+    return f"<figcaption><b>Figure {number + 1}.{index + 1}.</b> {html.escape(sentence('; '.join(lines)))}.</figcaption>"
+
+
 def section(entry, folder, drawn, number):
-    yield f"<h2 id='{entry['id']}'>{entry['id']}</h2><p class=source>Thesis: {html.escape(entry['source'])}</p>"
+    yield f"<h2 id='{entry['id']}'>{number + 1} {html.escape(entry['title'])}</h2>"
+    yield f"<p class=source>Thesis: {html.escape(entry['source'])}. Run again with <code>scripts/experiments {entry['id']}</code>.</p>"
     yield f"<p><b>The thesis states:</b> {html.escape(entry['statement'])}</p>"
     if drawn is None:
         yield "<p class=difference>Not run.</p>"
         return
-    for i, path in enumerate(drawn["files"]):
-        yield f"<figure>{inline_svg(path, f'{number}_{i}')}</figure>"
-    for picture in drawn["pictures"]:
+    for i, (path, plot) in enumerate(zip(drawn["files"], drawn["plots"])):
+        yield f"<figure>{inline_svg(path, f'{number}_{i}')}{caption(number, i, plot['title'])}</figure>"
+    for i, picture in enumerate(drawn["pictures"], len(drawn["files"])):
         data = base64.b64encode((folder / picture["file"]).read_bytes()).decode()
-        caption = html.escape(picture["caption"])
-        yield f"<figure><img src='data:image/png;base64,{data}' alt='{caption}'><figcaption>{caption}</figcaption></figure>"
-    yield "<table><tr><th>checked</th><th>ours</th><th>band</th><th></th></tr>"
+        alt = html.escape(picture["caption"])
+        yield f"<figure><img src='data:image/png;base64,{data}' alt='{alt}'>{caption(number, i, picture['caption'])}</figure>"
+    yield "<table><tr><th>Checked</th><th>Ours</th><th>Allowed</th><th></th></tr>"
     yield from check_rows(drawn["checks"])
     yield "</table>"
     for text in drawn["differences"]:
@@ -219,10 +234,10 @@ def page(out, entries, results):
     yield "<h1>The thesis's experiments, run with this product</h1>"
     yield "<p>Made by <code>scripts/experiments</code>: every figure comes from the product's own libraries and executables. "
     yield "The first check of each experiment stands here; all of them stand with it.</p>"
-    yield "<table><tr><th>experiment</th><th>thesis</th><th>checked</th><th>ours</th><th>band</th><th></th></tr>"
+    yield "<table><tr><th>Experiment</th><th>Thesis</th><th>Checked</th><th>Ours</th><th>Allowed</th><th>Checks</th></tr>"
     for entry in entries:
         drawn = results.get(entry["id"])
-        name = f"<td><a href='#{entry['id']}'>{entry['id']}</a></td><td>{html.escape(entry['source'])}</td>"
+        name = f"<td><a href='#{entry['id']}'>{html.escape(entry['title'])}</a></td><td>{html.escape(entry['source'])}</td>"
         if drawn is None:
             yield f"<tr>{name}<td colspan=3></td><td>not run</td></tr>"
             continue

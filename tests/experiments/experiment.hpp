@@ -13,7 +13,9 @@ enum class Sabotage {
   kNone,
   kConstantMu,      ///< every layer has the viscosity of layer 1
   kLayersOffByOne,  ///< every layer lies one voxel too far out
-  kIgnoredSpeed     ///< the drag is that of a fixed speed, whatever the speed is
+  kIgnoredSpeed,    ///< the drag is that of a fixed speed, whatever the speed is
+  kGrownBodies,     ///< bodies reach a voxel farther out on every side than their meshes
+  kIgnoredOffset    ///< the survey's beam is taken to begin in the head's centre of rotation
 };
 
 struct Settings {
@@ -27,6 +29,7 @@ struct Settings {
 /// One row of the specification's table of experiments.
 struct Experiment {
   std::string id;                     ///< "mpc-steps"
+  std::string title;                  ///< in words, as a heading
   std::string source;                 ///< figures and tables of the thesis
   std::string statement;              ///< what the thesis states, and the checks look for
   std::vector<Sabotage> fails_under;  ///< exactly these make a check fail

@@ -22,6 +22,8 @@ Experiment hit_view();
 Experiment audio();
 Experiment model_error();
 Experiment survey_fit();
+// the executables as they are shipped
+Experiment running_system();
 
 const std::vector<Experiment>& experiments() {
   static const std::vector<Experiment> all{
@@ -44,6 +46,8 @@ const std::vector<Experiment>& experiments() {
       audio(),
       model_error(),
       survey_fit(),
+      // the executables as they are shipped
+      running_system(),
   };
   return all;
 }

@@ -334,6 +334,7 @@ void run(Report& report, const Settings& settings) {
 
 Experiment hit_view() {
   return {"hit-view",
+          "Alerts of a threatening hit, and the views of it",
           "figures 6.20–6.23",
           "Very close a hit threatens whatever the motion, moderately close at any unsafe motion, farther "
           "away only towards the object; the place is "

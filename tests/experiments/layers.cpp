@@ -20,15 +20,16 @@ constexpr double kVoxel_m = 0.005;
 const std::vector<float> kMu{32, 25, 20, 17, 15, 13};
 
 struct Way {
-  const char* name;
+  const char *name, *words;
   LayerMethod method;
   ShapingElement element;
 };
-const std::vector<Way> kWays{{"cube", LayerMethod::kDilation, ShapingElement::kCube},
-                             {"sphere", LayerMethod::kDilation, ShapingElement::kSphere},
-                             {"sphere-contained", LayerMethod::kDilation, ShapingElement::kSphereContained},
-                             {"distance", LayerMethod::kDistance, ShapingElement::kSphere},
-                             {"surface", LayerMethod::kSurface, ShapingElement::kSphere}};
+const std::vector<Way> kWays{
+    {"cube", "cube", LayerMethod::kDilation, ShapingElement::kCube},
+    {"sphere", "sphere of radius m + ½", LayerMethod::kDilation, ShapingElement::kSphere},
+    {"sphere-contained", "sphere of radius m", LayerMethod::kDilation, ShapingElement::kSphereContained},
+    {"distance", "by distance", LayerMethod::kDistance, ShapingElement::kSphere},
+    {"surface", "by distance from the surface", LayerMethod::kSurface, ShapingElement::kSphere}};
 
 struct Specimen {
   const char* name;
@@ -106,7 +107,7 @@ void draw_sections(Report& report, const Settings& settings) {
     const std::string name =
         "section_" + std::to_string(body) + "_" + kWays[way].name + "_" + std::to_string(m);
     section_panel(report, plot,
-                  std::string(all[body].name) + "\n" + kWays[way].name + ", m = " + std::to_string(m), name,
+                  std::string(all[body].name) + "\n" + kWays[way].words + ", m = " + std::to_string(m), name,
                   layered(all[body].mesh, profile_of(kWays[way], m), settings), normal, 0.0, Shown::kLayer);
   };
   add(0, 0, 2, 2);  // figure 4.27: a1, a2
@@ -154,8 +155,8 @@ void run(Report& report, const Settings& settings) {
       }
       drawn.row({double(m), share[w][static_cast<std::size_t>(m)], worst_rms});
     }
-    diagonal.series(drawn, "m [voxels]", "diagonal [share]", kWays[w].name);
-    rms.series(drawn, "m [voxels]", "rms [voxels]", kWays[w].name);
+    diagonal.series(drawn, "m [voxels]", "diagonal [share]", kWays[w].words);
+    rms.series(drawn, "m [voxels]", "rms [voxels]", kWays[w].words);
   }
   for (std::size_t m = 1; m <= 4; ++m) {
     least_gap = std::min(least_gap, share[0][m] - share[2][m]);
@@ -202,11 +203,12 @@ void run(Report& report, const Settings& settings) {
 
 Experiment ranked_layers() {
   return {"layers",
+          "Fidelity of the layers around a body",
           "figures 4.26–4.31, table 4.1",
           "A cube as shaping element distorts layers between the axes; an approximated sphere does far less, "
           "and less with "
           "greater m. A hollow cylinder that is wide enough stays open.",
-          {Sabotage::kLayersOffByOne},
+          {Sabotage::kLayersOffByOne, Sabotage::kGrownBodies},
           run};
 }
 

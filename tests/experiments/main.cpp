@@ -13,7 +13,9 @@ namespace {
 
 const std::map<std::string, Sabotage> kSabotages{{"constant-mu", Sabotage::kConstantMu},
                                                  {"layers-off-by-one", Sabotage::kLayersOffByOne},
-                                                 {"ignored-speed", Sabotage::kIgnoredSpeed}};
+                                                 {"ignored-speed", Sabotage::kIgnoredSpeed},
+                                                 {"grown-bodies", Sabotage::kGrownBodies},
+                                                 {"ignored-offset", Sabotage::kIgnoredOffset}};
 
 void list(bool as_json) {
   nlohmann::json all = nlohmann::json::array();
@@ -24,6 +26,7 @@ void list(bool as_json) {
       if (std::find(breaks.begin(), breaks.end(), sabotage) != breaks.end()) fails_under.push_back(name);
     }
     all.push_back({{"id", experiment.id},
+                   {"title", experiment.title},
                    {"source", experiment.source},
                    {"statement", experiment.statement},
                    {"fails_under", fails_under}});

@@ -136,6 +136,7 @@ void run(Report& report, const Settings& settings) {
 
 Experiment merge() {
   return {"merge",
+          "Two objects in one workspace",
           "figures 5.7–5.11",
           "Where two objects' layers meet the higher μ prevails; the drag along AA1 has one saddle, along "
           "BB1 two: one from the "

@@ -264,6 +264,7 @@ void run(Report& report, const Settings& settings) {
 
 Experiment model_error() {
   return {"model-error",
+          "Objects that are smaller or larger than their models",
           "figures 6.24–6.27, A.22, A.23",
           "With layers inside the model the feedback has no gap from the phantom's to the slave's if the "
           "object is smaller than its model; a "

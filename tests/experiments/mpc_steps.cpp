@@ -124,7 +124,7 @@ void run(Report& report, const Settings& settings) {
     const voxel::Workspace workspace = plate(cylinder, settings);
     Table& table =
         report.table(coding.table, {"motion", "time [s]", "fraction of x", "speed [m/s]", "RP [N]"});
-    Panel& panel = plot.panel(coding.name, "fraction of x = 10 cm travelled", "RP [N]");
+    Panel& panel = plot.panel(coding.name, "fraction of x = 10 cm travelled", "response parameter RP [N]");
     std::vector<Approach> approaches;
     for (std::size_t m = 0; m < motions.size(); ++m) {
       const Approach a = approach(workspace, motions[m], settings);
@@ -162,11 +162,12 @@ void run(Report& report, const Settings& settings) {
 
 Experiment mpc_steps() {
   return {"mpc-steps",
+          "Steps of the multiple pass cylinder",
           "figures 3.5, 3.13–3.16",
           "F rises in steps of γ_n along the approach and is proportional to the speed; narrow gaps (k = 1) "
           "give more and "
           "smaller steps, and unequal gaps raise the step rate near the object.",
-          {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed},
+          {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed, Sabotage::kGrownBodies},
           run};
 }
 

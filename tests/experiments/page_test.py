@@ -4,6 +4,7 @@ whose axes are named, its statement and its checks; nothing loaded from elsewher
 
 usage: page_test.py EXPERIMENTS RESULTS
 """
+import html
 import json
 import re
 import subprocess
@@ -17,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import draw  # noqa: E402
 
 SPECIFIED = ("mpc-steps filter-cost voxelise layers drag-tracks speed smoothing merge arm-sensors pffb-speed coworking btm-cases "
-             "enhanced pgd hit-view audio model-error survey").split()
+             "enhanced pgd hit-view audio model-error survey running-system").split()
 PENDING = set()  # specified, and not there yet
 
 
@@ -38,6 +39,10 @@ class Page(unittest.TestCase):
         self.assertEqual(re.findall(r"<h2 id='([^']+)'", self.text), ids)
         self.assertNotIn("not run", self.text)
 
+    def test_every_experiment_says_which_broken_law_it_would_notice(self):
+        for entry in self.entries:
+            self.assertTrue(entry["fails_under"], entry["id"])
+
     def test_every_experiment_has_a_plot_with_named_axes_and_units(self):
         for entry in self.entries:
             plots = json.loads(Path(RESULTS, entry["id"], "plots.json").read_text())["plots"]
@@ -46,6 +51,7 @@ class Page(unittest.TestCase):
                 where = f"{entry['id']}/{plot['name']}"
                 ElementTree.parse(Path(RESULTS, entry["id"], plot["name"] + ".svg"))
                 self.assertTrue(plot["title"], where)
+                self.assertIn(html.escape(plot["title"].split("\n")[0].rstrip(".,;"))[1:], self.text, where)  # the caption
                 for panel in plot["panels"]:
                     self.assertTrue(panel["x"] and panel["y"] and panel["series"], where)
                     for label in (panel["y"],) if panel["names_x"] else (panel["x"], panel["y"]):  # names have no unit
@@ -58,6 +64,27 @@ class Page(unittest.TestCase):
         rows = list(draw.check_rows([{"what": "a", "value": None, "low": 0.0, "high": 1.0, "unit": "N", "passed": False}]))
         self.assertIn("class=fail", rows[0])
         self.assertIn("not a number", rows[0])
+
+    def test_headings_labels_and_captions_are_words(self):
+        for entry in self.entries:
+            self.assertIn(f"{html.escape(entry['title'])}</h2>", self.text)
+            figures = len(re.findall(r"<figure>.*?</figure>", self.section(entry["id"]), flags=re.S))
+            self.assertEqual(len(re.findall(r"<b>Figure \d+\.\d+\.</b> \S", self.section(entry["id"]))), figures, entry["id"])
+            for plot in json.loads(Path(RESULTS, entry["id"], "plots.json").read_text())["plots"]:
+                for panel in plot["panels"]:
+                    for label in (panel["x"], panel["y"], *(series["label"] for series in panel["series"])):
+                        self.assertNotRegex(label, r"_(?!q)|\bdeg\b|\btheta\b|[a-z]-[a-z]+-[a-z]", f"{entry['id']}/{plot['name']}")
+
+    def section(self, id_):
+        begin = self.text.index(f"<h2 id='{id_}'")
+        end = self.text.find("<h2 id=", begin + 1)
+        return self.text[begin:end if end > 0 else None]
+
+    def test_figures_are_printed_as_one_writes_them(self):
+        self.assertEqual(draw.figure_text(1.872e-8), "1.872 × 10⁻⁸")
+        self.assertEqual(draw.figure_text(-0.25), "−0.25")
+        self.assertEqual(draw.sentence("torque on θ [N·m]"), "Torque on θ [N·m]")
+        self.assertEqual(draw.sentence("x [mm]"), "x [mm]")
 
     def test_a_band_may_be_open(self):
         self.assertEqual(draw.band_text({"low": 10.0, "high": None}), "10 … ∞")

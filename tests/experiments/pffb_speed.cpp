@@ -66,9 +66,9 @@ void run(Report& report, const Settings& settings) {
   std::vector<Swing> swings;
   for (const double speed_deg_s : kSpeeds_deg_s) swings.push_back(swing(speed_deg_s, settings));
 
-  std::vector<std::string> columns{"theta [deg]"};
+  std::vector<std::string> columns{"θ [°]"};
   for (const double speed_deg_s : kSpeeds_deg_s)
-    columns.push_back(std::to_string(static_cast<int>(speed_deg_s)) + " deg/s [N·m]");
+    columns.push_back(std::to_string(static_cast<int>(speed_deg_s)) + "°/s [N·m]");
   Table& table = report.table("pffb", columns);
   for (std::size_t bin = 0; bin < swings.front().mean_Nm.size(); ++bin) {
     std::vector<double> row{(static_cast<double>(bin) + 0.5) * kBin_deg};
@@ -82,12 +82,12 @@ void run(Report& report, const Settings& settings) {
       report
           .plot(
               "pffb",
-              "Phantom's feedback on the master while theta swings to the bar at constant speed\n"
+              "Phantom's feedback on the master while θ swings to the bar at constant speed\n"
               "G = 20, clamp 2.2 kg·cm, six layers of 4 cm with μ = 32, 20, 13, 11, 10, 8 Pa·s/m, 60 sensors")
-          .panel("", "theta of the slave [deg]", "PFFB [N·m]");
+          .panel("", "θ of the slave [°]", "phantom's feedback PFFB [N·m]");
   for (std::size_t i = 0; i < kSpeeds_deg_s.size(); ++i) {
     const auto name = std::to_string(static_cast<int>(kSpeeds_deg_s[i])) + " °/s";
-    panel.series(table, "theta [deg]", columns[i + 1], name);
+    panel.series(table, "θ [°]", columns[i + 1], name);
   }
   panel.horizontal(kThesisClamp_Nm, "clamp, 2.2 kg·cm")
       .vertical(onset_deg, "outermost layer, by geometry")
@@ -117,10 +117,10 @@ void run(Report& report, const Settings& settings) {
   }
 
   // A tick's travel at the fastest is 0.008°, and the coefficient comes two ticks late.
-  report.check("onset: spread over the speeds", last_deg - first_deg, 0.0, 0.05, "deg");
+  report.check("onset: spread over the speeds", last_deg - first_deg, 0.0, 0.05, "°");
   // A voxel is 1 cm: half of one, 36 cm from the joint, where the bar's lower edge is nearest, is 0.8°.
   report.check("onset: deviation from the outermost layer by geometry", first_deg - onset_deg, -0.8, 0.8,
-               "deg");
+               "°");
   // F = μ·S·v: the slave runs a tick behind, and the slowest speed is a count or less of the encoder in a
   // tick.
   report.check("proportional to speed where nothing clamps (8° … 12°): greatest deviation of PFFB/speed",
@@ -141,6 +141,7 @@ void run(Report& report, const Settings& settings) {
 
 Experiment pffb_speed() {
   return {"pffb-speed",
+          "The phantom's feedback at several speeds",
           "figure 5.24",
           "Where the feedback sets in depends on the place alone, not on the speed; greater speed gives "
           "greater feedback, which grows as μ "

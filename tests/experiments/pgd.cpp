@@ -201,7 +201,8 @@ void run(Report& report, const Settings& settings) {
     for_each_felt(readings, [&](const Reading& r) { off_cylinder.push_back(r.angle_deg); });
   }
   angles.horizontal(kStated_deg, "stated angle");
-  plot.panel("strength on the way to the cube's wall", "distance [voxels]", "PGS [Pa·s/m]")
+  plot.panel("strength on the way to the cube's wall", "distance [voxels]",
+             "strength of the gradient PGS [Pa·s/m]")
       .series(strengths, "distance [voxels]", "PGS [Pa·s/m]", "PGS", Style::kPoints);
   Table& motions = report.table("motions", {"angle to the true direction [°]", "class"});
   Classes classes;
@@ -235,6 +236,7 @@ void run(Report& report, const Settings& settings) {
 
 Experiment pgd() {
   return {"pgd",
+          "Principal gradient: where the object lies",
           "figures 6.16–6.18",
           "The principal gradient vector points to the object; along the cube's upper edge it tilts down, "
           "along the lower edge up, at "

@@ -71,6 +71,22 @@ core::JointArray sabotaged(core::JointArray speeds, Sabotage sabotage) {
   return speeds;
 }
 
+geometry::TriangleMesh sabotaged(geometry::TriangleMesh mesh, double voxel_size_m, Sabotage sabotage) {
+  if (sabotage != Sabotage::kGrownBodies) return mesh;
+  const auto bounds = mesh.bounding_box();
+  const Eigen::Array3f extent_m = (bounds.max_m - bounds.min_m).array();
+  const Eigen::Array3f factor = 1.0F + 2.0F * static_cast<float>(voxel_size_m) / extent_m;
+  const Eigen::Array3f middle_m = 0.5F * (bounds.max_m + bounds.min_m).array();
+  for (auto& vertex_m : mesh.vertices_m)
+    vertex_m = (middle_m + factor * (vertex_m.array() - middle_m)).matrix();
+  return mesh;
+}
+
+survey::RangeHead sabotaged(survey::RangeHead head, Sabotage sabotage) {
+  if (sabotage == Sabotage::kIgnoredOffset) head.beam_offset_m = 0.0;
+  return head;
+}
+
 voxel::LayerProfile layers(const std::vector<float>& mu_Pa_s_per_m, int thickness_vox,
                            float mu_skin_Pa_s_per_m) {
   voxel::LayerProfile profile;
@@ -87,6 +103,7 @@ voxel::Workspace activate(std::vector<voxel::Body> bodies, const voxel::GridSpec
   for (voxel::Body& body : bodies) {
     body.id = ++id;
     body.profile = sabotaged(std::move(body.profile), settings.sabotage);
+    body.mesh_W = sabotaged(std::move(body.mesh_W), grid.voxel_size_m, settings.sabotage);
     live.push_back({&body, 0});
   }
   voxel::LiveWorkspace workspace(grid, law);

@@ -8,6 +8,7 @@
 #include "common/robot/serial_arm.hpp"
 #include "common/robot/skin.hpp"
 #include "common/robot/skin_sensing.hpp"
+#include "common/survey/range_head.hpp"
 #include "common/voxel/activation.hpp"
 #include "common/voxel/merge.hpp"
 #include "tests/experiments/experiment.hpp"
@@ -24,6 +25,10 @@ voxel::LayerProfile sabotaged(voxel::LayerProfile profile, Sabotage sabotage);
 double sabotaged(double speed, Sabotage sabotage);
 core::JointArray sabotaged(core::JointArray speeds, Sabotage sabotage);
 inline constexpr double kIgnoredSpeed = 0.05;
+/// A mesh as given; or drawn out along its own axes until it reaches a voxel farther on every side.
+geometry::TriangleMesh sabotaged(geometry::TriangleMesh mesh, double voxel_size_m, Sabotage sabotage);
+/// A range head as given; or without the arm that its ranger sits on (r of eqs. A.7 and A.8).
+survey::RangeHead sabotaged(survey::RangeHead head, Sabotage sabotage);
 
 /// The value; throws std::runtime_error with the status's message if there is none.
 template <class T>

@@ -93,6 +93,13 @@ TEST(Sabotage, BreaksTheLawThatItNames) {
   EXPECT_NEAR(force_at(-0.005, {0.1, 0.0, 0.0}, Sabotage::kIgnoredSpeed).x(), -20.0 * kIgnoredSpeed, 1e-9);
   EXPECT_EQ(sabotaged(-0.7, Sabotage::kIgnoredSpeed), -kIgnoredSpeed);
   EXPECT_EQ(sabotaged(0.0, Sabotage::kIgnoredSpeed), 0.0);
+  EXPECT_EQ(force_at(-0.025, {0.1, 0.0, 0.0}, Sabotage::kGrownBodies).x(),
+            force_at(-0.025, {0.1, 0.0, 0.0}, Sabotage::kLayersOffByOne).x());
+  EXPECT_LT(force_at(-0.005, {0.1, 0.0, 0.0}, Sabotage::kGrownBodies).x(),
+            force_at(-0.005, {0.1, 0.0, 0.0}, Sabotage::kLayersOffByOne).x())
+      << "the body's own voxels move as well";
+  EXPECT_EQ(sabotaged(survey::RangeHead{.beam_offset_m = 0.06}, Sabotage::kIgnoredOffset).beam_offset_m, 0.0);
+  EXPECT_EQ(sabotaged(survey::RangeHead{.beam_offset_m = 0.06}, Sabotage::kNone).beam_offset_m, 0.06);
 }
 
 TEST(Report, WritesWhatItWasGivenAndRefusesWhatDoesNotFit) {

@@ -149,6 +149,7 @@ void run(Report& report, const Settings& settings) {
 
 Experiment smoothing() {
   return {"smoothing",
+          "Smoothing by memory",
           "figures 4.36–4.43, table 4.2",
           "Case I has large steps and no delay, II is smooth with a large delay, III smooth with a moderate "
           "one, IV finely stepped "

@@ -87,6 +87,7 @@ void run(Report& report, const Settings& settings) {
 
 Experiment speed() {
   return {"speed",
+          "Drag and speed",
           "figure 4.34",
           "In the same neighbourhood and on the same path the drag grows with the speed; where it begins and "
           "where it steps does "

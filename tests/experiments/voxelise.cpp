@@ -39,9 +39,10 @@ struct Voxels {
   voxel::SolidVoxels solid;
 };
 
-Voxels voxels_of(const geometry::TriangleMesh& mesh, double voxel_m) {
+Voxels voxels_of(const geometry::TriangleMesh& mesh, double voxel_m, const Settings& settings) {
   Voxels result{voxel::grid_over({-0.13, -0.11, -0.11}, {0.13, 0.11, 0.11}, voxel_m), {}};
-  result.solid = must(voxel::voxelise(mesh, result.grid, voxel::VoxelBox::of(result.grid)));
+  result.solid = must(voxel::voxelise(sabotaged(mesh, voxel_m, settings.sabotage), result.grid,
+                                      voxel::VoxelBox::of(result.grid)));
   return result;
 }
 
@@ -128,7 +129,7 @@ void run(Report& report, const Settings& settings) {
     Table& drawn = report.table(std::string("volume_") + solid.name,
                                 {"voxel [mm]", "interior", "with boundary", "centres inside"});
     for (const double size_mm : sizes_mm) {
-      const Voxels voxels = voxels_of(solid.mesh, 1e-3 * size_mm);
+      const Voxels voxels = voxels_of(solid.mesh, 1e-3 * size_mm, settings);
       const double cell_m3 = std::pow(1e-3 * size_mm, 3);
       const double interior = cell_m3 * static_cast<double>(voxels.solid.interior().count());
       const double boundary = cell_m3 * static_cast<double>(voxels.solid.boundary.count());
@@ -152,7 +153,8 @@ void run(Report& report, const Settings& settings) {
   }
   const auto all = solids();
   const double voxel_m = 0.004;
-  const Voxels wedge = voxels_of(all[0].mesh, voxel_m), cone = voxels_of(all[1].mesh, voxel_m);
+  const Voxels wedge = voxels_of(all[0].mesh, voxel_m, settings),
+               cone = voxels_of(all[1].mesh, voxel_m, settings);
   Plot& drawn = report.plot("sections",
                             "Voxels of 4 mm: wedge block 200 × 140 × 120 mm with a groove 70 mm deep; cone "
                             "of radius 80 mm, height 160 mm",
@@ -194,11 +196,12 @@ void run(Report& report, const Settings& settings) {
 
 Experiment voxelise() {
   return {"voxelise",
+          "Voxels of a wedge block and a cone",
           "figures 4.13, 4.14",
           "A wedge block and a cone become voxels correctly: the sections have the shape's form, and the "
           "cone's diameter "
           "changes from bottom to top as it should.",
-          {},
+          {Sabotage::kGrownBodies},
           run};
 }
 

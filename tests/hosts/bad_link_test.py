@@ -6,13 +6,11 @@ nothing more arrives, and the sender sends all the time (messages of 64 kB: 120,
 
 bad_link_test.py --bin DIR --cable FILE
 """
-import argparse
 import shutil
-import sys
 import tempfile
 from pathlib import Path
 
-from hosts import Site, eventually, need_rights
+from hosts import Site, eventually, given_paths, need_rights, telling_logs
 
 SOURCE = Path(__file__).resolve().parents[2]
 ADDRESSES = {"cell": "10.70.1.2", "desk": "10.70.2.2"}
@@ -55,10 +53,7 @@ class Desk:
 
 
 def main():
-    arguments = argparse.ArgumentParser()
-    arguments.add_argument("--bin", required=True)
-    arguments.add_argument("--cable", required=True)
-    given = arguments.parse_args()
+    given = given_paths("bin", "cable")
     need_rights()
     folder = Path(tempfile.mkdtemp(prefix="phantom_bad_link_"))
     file = topology(folder)
@@ -66,24 +61,21 @@ def main():
     cable = site.cables["desk"]
 
     def words_on(host):
-        return lambda name, *more: [Path(given.bin).resolve() / name, *more, "--deployment", file, "--host", host]
+        return lambda name, *more: [given.bin / name, *more, "--deployment", file, "--host", host]
     try:
-        site["cell"].start(words_on("cell")("wva_server"), folder / "wva_server.log")
-        desk = Desk(site, words_on("desk"), folder)
-        eventually(lambda: desk.figure("wva_server", "version"), LIMIT_S, "the cell is published")
-        for quality, link in (("good", CLEAN), ("bad", BAD)):
-            before, _ = cable.set(**link)
-            desk.join(quality)
-            frames = cable.set(**link)[0] - before
-            print(f"{quality} cable: {frames} frames", flush=True)
-            if frames > MOST_FRAMES:
-                raise AssertionError(f"a late joiner over a {quality} cable took {frames} frames, {MOST_FRAMES} at most are expected")
-            desk.spy.newest.clear()  # of the joiners that ended
-            eventually(lambda: desk.figure("wva_server", "version"), LIMIT_S, "news of wva_server")
-    except BaseException:
-        for log in sorted(folder.glob("*.log")):
-            print(f"--- {log.name}", *log.read_text(errors="replace").splitlines()[-12:], sep="\n", file=sys.stderr)
-        raise
+        with telling_logs(folder):
+            site["cell"].start(words_on("cell")("wva_server"), folder / "wva_server.log")
+            desk = Desk(site, words_on("desk"), folder)
+            eventually(lambda: desk.figure("wva_server", "version"), LIMIT_S, "the cell is published")
+            for quality, link in (("good", CLEAN), ("bad", BAD)):
+                before, _ = cable.set(**link)
+                desk.join(quality)
+                frames = cable.set(**link)[0] - before
+                print(f"{quality} cable: {frames} frames", flush=True)
+                if frames > MOST_FRAMES:
+                    raise AssertionError(f"a late joiner over a {quality} cable took {frames} frames, {MOST_FRAMES} at most are expected")
+                desk.spy.newest.clear()  # of the joiners that ended
+                eventually(lambda: desk.figure("wva_server", "version"), LIMIT_S, "news of wva_server")
     finally:
         site.close()
     shutil.rmtree(folder)

@@ -3,15 +3,13 @@
 
 cells_test.py open|secured --bin DIR
 """
-import argparse
 import json
 import shutil
 import signal
-import sys
 import tempfile
 from pathlib import Path
 
-from hosts import Host, eventually, need_rights, run, skip
+from hosts import Host, eventually, given_paths, need, need_rights, run, telling_logs
 
 SOURCE = Path(__file__).resolve().parents[2]
 START_S = 120  # limits only bound a failing test
@@ -92,21 +90,15 @@ def partitioned(cells):
 
 
 def main():
-    arguments = argparse.ArgumentParser()
-    arguments.add_argument("mode", choices=["open", "secured"])
-    arguments.add_argument("--bin", required=True)
-    given = arguments.parse_args()
+    given = given_paths("bin", mode=["open", "secured"])
     need_rights()
-    if given.mode == "secured" and shutil.which("openssl") is None:
-        skip("openssl is missing; scripts/setup installs it")
+    if given.mode == "secured":
+        need("openssl")
     folder = Path(tempfile.mkdtemp(prefix="phantom_cells_"))
-    cells = Cells(given.mode == "secured", Path(given.bin).resolve(), folder)
+    cells = Cells(given.mode == "secured", given.bin, folder)
     try:
-        partitioned(cells)
-    except BaseException:
-        for log in sorted(folder.glob("*.log")):
-            print(f"--- {log.name}", *log.read_text(errors="replace").splitlines()[-12:], sep="\n", file=sys.stderr)
-        raise
+        with telling_logs(folder):
+            partitioned(cells)
     finally:
         cells.host.close()
         shutil.rmtree(folder, ignore_errors=True)

@@ -2,6 +2,8 @@
 
 Nothing of it is left behind: namespaces, interfaces and processes end with the test, however it ends.
 """
+import argparse
+import contextlib
 import json
 import os
 import shutil
@@ -21,14 +23,39 @@ def skip(why):
     sys.exit(SKIPPED)
 
 
-def need_rights():
-    for tool in ("ip", "unshare", "nsenter"):
+def need(*tools):
+    for tool in tools:
         if shutil.which(tool) is None:
             skip(f"{tool} is missing; scripts/setup installs it")
+
+
+def need_rights():
+    need("ip", "unshare", "nsenter")
     probe = subprocess.run(["unshare", "--net", "--mount", "--uts", "sh", "-c", "mount -t tmpfs tmpfs /dev/shm && ip link set lo up"],
                            capture_output=True, text=True)
     if probe.returncode != 0:
         skip("network namespaces need the rights of root: " + probe.stderr.strip())
+
+
+def given_paths(*names, mode=None):
+    """The command line of a test that is given nothing but paths ("--bin") and, first, one of the words in `mode`."""
+    arguments = argparse.ArgumentParser()
+    if mode:
+        arguments.add_argument("mode", choices=mode)
+    for name in names:
+        arguments.add_argument("--" + name, required=True, type=lambda path: Path(path).resolve())
+    return arguments.parse_args()
+
+
+@contextlib.contextmanager
+def telling_logs(folder, lines=12):
+    """If what is within fails, the last lines of every log in `folder` are told."""
+    try:
+        yield
+    except BaseException:
+        for log in sorted(Path(folder).rglob("*.log")):
+            print(f"--- {log.name}", *log.read_text(errors="replace").splitlines()[-lines:], sep="\n", file=sys.stderr)
+        raise
 
 
 def run(*words):

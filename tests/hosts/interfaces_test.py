@@ -3,12 +3,11 @@
 
 interfaces_test.py --bin DIR
 """
-import argparse
 import signal
 import tempfile
 from pathlib import Path
 
-from hosts import Host, eventually, need_rights
+from hosts import Host, eventually, given_paths, need_rights
 
 SOURCE = Path(__file__).resolve().parents[2]
 MISSING = 3  # exit code: a needed thing is missing
@@ -30,9 +29,7 @@ def refuses(host, words, *wanted):
 
 
 def main():
-    arguments = argparse.ArgumentParser()
-    arguments.add_argument("--bin", required=True)
-    binaries = Path(arguments.parse_args().bin).resolve()
+    binaries = given_paths("bin").bin
     need_rights()
     with tempfile.TemporaryDirectory(prefix="phantom_interfaces_") as folder:
         pinned = topology(folder, "pinned", "{interfaces: [10.40.0.2]}", "- {name: here}\n")

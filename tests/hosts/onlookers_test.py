@@ -6,14 +6,12 @@ onlookers_test.py --bin DIR
 Judged is what must hold on a loaded machine, too: the link stays coupled, the servo's samples go on being written and reach the
 partner as in the quiet time of the same run. Figures of timing are told, not judged: tests/hosts/scale.py measures them.
 """
-import argparse
 import re
 import signal
-import sys
 import time
 
 from haptic_site import START_S, HapticSite
-from hosts import eventually, need_rights, skip
+from hosts import eventually, given_paths, need_rights, skip, telling_logs
 
 WINDOW_S = 5
 HANG_S = 7       # longer than the lease of a participant (5 s): by then it is forgotten, too
@@ -167,23 +165,18 @@ def try_onlooker(loop, kind, host):
 
 
 def main():
-    arguments = argparse.ArgumentParser()
-    arguments.add_argument("--bin", required=True)
-    given = arguments.parse_args()
+    given = given_paths("bin")
     need_rights()
     site = HapticSite(given.bin)
     try:
-        loop = Loop(site)
-        tell("nobody", Window(loop).close())
-        for host in ("onlookers", "haptic"):
-            for kind in ("spy", "recorder", "viewer"):
-                try_onlooker(loop, kind, host)
-        tell("nobody again", Window(loop).close())
-        assert loop.session.poll() is None, "the session ended"
-    except Exception:
-        for log in sorted(site.folder.rglob("*.log")):
-            print(f"--- {log.name}", *log.read_text(errors="replace").splitlines()[-12:], sep="\n", file=sys.stderr)
-        raise
+        with telling_logs(site.folder):
+            loop = Loop(site)
+            tell("nobody", Window(loop).close())
+            for host in ("onlookers", "haptic"):
+                for kind in ("spy", "recorder", "viewer"):
+                    try_onlooker(loop, kind, host)
+            tell("nobody again", Window(loop).close())
+            assert loop.session.poll() is None, "the session ended"
     finally:
         site.close()
 

@@ -11,7 +11,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from hosts import Site, eventually, need_rights, run, skip
+from hosts import Site, eventually, need, need_rights, run
 from rights import read_rights
 
 SOURCE = Path(__file__).resolve().parents[2]
@@ -142,8 +142,7 @@ def main():
     arguments.add_argument("--keep", help="folder for logs that stay")
     given = arguments.parse_args()
     need_rights()
-    if shutil.which("openssl") is None:
-        skip("openssl is missing; scripts/setup installs it")
+    need("openssl")
     folder = Path(given.keep or tempfile.mkdtemp(prefix="phantom_rejoin_"))
     folder.mkdir(parents=True, exist_ok=True)
     members = Members(folder.resolve(), Path(given.member).resolve(), Path(given.cable).resolve())

@@ -4,16 +4,14 @@ until a reset that names what is stopped. Also in the shell: exit codes, and who
 
 stop_test.py --bin DIR --cable EXECUTABLE
 """
-import argparse
 import shutil
 import signal
-import sys
 import tempfile
 import threading
 import time
 from pathlib import Path
 
-from hosts import Site, eventually, need_rights
+from hosts import Site, eventually, given_paths, need_rights, telling_logs
 
 SOURCE = Path(__file__).resolve().parents[2]
 ADDRESSES = {"master": "10.61.1.2", "slave": "10.61.2.2"}
@@ -172,30 +170,24 @@ def settings_from_the_shell(cell):
 
 
 def main():
-    arguments = argparse.ArgumentParser()
-    arguments.add_argument("--bin", required=True)
-    arguments.add_argument("--cable", required=True)
-    given = arguments.parse_args()
+    given = given_paths("bin", "cable")
     need_rights()
     cell = Cell(given.bin, given.cable)
     try:
-        shell_without_anybody(cell)
-        for side in ADDRESSES:
-            cell.start(side)
-        both_coupled(cell)
-        motion = Motion(cell.site, cell.words("slave", "dds_spy", "echo", "slave_state", "--json", "--every", "0", "--seconds", "0"),
-                        cell.folder / "spy.log")
-        eventually(motion.since, LIMIT_S, "the spy hears the slave")
-        stop_while_the_cable_is_out(cell, motion)
-        stop_and_kill(cell, motion, ["slave"])
-        stop_and_kill(cell, motion, ["master"])
-        stop_and_kill(cell, motion, ["master", "slave"])
-        a_signal_stops_both(cell)
-        settings_from_the_shell(cell)
-    except BaseException:
-        for log in sorted(cell.folder.glob("*.log")):
-            print(f"--- {log.name}", *log.read_text(errors="replace").splitlines()[-25:], sep="\n", file=sys.stderr)
-        raise
+        with telling_logs(cell.folder, 25):
+            shell_without_anybody(cell)
+            for side in ADDRESSES:
+                cell.start(side)
+            both_coupled(cell)
+            motion = Motion(cell.site, cell.words("slave", "dds_spy", "echo", "slave_state", "--json", "--every", "0", "--seconds", "0"),
+                            cell.folder / "spy.log")
+            eventually(motion.since, LIMIT_S, "the spy hears the slave")
+            stop_while_the_cable_is_out(cell, motion)
+            stop_and_kill(cell, motion, ["slave"])
+            stop_and_kill(cell, motion, ["master"])
+            stop_and_kill(cell, motion, ["master", "slave"])
+            a_signal_stops_both(cell)
+            settings_from_the_shell(cell)
     finally:
         cell.close()
 

@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 from attackers import attackers_fail, onlookers_only_look
-from hosts import Site, eventually, need_rights, run, skip
+from hosts import Site, eventually, need, need_rights, run
 from rights import endpoints_have_exactly_their_rights
 
 SOURCE = Path(__file__).resolve().parents[2]
@@ -195,9 +195,7 @@ def main():
     arguments.add_argument("--keep", help="folder for logs that stay")
     given = arguments.parse_args()
     need_rights()
-    for tool, why in (("fast-discovery-server", given.mode == "open"), ("openssl", given.mode == "secured")):
-        if why and shutil.which(tool) is None:
-            skip(f"{tool} is missing; scripts/setup installs it")
+    need("openssl" if given.mode == "secured" else "fast-discovery-server")
     folder = Path(given.keep or tempfile.mkdtemp(prefix="phantom_wall_"))
     folder.mkdir(parents=True, exist_ok=True)
     wall = Wall(given.mode, Path(given.bin).resolve(), Path(given.cable).resolve(), folder.resolve())

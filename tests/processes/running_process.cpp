@@ -20,24 +20,14 @@
 #include <stdexcept>
 
 #include "common/core/clock.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::processes {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string text_of(const fs::path& file) {
-  std::ifstream stream(file);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
-}
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  if (at == std::string::npos) throw std::runtime_error("not found: " + from);
-  return text.replace(at, from.size(), to);
-}
+using test::read_text;
+using test::replaced;
 
 std::vector<pid_t> numbers_in(const fs::path& folder) {
   std::vector<pid_t> numbers;
@@ -58,7 +48,7 @@ class CpuWaits {
     const fs::path tasks = "/proc/" + std::to_string(pid) + "/task";
     for (const pid_t thread : numbers_in(tasks)) {
       note_thread(thread, tasks / std::to_string(thread));
-      std::istringstream children(text_of(tasks / std::to_string(thread) / "children"));
+      std::istringstream children(read_text(tasks / std::to_string(thread) / "children"));
       for (pid_t child = 0; children >> child;) note(child);
     }
   }
@@ -74,10 +64,10 @@ class CpuWaits {
     core::Nanoseconds waited_ns = 0, waiting_ns = 0, runnable_since_ns = 0;
   };
   void note_thread(pid_t number, const fs::path& folder) {
-    std::istringstream schedstat(text_of(folder / "schedstat"));
+    std::istringstream schedstat(read_text(folder / "schedstat"));
     core::Nanoseconds ran_ns = 0, counted_ns = 0;
     if (!(schedstat >> ran_ns >> counted_ns)) return;  // it has just ended
-    const std::string stat = text_of(folder / "stat");
+    const std::string stat = read_text(folder / "stat");
     const auto name_end = stat.rfind(')');
     const bool runnable = name_end + 2 < stat.size() && stat[name_end + 2] == 'R';
     const auto [found, fresh] = threads_.try_emplace(number);
@@ -163,13 +153,13 @@ Duration RunningProcess::end(int signal, double limit_s) {
   return took;
 }
 
-std::string RunningProcess::log() const { return text_of(log_); }
+std::string RunningProcess::log() const { return read_text(log_); }
 
 std::vector<ThreadSeen> RunningProcess::threads() const {
   std::vector<ThreadSeen> seen;
   const fs::path tasks = "/proc/" + std::to_string(pid_) + "/task";
   for (const pid_t thread : numbers_in(tasks)) {
-    const std::string stat = text_of(tasks / std::to_string(thread) / "stat");
+    const std::string stat = read_text(tasks / std::to_string(thread) / "stat");
     const auto open = stat.find('('), close = stat.rfind(')');
     if (close == std::string::npos) continue;  // it has just ended
     std::istringstream fields(stat.substr(close + 2));
@@ -186,7 +176,7 @@ std::vector<ThreadSeen> RunningProcess::threads() const {
 pid_t RunningProcess::thread(const std::string& name) const {
   const fs::path tasks = "/proc/" + std::to_string(pid_) + "/task";
   for (const pid_t thread : numbers_in(tasks)) {
-    if (text_of(tasks / std::to_string(thread) / "comm") == name + "\n") return thread;
+    if (read_text(tasks / std::to_string(thread) / "comm") == name + "\n") return thread;
   }
   return 0;
 }
@@ -194,7 +184,7 @@ pid_t RunningProcess::thread(const std::string& name) const {
 fs::path write_topology(const fs::path& folder) {
   const fs::path source = PHANTOM_SOURCE_DIR;
   const fs::path viewer = write_config(folder, "synthetic_viewer", "port: 8080", "port: 0");
-  std::string text = text_of(source / "deploy/topologies/single_host.yaml");
+  std::string text = read_text(source / "deploy/topologies/single_host.yaml");
   text = replaced(text, "../qos/", (source / "deploy/qos/").string());
   text = replaced(text, "../cells/", (source / "deploy/cells/").string());
   text = replaced(text, "component: synthetic_viewer,",
@@ -206,7 +196,7 @@ fs::path write_topology(const fs::path& folder) {
 fs::path write_config(const fs::path& folder, const std::string& component, const std::string& from,
                       const std::string& to) {
   const std::string text =
-      text_of(fs::path(PHANTOM_SOURCE_DIR) / "components" / component / (component + ".yaml"));
+      read_text(fs::path(PHANTOM_SOURCE_DIR) / "components" / component / (component + ".yaml"));
   std::ofstream(folder / (component + ".yaml")) << replaced(text, from, to);
   return folder / (component + ".yaml");
 }

@@ -18,7 +18,7 @@
 #include "common/dds/tests/test_network.hpp"
 #include "common/observation/payload_writer.hpp"
 #include "common/recording/mcap_check.hpp"
-#include "tests/recording/child_process.hpp"
+#include "tests/support/child_process.hpp"
 
 namespace phantom {
 namespace {
@@ -97,6 +97,22 @@ class Recorded : public testing::Test {
     }
     EXPECT_TRUE(cursor.problems().empty());
     return numbers;
+  }
+
+  /// Number of the last alert that has reached the disk, of a recording that may go on; 0: none.
+  static int last_alert_in(const std::filesystem::path& where) {
+    std::uint32_t last = 0;
+    for (const auto& file : files_in(where)) {
+      const auto reader = recording::McapReader::open(file);
+      if (!reader) continue;
+      recording::MessageCursor cursor(*reader);
+      for (recording::Message message; cursor.next(message);) {
+        msg::HitAlert alert;
+        if (reader->channels().at(message.channel_id).topic != "hit_alert") continue;
+        if (dds::decode(dds::kHitAlert, message.data, alert)) last = std::max(last, alert.alert());
+      }
+    }
+    return static_cast<int>(last);
   }
 
   std::filesystem::path folder =
@@ -230,8 +246,9 @@ TEST_F(OtherReaders, FindTheSameSamplesAndDecodeThemByTheSchemasInTheFile) {
       brick.bx(i);
       brick.voxels_zstd(std::vector<std::uint8_t>(static_cast<std::size_t>(i), 7));
       bricks.write(brick);
+      // What is best effort waits for nobody: not more of it than the recorder keeps up with.
+      ASSERT_TRUE(eventually([&] { return last_alert_in(folder / "out") == i; })) << recorder.output();
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
   msg::WorkspaceVersion version;
   version.cell("hot_cell");

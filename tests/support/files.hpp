@@ -38,12 +38,30 @@ inline std::filesystem::path new_folder() {
   return folder;
 }
 
-inline std::string text_of(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  if (!stream) throw std::logic_error(file.string() + ": cannot be read");
+/// `text` with the first `from` in it replaced. One that is not there is the test's mistake.
+inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  if (at == std::string::npos) throw std::logic_error("not found: " + from);
+  return text.replace(at, from.size(), to);
+}
+inline std::string all_replaced(std::string text, const std::string& from, const std::string& to) {
+  for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+    text.replace(at, from.size(), to);
+  return text;
+}
+
+/// What stands in a file; nothing if it is not there, as a log may not be yet.
+inline std::string read_text(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
   std::ostringstream text;
   text << stream.rdbuf();
   return text.str();
+}
+
+/// The same of a file that must be there.
+inline std::string text_of(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) throw std::logic_error(file.string() + ": cannot be read");
+  return read_text(file);
 }
 
 /// A new file with this text in own_folder().
@@ -57,10 +75,7 @@ inline std::filesystem::path new_file(const std::string& text, const std::string
 /// A copy of a file with the first `from` in it replaced. A text that is not there is the test's mistake.
 inline std::filesystem::path changed(const std::filesystem::path& file, const std::string& from,
                                      const std::string& to) {
-  std::string text = text_of(file);
-  const auto at = text.find(from);
-  if (at == std::string::npos) throw std::logic_error("not in " + file.string() + ": " + from);
-  return new_file(text.replace(at, from.size(), to), file.extension());
+  return new_file(replaced(text_of(file), from, to), file.extension());
 }
 
 }  // namespace phantom::test

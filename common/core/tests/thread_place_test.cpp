@@ -4,10 +4,11 @@
 #include <pthread.h>
 
 #include <cstring>
-#include <fstream>
 #include <set>
 #include <sstream>
 #include <thread>
+
+#include "tests/support/files.hpp"
 
 namespace phantom::core {
 namespace {
@@ -77,10 +78,9 @@ std::string table() {
 }
 
 TEST(ThreadPlace, TheArchitectureShowsTheScheme) {
-  std::ifstream file(PHANTOM_SOURCE_DIR "/ARCHITECTURE.md");
-  std::ostringstream text;
-  text << file.rdbuf();
-  EXPECT_NE(text.str().find(table()), std::string::npos) << "put this table there:\n" << table();
+  EXPECT_NE(test::text_of(PHANTOM_SOURCE_DIR "/ARCHITECTURE.md").find(table()), std::string::npos)
+      << "put this table there:\n"
+      << table();
 }
 
 }  // namespace

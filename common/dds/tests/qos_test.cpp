@@ -16,26 +16,17 @@
 #include "common/dds/participant_impl.hpp"
 #include "common/dds/tests/test_network.hpp"
 #include "common/dds/topic_list.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::dds {
 namespace {
 
 namespace edds = eprosima::fastdds::dds;
+using test::replaced;
 using testing::AllOf;
 using testing::HasSubstr;
 
-std::string shipped_profiles() {
-  std::ifstream file(PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml");
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
+std::string shipped_profiles() { return test::text_of(PHANTOM_SOURCE_DIR "/deploy/qos/phantom.xml"); }
 
 // Fast DDS keeps profiles for a process's life, so every case runs in a process of its own: a death test that
 // exits with the message.

@@ -101,6 +101,31 @@ TEST_F(Report, FilesAreWrittenAndThePageEscapesNames) {
   EXPECT_EQ(std::count(head.begin(), head.end(), ','), std::count(row.begin(), row.end(), ','));
 }
 
+TEST_F(Report, ThePageTellsInWordsAndUnitsWhatTheSummaryHasByKeys) {
+  leave("master_io.json", R"({"round_trip": {"p50_us": 900, "p99_us": 2500, "n": 25000}})");
+  leave("wva_server.json", R"({"version": 1, "bricks": 300, "bytes": 1230000, "build_seconds": 0.5})");
+  leave("synthetic_viewer.json",
+        R"({"views": [{"t": 3, "alert": 7, "node": "NE", "png": "hit_001.png", "utc_ns": 6000000000}]})");
+  collector_.on_object_name(1, "drum");
+  reach(0, true, 0.04);
+  reach(1, false, 0.10);
+  collector_.on_status({.component = "slave_io",
+                        .loops = {{.name = "servo", .period_s = 0.001, .rate_hz = 999.0, .ticks = 5}},
+                        .deadline_missed = {{"master_state", 2}}});
+  const std::string page = report_page(summary().dump());
+  for (const char* words :
+       {"<td>Speed at first contact with the percept (median), mm/s</td><td>40</td>",
+        "<td>Median, ms</td><td>0.9</td>", "<td>99 % are below, ms</td><td>2.5</td>",
+        "<td>Size, MB</td><td>1.23</td>", "<th>Process and loop</th><th>Rate of the last second, Hz</th>",
+        "<td>slave_io.servo</td><td>999</td>", "<th>Deadlines missed</th>", "<td>master_state</td><td>2</td>",
+        "<figcaption>Figure 1. Percept torque over",
+        "Figure 5. The zone of alert 7 at 5 s, seen from node NE."})
+    EXPECT_NE(page.find(words), std::string::npos) << words;
+  for (const std::string key :
+       {"onset_distance", "contact_t", "_us", "_hz", "_seconds", "torque_nm", "utc_ns"})
+    EXPECT_EQ(page.find(key), std::string::npos) << key;
+}
+
 TEST_F(Report, AnUnwritableFolderIsSaid) {
   EXPECT_THROW(write_report({folder_ / "gone", 1.0, 0, "", {}, collector_}), std::runtime_error);
 }

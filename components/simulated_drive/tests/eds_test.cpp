@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <map>
 #include <memory>
 #include <optional>
@@ -11,6 +10,7 @@
 
 #include "common/can/local_bus.hpp"
 #include "common/can/sdo_client.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::simulated_drive {
 namespace {
@@ -18,10 +18,7 @@ namespace {
 constexpr int kNode = 5;
 
 std::string shipped_text() {
-  std::ifstream stream(PHANTOM_SOURCE_DIR "/components/simulated_drive/simulated_drive.eds");
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
+  return test::text_of(PHANTOM_SOURCE_DIR "/components/simulated_drive/simulated_drive.eds");
 }
 
 using Section = std::map<std::string, std::string>;

@@ -4,23 +4,35 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <csignal>
+#include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <string>
 #include <vector>
 
+#include "tests/support/files.hpp"
+
 namespace phantom::test {
 
-inline std::string read_text(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return text.str();
+/// An exit code (128 + n if signal n ended it) and what was written to standard output and error.
+struct Said {
+  int exit_code = 0;
+  std::string output;
+};
+
+/// Runs a line of shell to its end, as a person would type it.
+inline Said run_line(const std::string& line) {
+  FILE* pipe = popen((line + " 2>&1").c_str(), "r");
+  std::string output;
+  std::array<char, 4096> buffer;
+  while (const std::size_t got = fread(buffer.data(), 1, buffer.size(), pipe))
+    output.append(buffer.data(), got);
+  const int status = pclose(pipe);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), output};
 }
 
-/// A running executable whose output goes to a file.
+/// A running executable whose output goes to a file; killed with this.
 class Process {
  public:
   Process(const std::vector<std::string>& arguments, std::filesystem::path log) : log_(std::move(log)) {
@@ -32,7 +44,7 @@ class Process {
     std::vector<char*> raw;
     for (const std::string& argument : arguments) raw.push_back(const_cast<char*>(argument.c_str()));
     raw.push_back(nullptr);
-    execv(raw[0], raw.data());
+    execvp(raw[0], raw.data());
     _exit(127);
   }
   ~Process() {
@@ -45,7 +57,9 @@ class Process {
     waitpid(pid_, &status, 0);
     return code_ = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
   }
+  /// Sends the signal and waits; the exit code. Of one that has ended already, that.
   int end(int number) {
+    if (code_ >= 0) return code_;
     signal(number);
     return wait();
   }
