@@ -38,13 +38,12 @@ MasterIo::MasterIo(const Config& config, const teleop::StopLatch& latch)
 
 MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
   MasterOutputs out;
-  const bool agree =
-      teleop::pose_difference(in.slave.motion.position, in.position, align_tolerance_, count_) <= 1.0;
+  const bool agree = teleop::pose_difference(in.slave.position, in.position, align_tolerance_, count_) <= 1.0;
   const auto link = link_.step({.partner_age_s = in.slave_age_s,
                                 .round_trip_s = in.slave_round_trip_s,
                                 .answers_another = in.slave.answers_another,
                                 .partner = in.slave.state,
-                                .partner_stop = in.slave.stop,
+                                .partner_stop = in.slave.stop.id,
                                 .poses_agree = agree,
                                 .stop_requests = in.stop_requests,
                                 .reset = in.reset,
@@ -89,8 +88,8 @@ void MasterIo::render_feedback(const MasterInputs& in, double dt_s, MasterOutput
                                     .force_measured = in.slave.force_measured,
                                     .round_trip_s = hears(out.state) ? in.slave_round_trip_s : 0.0,
                                     .master = {in.position, in.velocity},
-                                    .slave = in.slave.motion,
-                                    .effort = in.slave.effort},
+                                    .slave = {in.slave.position, in.slave.velocity},
+                                    .effort = {in.slave.loop_torque_Nm, in.slave.external_torque_Nm}},
                                    dt_s);
   out.feedback_Nm = felt.torque_Nm;
   out.feedback_gain = least(felt.inverse_a, count_);

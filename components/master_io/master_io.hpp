@@ -5,7 +5,8 @@
 
 #include "common/core/clock.hpp"
 #include "common/core/joints.hpp"
-#include "common/core/sample_id.hpp"
+#include "common/messages/percept.hpp"
+#include "common/messages/teleoperation.hpp"
 #include "common/teleop/feedback_rendering.hpp"
 #include "common/teleop/link_state.hpp"
 #include "common/teleop/percept_rendering.hpp"
@@ -15,29 +16,12 @@
 namespace phantom::master_io {
 
 /// The newest valid slave_state.
-struct SlaveSample {
-  core::Nanoseconds received_ns = 0;  ///< this host's monotonic clock; 0: none yet
-  core::SampleId stamp;
-  core::Nanoseconds answers_ns = 0;  ///< when the master_state was made that it follows; 0: none of ours
-  bool answers_another = false;      ///< it follows another process that is a master
-  teleop::LinkState state = teleop::LinkState::kInit;
-  teleop::StopId stop = 0;  ///< names the slave's stop, while it is stopped
-  teleop::JointMotion motion;
-  teleop::SlaveEffort effort;
-  bool force_measured = false;
-  bool contact = false;
-  std::uint16_t contact_object = 0;
-  double tool_speed_m_s = 0.0;
-  double clearance_m = -1.0;
-};
+using SlaveSample = messages::Answer<messages::SlaveState>;
 
 /// The newest valid drag_field.
-struct DragSample {
-  core::Nanoseconds received_ns = 0;  ///< 0: none yet
-  core::SampleId stamp;
-  teleop::DragCoefficients drag;
-  core::Nanoseconds answers_ns = 0;  ///< when the master_state was made that it goes back to; 0: none of ours
-  double round_trip_s = -1.0;        ///< from our master_state that it goes back to; −1: not a new one
+struct DragSample : messages::Answer<messages::DragField> {
+  using messages::Answer<messages::DragField>::Answer;
+  double round_trip_s = -1.0;  ///< from our master_state that it goes back to; −1: not a new one
 };
 
 /// What operators have set so far.

@@ -9,7 +9,8 @@ namespace phantom::master_io {
 
 Servo::Servo(const Config& config, const core::JointArray& home, Device& device, Inbox& inbox,
              std::uint64_t seed, teleop::StopStore& stops)
-    : inbox_(inbox),
+    : joint_count_(static_cast<std::uint32_t>(config.device.joint_count)),
+      inbox_(inbox),
       period_s_(config.period_s),
       staleness_s_(config.link.staleness_s),
       controller_(config, teleop::StopLatch(seed, stops.read())),
@@ -62,7 +63,7 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
   const DeviceSense& sense = device_.sense();
   if (driver_ == Driver::kSim) {
     if (state_ == teleop::LinkState::kReady && heard) {
-      script_.meet(inputs_.slave.motion.position, dt_s);
+      script_.meet(inputs_.slave.position, dt_s);
     } else {
       script_.step(sense.hand_position, go, contact, dt_s);
     }
@@ -74,14 +75,15 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
   inputs_.drive_fault = sense.fault;
   report.stop_requests = inbox_.stops.stops();
   inputs_.stop_requests = report.stop_requests + runtime::emergency_stop_signals();
-  report.outputs = controller_.step(inputs_, dt_s);
+  report.take(controller_.step(inputs_, dt_s));
   keep_stop(report.outputs);
   state_ = report.outputs.state;
-  report.operator_Nm = hand_torque(go, sense, dt_s);
+  report.operator_torque_Nm = hand_torque(go, sense, dt_s);
   const bool released = report.outputs.reset == teleop::ResetOutcome::kReleased;
-  device_.move({report.outputs.motor_Nm, report.operator_Nm, report.outputs.power, released}, dt_s, now_ns);
+  device_.move({report.outputs.motor_Nm, report.operator_torque_Nm, report.outputs.power, released}, dt_s,
+               now_ns);
   log_.step({script_.number(), script_.index(), script_.percept_on(), report.outputs.percept_Nm,
-             report.operator_Nm},
+             report.operator_torque_Nm},
             inputs_.slave, dt_s);
   return sense.known;
 }
@@ -95,11 +97,12 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
   for (int k = 0; k < steps; ++k) known = step(report, period_s_ * missed / steps, now_ns);
   if (!known) return;
   // Position and velocity that the torques belong to, so that their product is the rendered power.
+  report.joint_count = joint_count_;
   report.position = inputs_.position;
   report.velocity = inputs_.velocity;
   report.reach = script_.number();
-  report.slave = inputs_.slave.stamp;
-  report.drag = inputs_.drag.stamp;
+  report.slave_echo = inputs_.slave.stamp;
+  report.drag_echo = inputs_.drag.stamp;
   if (drag_is_new_) report.round_trip_s = inputs_.drag.round_trip_s;
   outbox.write(report);
   published.raise();

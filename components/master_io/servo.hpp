@@ -38,6 +38,7 @@ class Servo {
   bool step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) noexcept;
   const core::JointArray& hand_torque(bool go, const DeviceSense& sense, double dt_s) noexcept;
 
+  std::uint32_t joint_count_;
   Inbox& inbox_;
   double period_s_, staleness_s_;
   MasterInputs inputs_;

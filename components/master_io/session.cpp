@@ -106,18 +106,6 @@ double felt_share(const MasterOutputs& now, const Config& config) {
   return std::min(share, 1.0);
 }
 
-Expectations expectations(const ArmModel& model, const Config& config) {
-  Expectations expected;
-  expected.joint_count = model.arm.joint_count();
-  expected.drag_mode = config.percept.mode;
-  expected.gains = gain_rules(config, model.arm);
-  for (std::size_t j = 0; j < expected.joint_count; ++j) {
-    expected.lower[j] = model.arm.joints()[j].lower;
-    expected.upper[j] = model.arm.joints()[j].upper;
-  }
-  return expected;
-}
-
 // The device that the configuration asks for, waiting for its buses; none if a stop was requested meanwhile.
 std::unique_ptr<Device> make_device(const ArmModel& model, const Config& config, DdsAdapter& adapter) {
   if (config.driver != Driver::kCan) return std::make_unique<SimulatedDevice>(config, model.home);
@@ -254,7 +242,8 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   settings.percept_gain = config.percept_gain;
   settings.law = config.feedback.law;
   DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),
-                     expectations(model, config), settings, inbox);
+                     {messages::bounds_of(model.arm), config.percept.mode, gain_rules(config, model.arm)},
+                     settings, inbox);
   if (config.driver == Driver::kSim) {
     spdlog::info("law {}, {} reaches, operator {}", teleop::name_of(config.feedback.law),
                  config.labels.size(), config.operator_model);

@@ -9,7 +9,8 @@ namespace phantom::slave_io {
 
 Servo::Servo(const ArmModel& model, const Config& config, ArmDriver& arm, Inbox& inbox, std::uint64_t seed,
              teleop::StopStore& stops)
-    : inbox_(inbox),
+    : joint_count_(static_cast<std::uint32_t>(model.arm.joint_count())),
+      inbox_(inbox),
       period_s_(config.period_s),
       controller_(model.arm, config, model.home, teleop::StopLatch(seed, stops.read())),
       arm_(arm),
@@ -48,7 +49,11 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
     arm_.move({report.outputs, report.outputs.stop.id != 0, released}, step_s, now_ns);
   }
   if (!known) return;
-  report.followed = inputs_.master.stamp;
+  report.state = report.outputs.state;
+  report.stop = report.outputs.stop;
+  report.master_echo = inputs_.master.stamp;
+  report.joint_count = joint_count_;
+  report.loop_torque_Nm = report.outputs.torque.loop_Nm;
   arm_.fill(report);
   outbox.write(report);
   published.raise();

@@ -27,6 +27,7 @@ class Servo {
   runtime::WakeSignal published;       ///< raised after each tick
 
  private:
+  std::uint32_t joint_count_;
   Inbox& inbox_;
   double period_s_;
   SlaveInputs inputs_;

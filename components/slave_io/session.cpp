@@ -75,16 +75,6 @@ void write_report(const std::filesystem::path& file, const std::vector<core::Loo
   stream << report.dump(2) << '\n';
 }
 
-Expectations expectations(const robot::SerialArm& arm) {
-  Expectations expected;
-  expected.joint_count = arm.joint_count();
-  for (std::size_t j = 0; j < expected.joint_count; ++j) {
-    expected.lower[j] = arm.joints()[j].lower;
-    expected.upper[j] = arm.joints()[j].upper;
-  }
-  return expected;
-}
-
 // What is told twice a second: trouble with the drives before the state of the link.
 core::Health health_of(const SlaveOutputs& now, const robot::SerialArm& arm,
                        const core::ActuatorHealth& driver, std::vector<core::LoopStatistics> loops) {
@@ -191,8 +181,8 @@ int run_simulated(const runtime::CellConfig& cell, const ArmModel& model, const 
   const auto begun_ns = core::monotonic_ns();
   // The others find it meanwhile.
   Inbox inbox;
-  DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority), expectations(model.arm),
-                     inbox);
+  DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),
+                     messages::bounds_of(model.arm), inbox);
   adapter.publish_health({core::ComponentState::kStarting, "making the contact field", {}, {}});
   const auto world = make_world(cell, config.contact, cache);
   if (!world) {
@@ -211,8 +201,8 @@ int run_drives(const runtime::CellConfig& cell, const ArmModel& model, const Con
                const core::NetworkOptions& network, runtime::StopFile& stops,
                const std::filesystem::path& report_dir) {
   Inbox inbox;
-  DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority), expectations(model.arm),
-                     inbox);
+  DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),
+                     messages::bounds_of(model.arm), inbox);
   auto buses = runtime::open_buses(*config.can, [&](const std::string& missing) {
     adapter.publish_health({core::ComponentState::kStarting, "waiting: " + missing, {}, {}});
   });

@@ -49,7 +49,7 @@ SlaveOutputs SlaveIo::step(const SlaveInputs& in, double dt_s) noexcept {
                                 .round_trip_s = in.master_round_trip_s,
                                 .answers_another = in.master.answers_another,
                                 .partner = in.master.state,
-                                .partner_stop = in.master.stop,
+                                .partner_stop = in.master.stop.id,
                                 .poses_agree = agree,
                                 .stop_requests = in.stop_requests,
                                 .reset = in.reset,

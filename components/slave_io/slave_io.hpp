@@ -5,7 +5,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/core/joints.hpp"
-#include "common/core/sample_id.hpp"
+#include "common/messages/teleoperation.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "common/teleop/joint_servo.hpp"
 #include "common/teleop/link_state.hpp"
@@ -15,16 +15,7 @@
 namespace phantom::slave_io {
 
 /// The newest valid master_state.
-struct MasterSample {
-  core::Nanoseconds received_ns = 0;  ///< this host's monotonic clock; 0: none yet
-  core::SampleId stamp;
-  core::Nanoseconds answers_ns = 0;  ///< when the slave_state was made that it answers; 0: none of ours
-  bool answers_another = false;      ///< it answers another process that is a slave
-  teleop::LinkState state = teleop::LinkState::kInit;
-  teleop::StopId stop = 0;      ///< names the master's stop, while it is stopped
-  core::JointArray position{};  ///< rad or m, in this arm's coordinates
-  core::JointArray velocity{};
-};
+using MasterSample = messages::Answer<messages::MasterState>;
 
 struct SlaveInputs {
   MasterSample master;

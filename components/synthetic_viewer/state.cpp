@@ -76,22 +76,10 @@ std::string object_name(const ViewerState& state, std::uint16_t id) {
                                                                     : found->second.name;
 }
 
-const char* name_of(LinkState state) noexcept {
-  switch (state) {
-    case LinkState::kInit:
-      return "INIT";
-    case LinkState::kReady:
-      return "READY";
-    case LinkState::kAligned:
-      return "ALIGNED";
-    case LinkState::kCoupled:
-      return "COUPLED";
-    case LinkState::kDegraded:
-      return "DEGRADED";
-    case LinkState::kStopped:
-      return "STOPPED";
-  }
-  return "?";
+std::string label_of(LinkState state) {
+  std::string label = teleop::name_of(state);
+  std::transform(label.begin(), label.end(), label.begin(), [](char c) { return c & ~0x20; });
+  return label;
 }
 
 const char* name_of(MotionClass motion) noexcept {

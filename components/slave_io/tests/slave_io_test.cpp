@@ -56,7 +56,7 @@ TEST(SlaveIo, HoldsAtHomeUntilAMasterIsHeard) {
   bench.heard = false;
   bench.run(0.5);
   EXPECT_EQ(bench.state(), LinkState::kInit);
-  EXPECT_EQ(bench.last.followed.sequence_number, 0U);
+  EXPECT_EQ(bench.last.master_echo.sequence_number, 0U);
   for (std::size_t j = 0; j < kJoints; ++j) EXPECT_NEAR(bench.last.position[j], shipped_arm().home[j], 1e-4);
 }
 
@@ -69,7 +69,7 @@ TEST(SlaveIo, CouplesWhenAlignedAndFollows) {
       bench.master.position[j] += 0.0002, bench.master.velocity[j] = 0.2;
     bench.run(kDt);
   }
-  EXPECT_EQ(bench.last.followed.sequence_number, bench.master.stamp.sequence_number);
+  EXPECT_EQ(bench.last.master_echo.sequence_number, bench.master.stamp.sequence_number);
   for (std::size_t j = 1; j < kJoints; ++j)
     EXPECT_NEAR(bench.last.position[j], bench.master.position[j], 0.02) << j;
   for (std::size_t j = 1; j < kJoints; ++j) EXPECT_NEAR(bench.last.velocity[j], 0.2, 0.03) << j;
@@ -236,7 +236,7 @@ TEST(SlaveIo, AMasterThatIsStoppedStopsTheSlave) {
   bench.run(0.5);
   ASSERT_EQ(bench.state(), LinkState::kCoupled);
   bench.master.state = LinkState::kStopped;
-  bench.master.stop = 99;
+  bench.master.stop.id = 99;
   bench.master.position[4] += 0.2;  // it coasts
   bench.run(0.001);
   EXPECT_EQ(bench.state(), LinkState::kStopped);
@@ -367,7 +367,7 @@ struct CountedArm final : ArmDriver {
     passed_s += dt_s;
   }
   void end(core::Nanoseconds) noexcept override {}
-  void fill(SlaveReport&) const noexcept override {}
+  void fill(messages::SlaveState&) const noexcept override {}
   bool makes_up_periods() const noexcept override { return makes_up; }
   core::ActuatorHealth health() override { return {}; }
   ArmSense sensed;
