@@ -39,12 +39,8 @@ std::string Decoder::joint_text(const char* field, std::size_t joint) const {
 }
 
 void Decoder::stamp(const msg::Stamp& from, core::SampleId& to) {
-  to = {from.sequence_number(), from.monotonic_ns(), from.session()};
+  to = dds::id_of(from);
   if (to.sequence_number == 0) refuse("stamp.sequence_number is 0; allowed: 1 or more");
-}
-
-void Decoder::echo(const msg::Echo& from, core::SampleId& to) {
-  to = {from.sequence_number(), from.monotonic_ns(), from.session()};
 }
 
 void Decoder::joint_count(std::uint32_t from, std::uint32_t& to) {
@@ -97,12 +93,6 @@ void Decoder::pose(const char* field, const msg::Pose& from, geometry::Pose& to)
 }
 
 void Encoder::stamp(msg::Stamp& to, const core::SampleId& from) {
-  to.sequence_number(from.sequence_number);
-  to.monotonic_ns(from.monotonic_ns);
-  to.session(from.session);
-}
-
-void Encoder::echo(msg::Echo& to, const core::SampleId& from) {
   to.sequence_number(from.sequence_number);
   to.monotonic_ns(from.monotonic_ns);
   to.session(from.session);

@@ -2,10 +2,10 @@
 
 // What a topic's codec is made of. Each topic has one list of its fields,
 //
-//     template <class Codec, class Message, class Sample>
-//     void fields(Codec& codec, Message& message, Sample& sample) {
+//     constexpr auto kPercept = [](auto& codec, auto& message, auto& sample) {
 //       codec.number("speed_m_s", message.speed_m_s(), sample.speed_m_s, 0.0, 100.0);
 //       …
+//     };
 //
 // which a Decoder runs from message to sample, checking, and an Encoder from sample to message.
 
@@ -18,10 +18,10 @@
 
 #include "common/core/sample_id.hpp"
 #include "common/core/status.hpp"
+#include "common/dds/stamp.hpp"
 #include "common/geometry/pose.hpp"
 #include "common/messages/arm_bounds.hpp"
 #include "common/messages/received.hpp"
-#include "phantom_idl/types.h"
 
 namespace phantom::messages {
 
@@ -35,7 +35,7 @@ class Decoder {
   explicit Decoder(const ArmBounds& arm) : arm_(arm) {}
 
   void stamp(const msg::Stamp& from, core::SampleId& to);
-  void echo(const msg::Echo& from, core::SampleId& to);
+  void echo(const msg::Echo& from, core::SampleId& to) { to = dds::id_of(from); }
   /// Enumerations come off the wire unchecked; the list in the IDL and ours (or false, true) have the same
   /// order.
   template <class From, class To>
@@ -98,7 +98,7 @@ class Decoder {
 class Encoder {
  public:
   void stamp(msg::Stamp& to, const core::SampleId& from);
-  void echo(msg::Echo& to, const core::SampleId& from);
+  void echo(msg::Echo& to, const core::SampleId& from) { to = dds::echo_of(from); }
   template <class To, class From>
   void enumeration(const char*, To& to, const From& from, From) {
     to = static_cast<To>(from);

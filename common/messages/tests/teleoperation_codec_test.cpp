@@ -13,6 +13,21 @@
 namespace phantom::messages {
 namespace {
 
+// Enumerations travel as numbers: both lists must count alike.
+static_assert(static_cast<int>(teleop::LinkState::kInit) == msg::LINK_INIT);
+static_assert(static_cast<int>(teleop::LinkState::kReady) == msg::LINK_READY);
+static_assert(static_cast<int>(teleop::LinkState::kAligned) == msg::LINK_ALIGNED);
+static_assert(static_cast<int>(teleop::LinkState::kCoupled) == msg::LINK_COUPLED);
+static_assert(static_cast<int>(teleop::LinkState::kDegraded) == msg::LINK_DEGRADED);
+static_assert(static_cast<int>(teleop::LinkState::kStopped) == msg::LINK_STOPPED);
+static_assert(static_cast<int>(teleop::StopCause::kNone) == msg::STOP_NONE);
+static_assert(static_cast<int>(teleop::StopCause::kEmergency) == msg::STOP_EMERGENCY);
+static_assert(static_cast<int>(teleop::StopCause::kDriveFault) == msg::STOP_DRIVE_FAULT);
+static_assert(static_cast<int>(teleop::StopCause::kPartner) == msg::STOP_PARTNER);
+static_assert(static_cast<int>(teleop::BilateralLaw::kPf) == msg::LAW_PF);
+static_assert(static_cast<int>(teleop::BilateralLaw::kPeff) == msg::LAW_PEFF);
+static_assert(static_cast<int>(false) == msg::VIEW_MAIN && static_cast<int>(true) == msg::VIEW_HIT);
+
 using testing::HasSubstr;
 
 SlaveState a_slave_state() {
