@@ -8,8 +8,8 @@
 #include "common/messages/percept.hpp"
 #include "common/messages/teleoperation.hpp"
 #include "common/teleop/feedback_rendering.hpp"
-#include "common/teleop/link_state.hpp"
 #include "common/teleop/percept_rendering.hpp"
+#include "common/teleop/servo_side.hpp"
 #include "common/teleop/torque_slew.hpp"
 #include "components/master_io/config.hpp"
 
@@ -38,32 +38,19 @@ struct PhantomContact {
   bool contact = false;
 };
 
-struct MasterInputs {
+struct MasterInputs : teleop::SideInputs {
   SlaveSample slave;
   DragSample drag;
-  double slave_age_s = std::numeric_limits<double>::infinity();  ///< since received; ∞: none yet
-  double slave_round_trip_s = 0.0;  ///< since the master_state was made that it answers; 0: none of ours yet
-  double drag_age_s = std::numeric_limits<double>::infinity();
-  double drag_round_trip_s = 0.0;
+  double drag_age_s = std::numeric_limits<double>::infinity();  ///< since received; ∞: none yet
+  double drag_round_trip_s =
+      0.0;  ///< since the master_state was made that it goes back to; 0: none of ours yet
   PhantomContact phantom;
   double phantom_age_s = std::numeric_limits<double>::infinity();
   Settings settings;
-  std::uint32_t stop_requests = 0;           ///< emergency stops that were asked for so far
-  const teleop::StopReset* reset = nullptr;  ///< one that came since the last tick
-  bool percept_wanted = true;                ///< by the script of reaches
-  core::JointArray position{};               ///< as the encoders say
-  core::JointArray velocity{};
-  bool drives_follow = true;  ///< false: the device does not do what it is told (power off, starting)
-  bool drive_fault = false;   ///< it needs a reset
+  bool percept_wanted = true;  ///< by the script of reaches
 };
 
-struct MasterOutputs {
-  teleop::LinkState state = teleop::LinkState::kInit;
-  teleop::StopRecord stop;  ///< in force
-  teleop::ResetOutcome reset = teleop::ResetOutcome::kNone;
-  bool power = false;              ///< the device's drives may have power
-  bool slave_unconfirmed = false;  ///< stopped for a while, and the slave does not say that it is stopped
-  bool slave_elsewhere = false;    ///< the slave is heard, but follows another master
+struct MasterOutputs : teleop::SideOutputs {
   bool slave_touches = false;      ///< it says that it touches something
   core::JointArray motor_Nm{};     ///< to the device
   core::JointArray percept_Nm{};   ///< its parts: G·τ₁

@@ -18,7 +18,7 @@ MasterInputs coupled_inputs() {
   MasterInputs in;
   in.position = in.slave.position = shipped_arm().home;
   in.slave.state = LinkState::kCoupled;
-  in.slave_age_s = in.drag_age_s = 0.001;
+  in.partner_age_s = in.drag_age_s = 0.001;
   in.drag.drag.valid = true;
   in.drag.drag.plus.fill(0.1);
   in.drag.drag.minus.fill(0.1);
@@ -132,7 +132,7 @@ TEST(MasterIo, StaleInputsFadeOutInBoundedTime) {
     ASSERT_LT(before.percept_Nm[2], -0.1);
     double gone_s = 0.0;
     for (double t = kDt; t < 0.5; t += kDt) {
-      (slave_lost ? in.slave_age_s : in.drag_age_s) += kDt;
+      (slave_lost ? in.partner_age_s : in.drag_age_s) += kDt;
       const auto now = master.step(in, kDt);
       const double worst_ramp_s = std::min(config.percept.ramp_down_s, config.feedback.ramp_down_s);
       for (std::size_t j = 0; j < kJoints; ++j) {
