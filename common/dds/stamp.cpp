@@ -26,13 +26,6 @@ msg::Echo echo_of(const core::SampleId& id) noexcept {
   return echo;
 }
 
-core::Nanoseconds answered_ns(const msg::Echo& echo, std::uint64_t own_session,
-                              core::Nanoseconds received_ns) noexcept {
-  const bool ours = echo.session() == own_session && echo.sequence_number() != 0 && echo.monotonic_ns() > 0 &&
-                    echo.monotonic_ns() <= received_ns;
-  return ours ? echo.monotonic_ns() : 0;
-}
-
 bool SequenceGuard::accept(const msg::Stamp& stamp) noexcept {
   const auto follows = [](std::uint64_t number, std::uint64_t one) {
     return number > one && number - one <= kGreatestStep;

@@ -25,11 +25,6 @@ core::SampleId id_of(const msg::Echo& echo) noexcept;
 /// The echo to send back for a sample.
 msg::Echo echo_of(const core::SampleId& id) noexcept;
 
-/// When the sample was made that `echo` names, by the own monotonic clock; 0 if it is not of `own_session`,
-/// or names a time that it cannot be: none, or one after `received_ns`. Real-time safe: yes.
-core::Nanoseconds answered_ns(const msg::Echo& echo, std::uint64_t own_session,
-                              core::Nanoseconds received_ns) noexcept;
-
 /// Order check of one writer's samples, by their numbers: accepts a sample if it is newer than the last
 /// accepted, or from a new session of the writer. No number locks it: a leap that no writer makes is refused,
 /// and who goes on counting from elsewhere is believed after kRun samples. Where another process might write

@@ -64,6 +64,7 @@ struct DragCoefficients {
   /// i(i+1)/2 + j. Its diagonal is the symmetric coefficient B.
   std::array<double, kPackedMatrix> coupled{};
 
+  friend bool operator==(const DragCoefficients&, const DragCoefficients&) = default;
   double matrix(std::size_t i, std::size_t j) const noexcept {
     return i >= j ? coupled[i * (i + 1) / 2 + j] : coupled[j * (j + 1) / 2 + i];
   }

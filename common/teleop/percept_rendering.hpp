@@ -13,6 +13,8 @@ using robot::DragMode;
 /// Drag of the present pose as the phantom sends it, without gain; `sigma` is not used here.
 struct DragCoefficients : robot::DragCoefficients {
   bool valid = false;  ///< false: the phantom itself says that workspace or pose is stale
+
+  friend bool operator==(const DragCoefficients&, const DragCoefficients&) = default;
 };
 
 struct PerceptParameters {

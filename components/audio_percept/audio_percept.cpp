@@ -11,8 +11,25 @@ using percept::Alarm;
 // How fast the percept moves to another place: too fast for the ear to follow, too slow to click.
 constexpr double kTurnTime_s = 0.030;
 
-bool stands(Link state, const Inputs& inputs) noexcept {
-  return inputs.master.state == state || inputs.slave.state == state;
+using messages::PerceptCondition;
+using teleop::LinkState;
+
+/// Whether a side is stopped, by its own drives or for another reason.
+bool stopped(const Inputs& inputs, bool by_drives) noexcept {
+  const auto holds = [by_drives](const LinkSample& side) {
+    return side.state == LinkState::kStopped && (side.cause == core::StopCause::kDriveFault) == by_drives;
+  };
+  return holds(inputs.master) || holds(inputs.slave);
+}
+
+/// Valid, but the workspace may lag behind the cell.
+bool aged(PerceptCondition condition) noexcept {
+  return condition == PerceptCondition::kWorkspaceUnattended ||
+         condition == PerceptCondition::kWorkspaceBehind;
+}
+/// Not valid: the workspace is missing or too old.
+bool workspace_lost(PerceptCondition condition) noexcept {
+  return condition == PerceptCondition::kWorkspaceStale || condition == PerceptCondition::kNoWorkspace;
 }
 
 }  // namespace
@@ -33,7 +50,7 @@ Situation AudioPercept::assess(const Inputs& inputs) noexcept {
 
 bool AudioPercept::link_lost(const LinkSample& link, core::Nanoseconds now_ns) const noexcept {
   if (link.received_ns == 0) return false;  // not there yet: nothing is lost
-  return link.state == Link::kDegraded || now_ns - link.received_ns > config_.link_timeout_ns;
+  return link.state == LinkState::kDegraded || now_ns - link.received_ns > config_.link_timeout_ns;
 }
 
 AlarmSet AudioPercept::conditions(const Inputs& inputs) const noexcept {
@@ -41,19 +58,20 @@ AlarmSet AudioPercept::conditions(const Inputs& inputs) const noexcept {
   const bool stale = situation_ == Situation::kStale;
   const bool fresh =
       sample.received_ns > 0 && inputs.now_ns - sample.received_ns <= config_.percept_timeout_ns;
-  const bool model_lost = fresh && !sample.valid &&
-                          (sample.model == Model::kTestFailed || (stale && sample.model == Model::kStale));
+  const bool model_lost =
+      fresh && !sample.valid &&
+      (sample.condition == PerceptCondition::kSelfTestFailed || (stale && workspace_lost(sample.condition)));
   const bool recent =
       inputs.alerts.active > 0 && inputs.now_ns - inputs.alerts.raised_ns <= config_.unsafe_alarm_ns;
   AlarmSet set;
   const auto put = [&set](Alarm alarm, bool holds) { set[static_cast<std::size_t>(alarm)] = holds; };
-  put(Alarm::kEmergencyStop, stands(Link::kStopped, inputs));
-  put(Alarm::kDriveFault, stands(Link::kDriveFault, inputs));
+  put(Alarm::kEmergencyStop, stopped(inputs, false));
+  put(Alarm::kDriveFault, stopped(inputs, true));
   put(Alarm::kUnsafeMotion, recent);
   put(Alarm::kLinkLost, (stale && !model_lost) || link_lost(inputs.master, inputs.now_ns) ||
                             link_lost(inputs.slave, inputs.now_ns));
   put(Alarm::kWorkspaceStale, model_lost);
-  put(Alarm::kWorkspaceAged, fresh && sample.valid && sample.model == Model::kAged);
+  put(Alarm::kWorkspaceAged, fresh && sample.valid && aged(sample.condition));
   put(Alarm::kMutedContact, fresh && sample.valid && sample.muted);
   return set;
 }

@@ -4,7 +4,9 @@
 #include <span>
 
 #include "common/core/clock.hpp"
+#include "common/messages/percept.hpp"
 #include "common/percept/tone.hpp"
+#include "common/teleop/link_state.hpp"
 #include "components/audio_percept/alarm_manager.hpp"
 #include "components/audio_percept/config.hpp"
 #include "components/audio_percept/listener.hpp"
@@ -17,38 +19,23 @@ inline constexpr double kPeriod_s = static_cast<double>(kPeriodFrames) / kSample
 
 // What was heard from the topics. received_ns is this host's monotonic clock; 0: nothing yet.
 
-/// What the percept says of the model that it rests on.
-enum class Model {
-  kSound,       ///< the percept rests on the newest workspace
-  kAged,        ///< valid, but the workspace may lag behind the cell
-  kStale,       ///< not valid: the workspace is missing or too old
-  kNoState,     ///< not valid: the slave's state is missing or too old
-  kTestFailed,  ///< not valid: the phantom does not perceive what it must
-};
-
 struct PerceptSample {
   core::Nanoseconds received_ns = 0;
   bool valid = false;
   double closeness = 0.0;  ///< 0 free space … 1 at the surface
   double speed_m_s = 0.0;  ///< of the sensor that is nearest
   Vector3 position_m{};    ///< of that sensor, in W
-  Model model = Model::kSound;
+  messages::PerceptCondition condition = messages::PerceptCondition::kFresh;  ///< what it rests on
   bool muted = false;  ///< an object is touched that may be: not felt
   core::Nanoseconds sent_ns =
       0;  ///< when it was sent, where the sender has this host's clock; else received_ns
 };
 
-enum class Link {
-  kIdle,
-  kActive,
-  kDegraded,
-  kStopped,
-  kDriveFault
-};  ///< the last: stopped too, by its own drives
-
+/// What a side says of itself.
 struct LinkSample {
   core::Nanoseconds received_ns = 0;
-  Link state = Link::kIdle;
+  teleop::LinkState state = teleop::LinkState::kInit;
+  core::StopCause cause = core::StopCause::kNone;  ///< while it is stopped
 };
 
 struct AlertSample {

@@ -6,9 +6,9 @@
 
 #include "common/dds/followed_source.hpp"
 #include "common/dds/sole_source.hpp"
+#include "common/messages/percept_codec.hpp"
+#include "common/messages/teleoperation_codec.hpp"
 #include "components/audio_percept/audio_percept.hpp"
-#include "phantom_idl/percept.h"
-#include "phantom_idl/teleoperation.h"
 
 namespace phantom::audio_percept {
 
@@ -32,14 +32,14 @@ class LinkConverter {
   /// MasterState or SlaveState.
   template <class Message>
   bool accept(const Message& message, core::Nanoseconds received_ns, LinkSample& out) {
-    return accept(message.stamp(), message.state(), message.stop_cause(), message.joint_count(), received_ns,
-                  out);
+    const auto state = messages::from_idl(message);
+    if (!state || !source_.accept(message.stamp(), received_ns)) return false;
+    out = {received_ns, state->state, state->stop.cause};
+    return true;
   }
   bool has_second(core::Nanoseconds now_ns) const { return source_.has_second(now_ns); }
 
  private:
-  bool accept(const msg::Stamp& stamp, msg::LinkState state, msg::StopCause cause, std::uint32_t joint_count,
-              core::Nanoseconds received_ns, LinkSample& out);
   dds::SoleSource source_;
 };
 

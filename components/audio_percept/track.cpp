@@ -97,8 +97,12 @@ Inputs inputs_of(const std::array<double, kColumns.size()>& row, bool has_link, 
   if (alert && before.alerts.active == 0) inputs.alerts.raised_ns = inputs.now_ns;
   inputs.alerts.active = alert ? 1 : 0;
   if (has_link) {
-    constexpr std::array<Link, 4> kStates{Link::kActive, Link::kDegraded, Link::kStopped, Link::kDriveFault};
-    inputs.slave = {inputs.now_ns, kStates[static_cast<std::size_t>(row[kLink])]};
+    using teleop::LinkState;
+    constexpr std::array kStates{LinkState::kCoupled, LinkState::kDegraded, LinkState::kStopped,
+                                 LinkState::kStopped};
+    const auto link = static_cast<std::size_t>(row[kLink]);
+    inputs.slave = {inputs.now_ns, kStates[link],
+                    link == 3 ? core::StopCause::kDriveFault : core::StopCause::kNone};
   }
   return inputs;
 }

@@ -8,21 +8,19 @@
 #include "common/core/network.hpp"
 #include "common/core/snapshot.hpp"
 #include "common/core/stop_requests.hpp"
+#include "common/messages/arm_bounds.hpp"
 #include "components/master_io/gains.hpp"
 #include "components/master_io/master_io.hpp"
 
 namespace phantom::master_io {
 
-/// What one tick leaves for the topic master_state.
-struct MasterReport {
+/// What one tick leaves for the topic master_state, and for who tells how the controller is.
+struct MasterReport : messages::MasterState {
   MasterOutputs outputs;
   std::uint32_t stop_requests = 0;  ///< of the inbox, that are in force
-  core::JointArray position{};      ///< encoders, of the tick in which the torques were computed
-  core::JointArray velocity{};
-  core::JointArray operator_Nm{};
-  std::int32_t reach = -1;
-  core::SampleId slave, drag;  ///< newest of each
-  double round_trip_s = -1.0;  ///< −1: no new one
+
+  /// Takes over what the outputs have for the topic. Real-time safe: yes.
+  void take(const MasterOutputs& made) noexcept;
 };
 
 /// What comes from the topics, validated. The servo thread is the reader of all.
@@ -36,15 +34,13 @@ struct Inbox {
 
 /// What the adapter holds samples against.
 struct Expectations {
-  std::size_t joint_count = 0;
-  core::JointArray lower{},
-      upper{};  ///< joint limits; a slave farther beyond them than robot::near_limits allows is not believed
+  messages::ArmBounds arm;  ///< that the slave must be
   teleop::DragMode drag_mode = teleop::DragMode::kSeparable;
   GainRules gains;
 };
 
-/// master_io's ends of the topics. Converts, stamps, refuses what is invalid or out of order. Never used by
-/// the servo thread.
+/// master_io's ends of the topics. Stamps, and refuses what is invalid or out of order. Never used by the
+/// servo thread.
 class DdsAdapter {
  public:
   /// `settings` are those in force at the start. `inbox` must outlive the adapter. Throws DdsError.

@@ -37,25 +37,7 @@ MasterIo::MasterIo(const Config& config, const teleop::StopLatch& latch)
              .rate_Nm_per_s = config.torque_rate_Nm_per_s}) {}
 
 MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
-  MasterOutputs out;
-  const bool agree =
-      teleop::pose_difference(in.slave.motion.position, in.position, align_tolerance_, count_) <= 1.0;
-  const auto link = link_.step({.partner_age_s = in.slave_age_s,
-                                .round_trip_s = in.slave_round_trip_s,
-                                .answers_another = in.slave.answers_another,
-                                .partner = in.slave.state,
-                                .partner_stop = in.slave.stop,
-                                .poses_agree = agree,
-                                .stop_requests = in.stop_requests,
-                                .reset = in.reset,
-                                .drives_follow = in.drives_follow,
-                                .drive_fault = in.drive_fault},
-                               dt_s);
-  out.state = link.state;
-  out.stop = link.stop;
-  out.reset = link.reset;
-  out.slave_unconfirmed = link.partner_unconfirmed;
-  out.slave_elsewhere = in.slave.answers_another;
+  MasterOutputs out{teleop::step_link(link_, in, in.slave, align_tolerance_, count_, dt_s)};
   out.slave_touches = in.slave.contact;
   const bool coupled = out.state == LinkState::kCoupled;
   out.percept_enabled = in.percept_wanted && in.settings.percept_enabled;
@@ -72,7 +54,7 @@ MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
   out.motor_Nm = felt.motor_Nm;
   feedback_.note_rendered(out.feedback_Nm);
   const auto some = [](double torque_Nm) { return torque_Nm != 0.0; };
-  out.power = link.power || std::any_of(out.motor_Nm.begin(), out.motor_Nm.end(), some);
+  out.power = out.power || std::any_of(out.motor_Nm.begin(), out.motor_Nm.end(), some);
   return out;
 }
 
@@ -87,10 +69,10 @@ void MasterIo::render_feedback(const MasterInputs& in, double dt_s, MasterOutput
                                     .coupled = out.state == LinkState::kCoupled,
                                     .contact = sensed || predicted,
                                     .force_measured = in.slave.force_measured,
-                                    .round_trip_s = hears(out.state) ? in.slave_round_trip_s : 0.0,
+                                    .round_trip_s = hears(out.state) ? in.partner_round_trip_s : 0.0,
                                     .master = {in.position, in.velocity},
-                                    .slave = in.slave.motion,
-                                    .effort = in.slave.effort},
+                                    .slave = {in.slave.position, in.slave.velocity},
+                                    .effort = {in.slave.loop_torque_Nm, in.slave.external_torque_Nm}},
                                    dt_s);
   out.feedback_Nm = felt.torque_Nm;
   out.feedback_gain = least(felt.inverse_a, count_);

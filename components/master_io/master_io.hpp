@@ -5,39 +5,23 @@
 
 #include "common/core/clock.hpp"
 #include "common/core/joints.hpp"
-#include "common/core/sample_id.hpp"
+#include "common/messages/percept.hpp"
+#include "common/messages/teleoperation.hpp"
 #include "common/teleop/feedback_rendering.hpp"
-#include "common/teleop/link_state.hpp"
 #include "common/teleop/percept_rendering.hpp"
+#include "common/teleop/servo_side.hpp"
 #include "common/teleop/torque_slew.hpp"
 #include "components/master_io/config.hpp"
 
 namespace phantom::master_io {
 
 /// The newest valid slave_state.
-struct SlaveSample {
-  core::Nanoseconds received_ns = 0;  ///< this host's monotonic clock; 0: none yet
-  core::SampleId stamp;
-  core::Nanoseconds answers_ns = 0;  ///< when the master_state was made that it follows; 0: none of ours
-  bool answers_another = false;      ///< it follows another process that is a master
-  teleop::LinkState state = teleop::LinkState::kInit;
-  teleop::StopId stop = 0;  ///< names the slave's stop, while it is stopped
-  teleop::JointMotion motion;
-  teleop::SlaveEffort effort;
-  bool force_measured = false;
-  bool contact = false;
-  std::uint16_t contact_object = 0;
-  double tool_speed_m_s = 0.0;
-  double clearance_m = -1.0;
-};
+using SlaveSample = messages::Answer<messages::SlaveState>;
 
 /// The newest valid drag_field.
-struct DragSample {
-  core::Nanoseconds received_ns = 0;  ///< 0: none yet
-  core::SampleId stamp;
-  teleop::DragCoefficients drag;
-  core::Nanoseconds answers_ns = 0;  ///< when the master_state was made that it goes back to; 0: none of ours
-  double round_trip_s = -1.0;        ///< from our master_state that it goes back to; −1: not a new one
+struct DragSample : messages::Answer<messages::DragField> {
+  using messages::Answer<messages::DragField>::Answer;
+  double round_trip_s = -1.0;  ///< from our master_state that it goes back to; −1: not a new one
 };
 
 /// What operators have set so far.
@@ -54,32 +38,19 @@ struct PhantomContact {
   bool contact = false;
 };
 
-struct MasterInputs {
+struct MasterInputs : teleop::SideInputs {
   SlaveSample slave;
   DragSample drag;
-  double slave_age_s = std::numeric_limits<double>::infinity();  ///< since received; ∞: none yet
-  double slave_round_trip_s = 0.0;  ///< since the master_state was made that it answers; 0: none of ours yet
-  double drag_age_s = std::numeric_limits<double>::infinity();
-  double drag_round_trip_s = 0.0;
+  double drag_age_s = std::numeric_limits<double>::infinity();  ///< since received; ∞: none yet
+  double drag_round_trip_s =
+      0.0;  ///< since the master_state was made that it goes back to; 0: none of ours yet
   PhantomContact phantom;
   double phantom_age_s = std::numeric_limits<double>::infinity();
   Settings settings;
-  std::uint32_t stop_requests = 0;           ///< emergency stops that were asked for so far
-  const teleop::StopReset* reset = nullptr;  ///< one that came since the last tick
-  bool percept_wanted = true;                ///< by the script of reaches
-  core::JointArray position{};               ///< as the encoders say
-  core::JointArray velocity{};
-  bool drives_follow = true;  ///< false: the device does not do what it is told (power off, starting)
-  bool drive_fault = false;   ///< it needs a reset
+  bool percept_wanted = true;  ///< by the script of reaches
 };
 
-struct MasterOutputs {
-  teleop::LinkState state = teleop::LinkState::kInit;
-  teleop::StopRecord stop;  ///< in force
-  teleop::ResetOutcome reset = teleop::ResetOutcome::kNone;
-  bool power = false;              ///< the device's drives may have power
-  bool slave_unconfirmed = false;  ///< stopped for a while, and the slave does not say that it is stopped
-  bool slave_elsewhere = false;    ///< the slave is heard, but follows another master
+struct MasterOutputs : teleop::SideOutputs {
   bool slave_touches = false;      ///< it says that it touches something
   core::JointArray motor_Nm{};     ///< to the device
   core::JointArray percept_Nm{};   ///< its parts: G·τ₁

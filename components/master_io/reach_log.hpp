@@ -41,7 +41,7 @@ class ReachLog {
   static constexpr double kFelt_Nm = 0.02;
 
   /// Real-time safe: yes.
-  void step(const ReachObservation& seen, const SlaveSample& slave, double dt_s) noexcept {
+  void step(const ReachObservation& seen, const messages::SlaveState& slave, double dt_s) noexcept {
     now_s_ += dt_s;
     const bool touches = slave.contact && !touched_;
     if (seen.number >= 0 && (count_ == 0 || records_[count_ - 1].number != seen.number) &&
@@ -64,7 +64,7 @@ class ReachLog {
   const ReachRecord& operator[](std::size_t i) const noexcept { return records_[i]; }
 
  private:
-  void note(ReachRecord& record, const ReachObservation& seen, const SlaveSample& slave,
+  void note(ReachRecord& record, const ReachObservation& seen, const messages::SlaveState& slave,
             bool touches) const noexcept {
     if (touches) {
       record.contact_s = now_s_;

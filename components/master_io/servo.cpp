@@ -1,22 +1,19 @@
 #include "components/master_io/servo.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include "common/runtime/process.hpp"
 
 namespace phantom::master_io {
 
 Servo::Servo(const Config& config, const core::JointArray& home, Device& device, Inbox& inbox,
              std::uint64_t seed, teleop::StopStore& stops)
-    : inbox_(inbox),
+    : joint_count_(static_cast<std::uint32_t>(config.device.joint_count)),
+      inbox_(inbox),
       period_s_(config.period_s),
       staleness_s_(config.link.staleness_s),
       controller_(config, teleop::StopLatch(seed, stops.read())),
       device_(device),
       driver_(config.driver),
-      stops_(stops),
-      kept_(stops.read()),
+      stops_(inbox.stops, stops),
       desk_hand_(config.desk, config.device.joint_count),
       hand_(config.hand, home),
       script_(config.script, hand_) {
@@ -29,12 +26,10 @@ void Servo::read_inbox(core::Nanoseconds now_ns) noexcept {
   drag_is_new_ = inbox_.drag.read(inputs_.drag);
   inbox_.phantom.read(inputs_.phantom);
   inbox_.settings.read(inputs_.settings);
-  if (inbox_.stops.take(reset_)) inputs_.reset = &reset_.names;
   desk.read(desk_now_);
   const auto since_s = [now_ns](core::Nanoseconds then_ns) { return core::seconds(now_ns - then_ns); };
-  if (inputs_.slave.received_ns != 0) inputs_.slave_age_s = since_s(inputs_.slave.received_ns);
   if (inputs_.drag.received_ns != 0) inputs_.drag_age_s = since_s(inputs_.drag.received_ns);
-  inputs_.slave_round_trip_s = inputs_.slave.answers_ns != 0 ? since_s(inputs_.slave.answers_ns) : 0.0;
+  teleop::age_partner(inputs_, inputs_.slave, now_ns);
   inputs_.drag_round_trip_s = inputs_.drag.answers_ns != 0 ? since_s(inputs_.drag.answers_ns) : 0.0;
   if (inputs_.phantom.received_ns != 0) inputs_.phantom_age_s = since_s(inputs_.phantom.received_ns);
 }
@@ -46,23 +41,15 @@ const core::JointArray& Servo::hand_torque(bool go, const DeviceSense& sense, do
   return hand_.step(sense.hand_position, sense.hand_velocity, go || script_.meeting(), dt_s);
 }
 
-// The stop is kept before anything acts on it.
-void Servo::keep_stop(const MasterOutputs& outputs) noexcept {
-  if (outputs.stop != kept_) stops_.write(kept_ = outputs.stop);
-  if (inputs_.reset != nullptr)
-    inbox_.stops.give_result({reset_.number, outputs.reset == teleop::ResetOutcome::kReleased});
-  inputs_.reset = nullptr;
-}
-
 // False if it is not known yet where the device is.
 bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) noexcept {
   const bool go = state_ == teleop::LinkState::kCoupled;
-  const bool heard = inputs_.slave_age_s <= staleness_s_;
+  const bool heard = inputs_.partner_age_s <= staleness_s_;
   const bool contact = inputs_.slave.contact && heard;
   const DeviceSense& sense = device_.sense();
   if (driver_ == Driver::kSim) {
     if (state_ == teleop::LinkState::kReady && heard) {
-      script_.meet(inputs_.slave.motion.position, dt_s);
+      script_.meet(inputs_.slave.position, dt_s);
     } else {
       script_.step(sense.hand_position, go, contact, dt_s);
     }
@@ -72,16 +59,14 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
   inputs_.velocity = sense.velocity;
   inputs_.drives_follow = sense.follows;
   inputs_.drive_fault = sense.fault;
-  report.stop_requests = inbox_.stops.stops();
-  inputs_.stop_requests = report.stop_requests + runtime::emergency_stop_signals();
-  report.outputs = controller_.step(inputs_, dt_s);
-  keep_stop(report.outputs);
+  report.take(controller_.step(inputs_, dt_s));
+  const bool released = stops_.end(inputs_, report.outputs);
   state_ = report.outputs.state;
-  report.operator_Nm = hand_torque(go, sense, dt_s);
-  const bool released = report.outputs.reset == teleop::ResetOutcome::kReleased;
-  device_.move({report.outputs.motor_Nm, report.operator_Nm, report.outputs.power, released}, dt_s, now_ns);
+  report.operator_torque_Nm = hand_torque(go, sense, dt_s);
+  device_.move({report.outputs.motor_Nm, report.operator_torque_Nm, report.outputs.power, released}, dt_s,
+               now_ns);
   log_.step({script_.number(), script_.index(), script_.percept_on(), report.outputs.percept_Nm,
-             report.operator_Nm},
+             report.operator_torque_Nm},
             inputs_.slave, dt_s);
   return sense.known;
 }
@@ -89,17 +74,18 @@ bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) no
 void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
   read_inbox(now_ns);
   MasterReport report;
-  const int missed = static_cast<int>(std::clamp(std::round(dt_s / period_s_), 1.0, double{kMostMadeUp}));
-  const int steps = device_.makes_up_periods() ? missed : 1;
+  report.stop_requests = stops_.begin(inputs_, runtime::emergency_stop_signals());
+  const auto steps = teleop::steps_of_tick(dt_s, period_s_, device_.makes_up_periods());
   bool known = false;
-  for (int k = 0; k < steps; ++k) known = step(report, period_s_ * missed / steps, now_ns);
+  for (int k = 0; k < steps.count; ++k) known = step(report, steps.step_s, now_ns);
   if (!known) return;
   // Position and velocity that the torques belong to, so that their product is the rendered power.
+  report.joint_count = joint_count_;
   report.position = inputs_.position;
   report.velocity = inputs_.velocity;
   report.reach = script_.number();
-  report.slave = inputs_.slave.stamp;
-  report.drag = inputs_.drag.stamp;
+  report.slave_echo = inputs_.slave.stamp;
+  report.drag_echo = inputs_.drag.stamp;
   if (drag_is_new_) report.round_trip_s = inputs_.drag.round_trip_s;
   outbox.write(report);
   published.raise();

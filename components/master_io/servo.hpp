@@ -22,11 +22,11 @@ class Servo {
         teleop::StopStore& stops);
 
   /// One tick of `dt_s`, a whole multiple of the period, at `now_ns` on the monotonic clock. Periods that the
-  /// loop missed are made up for, up to kMostMadeUp, so that a simulated hand keeps real time; real drives
-  /// get one command for all of them. Nothing is published before the device is known. Real-time safe: yes.
+  /// loop missed are made up for, up to teleop::kMostMadeUp, so that a simulated hand keeps real time; real
+  /// drives get one command for all of them. Nothing is published before the device is known. Real-time safe:
+  /// yes.
   void tick(double dt_s, core::Nanoseconds now_ns) noexcept;
 
-  static constexpr int kMostMadeUp = 10;
   core::Snapshot<DeskState> desk;                            ///< writer: the desk's input, if there is one
   core::Snapshot<MasterReport> outbox;                       ///< reader: the thread that publishes
   runtime::WakeSignal published;                             ///< raised after each tick
@@ -34,10 +34,10 @@ class Servo {
 
  private:
   void read_inbox(core::Nanoseconds now_ns) noexcept;
-  void keep_stop(const MasterOutputs& outputs) noexcept;
   bool step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) noexcept;
   const core::JointArray& hand_torque(bool go, const DeviceSense& sense, double dt_s) noexcept;
 
+  std::uint32_t joint_count_;
   Inbox& inbox_;
   double period_s_, staleness_s_;
   MasterInputs inputs_;
@@ -46,9 +46,7 @@ class Servo {
   MasterIo controller_;
   Device& device_;
   Driver driver_;
-  teleop::StopStore& stops_;
-  teleop::StopRecord kept_;
-  core::StopRequests::Reset reset_;
+  teleop::StopExchange stops_;
   core::JointArray no_torque_{};
   DeskState desk_now_;
   DeskHand desk_hand_;

@@ -6,15 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <mutex>
-#include <thread>
 
 #include "common/core/errors.hpp"
 #include "common/core/random.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/process.hpp"
-#include "common/runtime/servo_runner.hpp"
-#include "common/runtime/stop_file.hpp"
+#include "common/runtime/servo_session.hpp"
 #include "common/teleop/percept_set.hpp"
 #include "components/master_io/dds_adapter.hpp"
 #include "components/master_io/desk_input.hpp"
@@ -26,22 +23,21 @@ namespace {
 
 using teleop::LinkState;
 
-constexpr double kHealthPeriod_s = 0.5;
 constexpr core::Nanoseconds kAnnounceEvery_ns = 30 * core::kNsPerSecond;
 
 std::string sentence(const MasterOutputs& now) {
   switch (now.state) {
     case LinkState::kInit:
-      return now.slave_elsewhere ? "the slave answers another master_io: waiting" : "waiting for the slave";
+      return now.partner_elsewhere ? "the slave answers another master_io: waiting" : "waiting for the slave";
     case LinkState::kReady:
       return now.slave_touches ? "the slave touches something and may not come: bring the master to its pose"
                                : "waiting for the slave to come to the master's pose";
     case LinkState::kDegraded:
-      return now.slave_elsewhere ? "the slave answers another master_io: torques off"
-                                 : "the slave is not heard or holds: torques off";
+      return now.partner_elsewhere ? "the slave answers another master_io: torques off"
+                                   : "the slave is not heard or holds: torques off";
     case LinkState::kStopped:
       return std::string(name_of(now.stop.cause)) + ": torques off until reset" +
-             (now.slave_unconfirmed ? "; THE SLAVE HAS NOT CONFIRMED THAT IT IS STOPPED" : "");
+             (now.partner_unconfirmed ? "; THE SLAVE HAS NOT CONFIRMED THAT IT IS STOPPED" : "");
     default:
       if (now.force_missing) {
         return fmt::format("law {} needs a force sensor, which the slave does not have: no feedback",
@@ -63,19 +59,10 @@ std::string proposal(teleop::BilateralLaw law) {
                      name_of(set.audio), name_of(set.view), set.reason);
 }
 
-/// Tells people what changed: link states, laws, and a percept or feedback that is held back for stability.
+/// Tells people what changed: laws, and a percept or feedback that is held back for stability.
 class Announcer {
  public:
   void look(const MasterOutputs& now, core::Nanoseconds now_ns) {
-    if (now.state != state_ && now.state == LinkState::kStopped) {
-      spdlog::warn("link {} → stopped: {}", name_of(state_), name_of(now.stop.cause));
-    } else if (now.state != state_) {
-      spdlog::info("link {} → {}", name_of(state_), name_of(now.state));
-    }
-    state_ = now.state;
-    if (now.slave_unconfirmed && !unconfirmed_)
-      spdlog::error("THE SLAVE HAS NOT CONFIRMED THAT IT IS STOPPED within {} s", teleop::kConfirmWithin_s);
-    unconfirmed_ = now.slave_unconfirmed;
     if (now.law != law_ || !said_law_) spdlog::info(proposal(now.law));
     law_ = now.law;
     said_law_ = true;
@@ -90,9 +77,8 @@ class Announcer {
   }
 
  private:
-  LinkState state_ = LinkState::kInit;
   teleop::BilateralLaw law_ = teleop::BilateralLaw::kSctfb;
-  bool said_law_ = false, unconfirmed_ = false;
+  bool said_law_ = false;
   core::Nanoseconds quiet_until_ns_ = 0, damped_quiet_until_ns_ = 0;
 };
 
@@ -106,18 +92,6 @@ double felt_share(const MasterOutputs& now, const Config& config) {
   return std::min(share, 1.0);
 }
 
-Expectations expectations(const ArmModel& model, const Config& config) {
-  Expectations expected;
-  expected.joint_count = model.arm.joint_count();
-  expected.drag_mode = config.percept.mode;
-  expected.gains = gain_rules(config, model.arm);
-  for (std::size_t j = 0; j < expected.joint_count; ++j) {
-    expected.lower[j] = model.arm.joints()[j].lower;
-    expected.upper[j] = model.arm.joints()[j].upper;
-  }
-  return expected;
-}
-
 // The device that the configuration asks for, waiting for its buses; none if a stop was requested meanwhile.
 std::unique_ptr<Device> make_device(const ArmModel& model, const Config& config, DdsAdapter& adapter) {
   if (config.driver != Driver::kCan) return std::make_unique<SimulatedDevice>(config, model.home);
@@ -126,22 +100,6 @@ std::unique_ptr<Device> make_device(const ArmModel& model, const Config& config,
   });
   if (buses.empty()) return nullptr;
   return std::make_unique<CanDevice>(config, std::move(buses));
-}
-
-// Trouble with the device is told before all else.
-void log_device(const core::ActuatorHealth& device, LinkState link, std::string& said, core::Health& health) {
-  if (device.message != said) {
-    said = device.message;
-    if (device.fault) {
-      spdlog::error("drives: {}", said);
-    } else {
-      spdlog::info("drives: {}", said.empty() ? "all follow" : said);
-    }
-  }
-  health.figures.insert(health.figures.end(), device.figures.begin(), device.figures.end());
-  if (device.follows || (link == LinkState::kStopped && !device.fault)) return;
-  health.state = device.fault ? core::ComponentState::kFault : core::ComponentState::kStarting;
-  health.message = device.message;
 }
 
 // The input of who sits at the desk; none for another driver.
@@ -175,54 +133,18 @@ core::Health health_of(const MasterReport& now, const core::DurationHistogram& t
 std::vector<core::LoopStatistics> run_servo(const Config& config, Device& device, Servo& servo,
                                             runtime::StopFile& stops, DdsAdapter& adapter) {
   const auto desk = make_desk(config, servo, adapter);
-  std::mutex mutex;
-  MasterReport latest;  // under the mutex
-  core::Progress publishing("publisher");
-  std::jthread publisher([&](const std::stop_token& stop) {
-    core::take_place(core::ThreadRole::kPublisher, config.scheduling.servo_priority);
-    Announcer announcer;
-    MasterReport report;
-    std::uint32_t signals = 0;
-    while (!stop.stop_requested()) {
-      publishing.tick();
-      servo.published.wait(0.1);
-      for (; signals != runtime::emergency_stop_signals(); ++signals) adapter.announce_stop("signal");
-      if (!servo.outbox.read(report)) continue;
-      adapter.publish(report);
-      announcer.look(report.outputs, core::monotonic_ns());
-      if (desk) desk->rumble(felt_share(report.outputs, config));
-      const std::lock_guard lock(mutex);
-      latest = report;
-    }
-  });
-  runtime::ServoRunner loops(config.period_s, config.scheduling, config.measure_bare_loop,
-                             [&servo](double dt_s) { servo.tick(dt_s, core::monotonic_ns()); });
-  loops.watch(publishing);
-  if (desk) loops.watch(desk->progress());
-  core::take_place(core::ThreadRole::kControl, config.scheduling.servo_priority);
-  std::string said_of_device;
-  const auto health = [&] {
-    const auto trips = adapter.round_trips();
-    const std::lock_guard lock(mutex);
-    core::Health now = health_of(latest, trips, loops.statistics());
-    log_device(device.health(), latest.outputs.state, said_of_device, now);
-    return now;
+  Announcer announcer;
+  runtime::ServoTold<MasterReport> told;
+  told.report = [&](const MasterReport& report) {
+    announcer.look(report.outputs, core::monotonic_ns());
+    if (desk) desk->rumble(felt_share(report.outputs, config));
   };
-  do {
-    stops.flush();
-    adapter.publish_health(health());
-    if (const std::string refused = loops.take_notice(); !refused.empty())
-      spdlog::warn("servo thread: {}", refused);
-  } while (runtime::sleep_unless_stopped(kHealthPeriod_s));
-  loops.stop();
-  device.end(core::monotonic_ns());
-  publisher.request_stop();
-  publisher.join();
-  core::Health last = health();
-  last.state = core::ComponentState::kStopped;
-  last.message = "ended";
-  adapter.publish_health(last);
-  return loops.statistics();
+  told.health = [&adapter](const MasterReport& now, std::vector<core::LoopStatistics> loops) {
+    return health_of(now, adapter.round_trips(), std::move(loops));
+  };
+  if (desk) told.watched.push_back(&desk->progress());
+  return runtime::run_servo_session({config.period_s, config.scheduling, config.measure_bare_loop}, servo,
+                                    device, stops, adapter, runtime::LinkAnnouncer("THE SLAVE"), told);
 }
 
 }  // namespace
@@ -254,7 +176,8 @@ int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Co
   settings.percept_gain = config.percept_gain;
   settings.law = config.feedback.law;
   DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),
-                     expectations(model, config), settings, inbox);
+                     {messages::bounds_of(model.arm), config.percept.mode, gain_rules(config, model.arm)},
+                     settings, inbox);
   if (config.driver == Driver::kSim) {
     spdlog::info("law {}, {} reaches, operator {}", teleop::name_of(config.feedback.law),
                  config.labels.size(), config.operator_model);

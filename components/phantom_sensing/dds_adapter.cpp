@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <atomic>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -12,8 +11,8 @@
 
 #include "common/dds/command_service.hpp"
 #include "common/dds/refusal_log.hpp"
-#include "common/dds/source_guard.hpp"
 #include "common/dds/status_reporter.hpp"
+#include "common/messages/checked_reader.hpp"
 #include "components/phantom_sensing/dds_adapter_messages.hpp"
 
 namespace phantom::phantom_sensing {
@@ -40,6 +39,13 @@ Answer carry_out(const msg::SensingCommand& command, const DdsAdapter::Handlers&
   }
 }
 
+template <class Sample, class Message>
+void publish(const Sample& sample, dds::Stamper& stamper, dds::Writer<Message>& writer) {
+  Message message = messages::to_idl(sample);
+  message.stamp(stamper.next());
+  writer.write(message);
+}
+
 /// What one wva_server has told of its objects.
 struct NamedObjects {
   dds::GuidPrefix server;
@@ -52,9 +58,7 @@ struct NamedObjects {
 struct DdsAdapter::Impl {
   struct Readers {
     Readers(Impl& owner, SensingLoop& loop, WorkspaceKeeper& workspace);
-    dds::SourceGuard source;
-    std::atomic<bool> ready{false};  // the first sample may come before the reader's constructor is through
-    dds::Reader<msg::SlaveState> slave;
+    messages::CheckedReader<msg::SlaveState> slave;
     dds::Reader<msg::WorkspaceVersion> version;
     dds::Reader<msg::WorkspaceBrick> brick;
     dds::Reader<msg::WorkspaceObject> object;
@@ -81,7 +85,7 @@ struct DdsAdapter::Impl {
 
   bool has_rival() {
     const std::lock_guard lock(readers_mutex);
-    return readers && readers->source.has_rival(core::monotonic_ns());
+    return readers && readers->slave.has_rival(core::monotonic_ns());
   }
 
   void take_object(const msg::WorkspaceObject& sample, const dds::GuidPrefix& server);
@@ -97,14 +101,10 @@ struct DdsAdapter::Impl {
   dds::Writer<msg::HitAlert> alert_writer;
   dds::Writer<msg::InterestPoints> interest_writer;
   dds::Writer<msg::SkinPercept> skin_writer;
-  msg::DragField drag;
-  msg::Percept percept;
-  msg::HitAlert alert;
-  msg::InterestPoints interest;
   core::Snapshot<SlaveSample> newest_slave;
   mutable std::mutex objects_mutex;
   std::vector<NamedObjects> objects;  // by the server that told them, in the order in which they were heard
-  dds::RefusalLog slave_refusals{"slave_state"}, workspace_refusals{"workspace_brick, workspace_version"};
+  dds::RefusalLog workspace_refusals{"workspace_brick, workspace_version"};
   std::mutex readers_mutex;  // between stop_reading() and the keeper's thread
   std::unique_ptr<Readers> readers;
   WorkspaceKeeper* keeper = nullptr;         // while there are readers; under readers_mutex
@@ -114,22 +114,11 @@ struct DdsAdapter::Impl {
 };
 
 DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeeper& workspace)
-    : slave(owner.participant, dds::kSlaveState,
-            [&owner, &loop, this](const msg::SlaveState& state, const dds::SampleInfo& info) {
-              if (!ready.load(std::memory_order_acquire)) return;
-              std::string why = refusal(state, owner.model.arm);
-              if (why.empty()) {
-                const char* refused = dds::reason(source.assess(state.stamp(), info.received_ns));
-                if (refused != nullptr) why = refused;
-              }
-              if (why.empty()) {
-                const SlaveSample sample = sample_of(state, info.received_ns);
-                loop.offer(sample);
-                owner.newest_slave.write(sample);
-              } else {
-                slave.count_refused();
-                owner.slave_refusals.refused(why);
-              }
+    : slave(owner.participant, dds::kSlaveState, messages::bounds_of(owner.model.arm),
+            [&owner, &loop](const messages::SlaveState& state, core::Nanoseconds received_ns) {
+              const SlaveSample sample(state, received_ns);
+              loop.offer(sample);
+              owner.newest_slave.write(sample);
             }),
       version(
           owner.participant, dds::kWorkspaceVersion,
@@ -201,7 +190,6 @@ void DdsAdapter::start_reading(SensingLoop& loop, WorkspaceKeeper& workspace) {
   const std::lock_guard lock(impl_->readers_mutex);
   impl_->readers = std::make_unique<Impl::Readers>(*impl_, loop, workspace);
   impl_->keeper = &workspace;
-  impl_->readers->ready.store(true, std::memory_order_release);
 }
 
 void DdsAdapter::stop_reading() {
@@ -249,11 +237,8 @@ void DdsAdapter::handle_commands(const Handlers& handlers) {
 
 bool DdsAdapter::newest_slave(SlaveSample& sample) { return impl_->newest_slave.read(sample); }
 
-void DdsAdapter::publish_skin(const SkinView& view) {
-  msg::SkinPercept message;
-  fill(message, view);
-  message.stamp(impl_->skin_stamper.next());
-  impl_->skin_writer.write(message);
+void DdsAdapter::publish_skin(const messages::SkinPercept& skin) {
+  publish(skin, impl_->skin_stamper, impl_->skin_writer);
 }
 
 void DdsAdapter::publish_status(const core::Health& health) {
@@ -265,24 +250,18 @@ void DdsAdapter::publish_status(const core::Health& health) {
 }
 
 void DdsAdapter::on_drag(const StepOutputs& outputs, const TickInfo& info) {
-  fill(impl_->drag, outputs, info, impl_->model.arm.joint_count());
-  impl_->drag.stamp(impl_->drag_stamper.next());
-  impl_->drag_writer.write(impl_->drag);
+  publish(drag_field_of(outputs, info, impl_->model.arm.joint_count()), impl_->drag_stamper,
+          impl_->drag_writer);
 }
 
 void DdsAdapter::on_percept(const StepOutputs& outputs, const TickInfo& info) {
-  fill(impl_->percept, outputs, info, impl_->model.arm.joint_count());
-  impl_->percept.stamp(impl_->percept_stamper.next());
-  impl_->percept_writer.write(impl_->percept);
-  fill(impl_->interest, outputs, info, impl_->model);
-  impl_->interest.stamp(impl_->interest_stamper.next());
-  impl_->interest_writer.write(impl_->interest);
+  publish(percept_of(outputs, info, impl_->model.arm.joint_count()), impl_->percept_stamper,
+          impl_->percept_writer);
+  publish(interest_points_of(outputs, info, impl_->model), impl_->interest_stamper, impl_->interest_writer);
 }
 
 void DdsAdapter::on_alert(const percept::Alert& alert, bool cleared) {
-  fill(impl_->alert, alert, cleared, impl_->model);
-  impl_->alert.stamp(impl_->alert_stamper.next());
-  impl_->alert_writer.write(impl_->alert);
+  publish(hit_alert_of(alert, cleared, impl_->model), impl_->alert_stamper, impl_->alert_writer);
 }
 
 }  // namespace phantom::phantom_sensing

@@ -7,23 +7,12 @@
 
 #include "common/core/health.hpp"
 #include "common/core/network.hpp"
-#include "common/robot/skin_patches.hpp"
+#include "common/messages/percept.hpp"
 #include "components/phantom_sensing/contact_register.hpp"
 #include "components/phantom_sensing/sensing_loop.hpp"
 #include "components/phantom_sensing/workspace_keeper.hpp"
 
 namespace phantom::phantom_sensing {
-
-/// What skin_percept tells.
-struct SkinView {
-  SlaveSample slave;  ///< that it rests on
-  std::uint64_t workspace_version = 0;
-  bool valid = false;
-  double edge_m = 0.0;       ///< of the patches
-  double greatest_mu = 0.0;  ///< Pa·s/m, of any neighbour layer
-  std::size_t patch_count = 0;
-  std::vector<robot::SkinPatches::Patch> felt;
-};
 
 /// Everything that this component says and hears over DDS: slave_state, workspace_brick, workspace_version,
 /// workspace_object and sensing_command in; drag_field, percept, interest_points, skin_percept, hit_alert,
@@ -57,7 +46,7 @@ class DdsAdapter : public PerceptSink {
   /// The newest slave_state that was sound; false if none came since the last call. One thread.
   bool newest_slave(SlaveSample& sample);
   /// Sends skin_percept. One thread.
-  void publish_skin(const SkinView& view);
+  void publish_skin(const messages::SkinPercept& skin);
   /// Sends component_status. One thread.
   void publish_status(const core::Health& health);
 

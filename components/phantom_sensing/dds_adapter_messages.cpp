@@ -1,115 +1,36 @@
 #include "components/phantom_sensing/dds_adapter_messages.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <sstream>
-
-#include "common/robot/joint_values.hpp"
-
 namespace phantom::phantom_sensing {
 namespace {
 
-constexpr std::size_t kPointNameBound = 32;  // idl: string<32>
-
-msg::Vector3 vector_of(const Eigen::Vector3d& v) {
-  msg::Vector3 message;
-  message.x(v.x());
-  message.y(v.y());
-  message.z(v.z());
+/// What the percepts of one tick have in common.
+template <class Message>
+Message of_tick(const StepOutputs& outputs, const TickInfo& info) {
+  Message message;
+  message.slave_echo = info.slave.stamp;
+  message.workspace_version = outputs.workspace_version;
+  if constexpr (requires { message.condition; }) {
+    message.valid = outputs.valid;
+    message.condition = info.condition;
+  }
   return message;
 }
 
-msg::MotionClass motion_of(percept::MotionClass motion) {
-  switch (motion) {
-    case percept::MotionClass::kSafe:
-      return msg::MOTION_SAFE;
-    case percept::MotionClass::kNeutral:
-      return msg::MOTION_NEUTRAL;
-    case percept::MotionClass::kDangerous:
-      return msg::MOTION_DANGEROUS;
-    case percept::MotionClass::kNone:
-      break;
-  }
-  return msg::MOTION_NONE;
-}
-
-msg::HitRule rule_of(percept::HitRule rule) {
-  switch (rule) {
-    case percept::HitRule::kVeryClose:
-      return msg::HIT_VERY_CLOSE;
-    case percept::HitRule::kModerateMoving:
-      return msg::HIT_MODERATE_MOVING;
-    case percept::HitRule::kFarNearing:
-      return msg::HIT_FAR_NEARING;
-    case percept::HitRule::kNone:
-      break;
-  }
-  return msg::HIT_NONE;
-}
-
-msg::PerceptCondition condition_of(PerceptCondition condition) {
-  switch (condition) {
-    case PerceptCondition::kFresh:
-      return msg::PERCEPT_FRESH;
-    case PerceptCondition::kWorkspaceUnattended:
-      return msg::PERCEPT_WORKSPACE_UNATTENDED;
-    case PerceptCondition::kWorkspaceBehind:
-      return msg::PERCEPT_WORKSPACE_BEHIND;
-    case PerceptCondition::kWorkspaceStale:
-      return msg::PERCEPT_WORKSPACE_STALE;
-    case PerceptCondition::kNoWorkspace:
-      return msg::PERCEPT_NO_WORKSPACE;
-    case PerceptCondition::kNoState:
-      return msg::PERCEPT_NO_STATE;
-    case PerceptCondition::kStateStale:
-      return msg::PERCEPT_STATE_STALE;
-    case PerceptCondition::kSelfTestFailed:
-      break;
-  }
-  return msg::PERCEPT_SELF_TEST_FAILED;
-}
-
-msg::DragMode mode_of(robot::DragMode mode) {
-  return mode == robot::DragMode::kCoupled ? msg::DRAG_COUPLED : msg::DRAG_SEPARABLE;
-}
-
-template <class... Parts>
-std::string text(const Parts&... parts) {
-  std::ostringstream stream;
-  (stream << ... << parts);
-  return stream.str();
+/// What is perceived at a place, of the skin or an interest point.
+template <class Message>
+void take_place(const PlacePercept& place, Message& message) {
+  message.mu_Pa_s_per_m = place.mu;
+  message.closeness = place.closeness;
+  message.speed_m_s = place.velocity_W_m_s.norm();
+  message.position_m = messages::vector_of(place.position_W_m);
+  message.velocity_m_s = messages::vector_of(place.velocity_W_m_s);
+  message.pgv = messages::vector_of(place.gradient.pgv_W_m);
+  message.pgs = place.gradient.strength;
+  message.motion = place.motion;
+  message.object = place.object;
 }
 
 }  // namespace
-
-std::string refusal(const msg::SlaveState& state, const robot::SerialArm& arm) {
-  const std::size_t n = arm.joint_count();
-  if (state.joint_count() != n)
-    return text("joint_count is ", state.joint_count(), "; allowed: ", n, ", as the arm");
-  if (state.stamp().sequence_number() == 0) return "stamp.sequence_number is 0; allowed: 1 or more";
-  for (std::size_t i = 0; i < n; ++i) {
-    const robot::Joint& joint = arm.joints()[i];
-    const double q = state.position_rad()[i], v = state.velocity_rad_s()[i];
-    if (!std::isfinite(q)) return text("position_rad[", i, "] (", joint.name, ") is not finite");
-    if (!std::isfinite(v)) return text("velocity_rad_s[", i, "] (", joint.name, ") is not finite");
-    if (!robot::near_limits(q, joint.lower, joint.upper)) {
-      return text("position_rad[", i, "] (", joint.name, ") is ", q, "; allowed: ", joint.lower, " to ",
-                  joint.upper, " and ", 100.0 * robot::kLimitMarginShare, " % of that range beyond");
-    }
-  }
-  return {};
-}
-
-SlaveSample sample_of(const msg::SlaveState& state, core::Nanoseconds received_ns) {
-  SlaveSample sample;
-  sample.id = dds::id_of(state.stamp());
-  sample.master_echo = dds::id_of(state.master_echo());
-  sample.received_ns = received_ns;
-  const std::size_t n = std::min<std::size_t>(state.joint_count(), core::kMaxJoints);
-  std::copy_n(state.position_rad().begin(), n, sample.position.begin());
-  std::copy_n(state.velocity_rad_s().begin(), n, sample.velocity.begin());
-  return sample;
-}
 
 voxel::VersionDescription description_of(const msg::WorkspaceVersion& version) {
   voxel::VersionDescription description;
@@ -126,105 +47,60 @@ voxel::VersionDescription description_of(const msg::WorkspaceVersion& version) {
   return description;
 }
 
-void fill(msg::DragField& message, const StepOutputs& outputs, const TickInfo& info,
-          std::size_t joint_count) {
-  message.slave_echo(dds::echo_of(info.slave.id));
-  message.master_echo(dds::echo_of(info.slave.master_echo));
-  message.workspace_version(outputs.workspace_version);
-  message.mode(mode_of(outputs.drag_mode));
-  message.joint_count(static_cast<std::uint32_t>(joint_count));
-  message.coefficient_plus(outputs.drag.plus);
-  message.coefficient_minus(outputs.drag.minus);
-  message.coupled(outputs.drag.coupled);
-  message.valid(outputs.valid);
-  message.model_age_s(info.model_age_s);
+messages::DragField drag_field_of(const StepOutputs& outputs, const TickInfo& info, std::size_t joint_count) {
+  auto field = of_tick<messages::DragField>(outputs, info);
+  field.master_echo = info.slave.master_echo;
+  field.mode = outputs.drag_mode;
+  field.joint_count = static_cast<std::uint32_t>(joint_count);
+  field.drag = {outputs.drag, outputs.valid};
+  field.model_age_s = info.model_age_s;
+  return field;
 }
 
-void fill(msg::Percept& message, const StepOutputs& outputs, const TickInfo& info, std::size_t joint_count) {
-  const SkinPercept& percept = outputs.percept;
-  message.slave_echo(dds::echo_of(info.slave.id));
-  message.workspace_version(outputs.workspace_version);
-  message.valid(outputs.valid);
-  message.condition(condition_of(info.condition));
-  message.mu(percept.mu);
-  message.closeness(percept.closeness);
-  message.speed_m_s(percept.velocity_W_m_s.norm());
-  message.position_m(vector_of(percept.position_W_m));
-  message.velocity_m_s(vector_of(percept.velocity_W_m_s));
-  message.pgv(vector_of(percept.gradient.pgv_W_m));
-  message.pgs(percept.gradient.strength);
-  message.motion(motion_of(percept.motion));
-  message.link(static_cast<std::uint32_t>(percept.link));
-  message.sensor(static_cast<std::uint32_t>(percept.sensor));
-  message.object(percept.object);
-  message.joint_count(static_cast<std::uint32_t>(joint_count));
-  message.drag_torque_Nm(percept.drag_torque);
-  message.tick_s(info.tick_s);
-  message.muted_sensors(static_cast<std::uint32_t>(outputs.muted_sensors));
-  message.allowed_contacts(static_cast<std::uint16_t>(info.allowed_contacts));
+messages::Percept percept_of(const StepOutputs& outputs, const TickInfo& info, std::size_t joint_count) {
+  auto percept = of_tick<messages::Percept>(outputs, info);
+  take_place(outputs.percept, percept);
+  percept.link = static_cast<std::uint32_t>(outputs.percept.link);
+  percept.sensor = static_cast<std::uint32_t>(outputs.percept.sensor);
+  percept.joint_count = static_cast<std::uint32_t>(joint_count);
+  percept.drag_torque_Nm = outputs.percept.drag_torque;
+  percept.tick_s = info.tick_s;
+  percept.muted_sensors = static_cast<std::uint32_t>(outputs.muted_sensors);
+  percept.allowed_contacts = static_cast<std::uint16_t>(info.allowed_contacts);
+  return percept;
 }
 
-void fill(msg::InterestPoints& message, const StepOutputs& outputs, const TickInfo& info,
-          const PhantomModel& model) {
-  message.slave_echo(dds::echo_of(info.slave.id));
-  message.workspace_version(outputs.workspace_version);
-  message.valid(outputs.valid);
-  message.condition(condition_of(info.condition));
-  message.points().resize(outputs.interest.size());
+messages::InterestPoints interest_points_of(const StepOutputs& outputs, const TickInfo& info,
+                                            const PhantomModel& model) {
+  auto message = of_tick<messages::InterestPoints>(outputs, info);
+  message.points.resize(outputs.interest.size());
   for (std::size_t i = 0; i < outputs.interest.size(); ++i) {
-    const InterestPercept& percept = outputs.interest[i];
-    msg::InterestPoint& point = message.points()[i];
-    point.name(model.interest_points[i].name.substr(0, kPointNameBound));
-    point.link(static_cast<std::uint32_t>(model.interest_points[i].link));
-    point.mu(percept.mu);
-    point.closeness(percept.closeness);
-    point.speed_m_s(percept.velocity_W_m_s.norm());
-    point.position_m(vector_of(percept.position_W_m));
-    point.velocity_m_s(vector_of(percept.velocity_W_m_s));
-    point.pgv(vector_of(percept.gradient.pgv_W_m));
-    point.pgs(percept.gradient.strength);
-    point.motion(motion_of(percept.motion));
-    point.rule(rule_of(percept.rule));
-    point.object(percept.object);
-    point.muted(percept.muted);
+    messages::InterestPoint& point = message.points[i];
+    take_place(outputs.interest[i], point);
+    point.name = model.interest_points[i].name;
+    point.link = static_cast<std::uint32_t>(model.interest_points[i].link);
+    point.rule = outputs.interest[i].rule;
+    point.muted = outputs.interest[i].muted;
   }
+  return message;
 }
 
-void fill(msg::SkinPercept& message, const SkinView& view) {
-  message.slave_echo(dds::echo_of(view.slave.id));
-  message.workspace_version(view.workspace_version);
-  message.valid(view.valid);
-  message.patch_m(view.edge_m);
-  message.greatest_mu(view.greatest_mu);
-  message.patch_count(static_cast<std::uint32_t>(view.patch_count));
-  message.felt().clear();
-  for (const robot::SkinPatches::Patch& patch : view.felt) {
-    msg::SkinPatch felt;
-    felt.link(static_cast<std::uint32_t>(patch.link));
-    felt.x_m(static_cast<float>(patch.middle_m.x()));
-    felt.y_m(static_cast<float>(patch.middle_m.y()));
-    felt.z_m(static_cast<float>(patch.middle_m.z()));
-    felt.mu(patch.mu);
-    message.felt().push_back(felt);
-  }
-}
-
-void fill(msg::HitAlert& message, const percept::Alert& alert, bool cleared, const PhantomModel& model) {
-  message.alert(alert.number);
-  message.rule(rule_of(alert.rule));
-  message.link(alert.at.link);
-  message.link_name(model.arm.links()[alert.at.link].name.substr(0, 64));
-  message.sensor(alert.at.sensor);
-  message.object(alert.at.object);
-  message.look_at_m(vector_of(alert.at.position_W_m));
-  message.pgv(vector_of(alert.at.pgv_W_m));
-  message.speed_m_s(alert.at.situation.speed_m_s);
-  message.mu(alert.at.situation.mu);
-  message.cleared(cleared);
-  const std::int32_t point = alert.at.interest_point;
-  message.interest_point(
-      point < 0 ? ""
-                : model.interest_points[static_cast<std::size_t>(point)].name.substr(0, kPointNameBound));
+messages::HitAlert hit_alert_of(const percept::Alert& alert, bool cleared, const PhantomModel& model) {
+  messages::HitAlert message;
+  message.alert = alert.number;
+  message.rule = alert.rule;
+  message.link = alert.at.link;
+  message.link_name = model.arm.links()[alert.at.link].name;
+  message.sensor = alert.at.sensor;
+  message.object = alert.at.object;
+  message.look_at_m = messages::vector_of(alert.at.position_W_m);
+  message.pgv = messages::vector_of(alert.at.pgv_W_m);
+  message.speed_m_s = alert.at.situation.speed_m_s;
+  message.mu_Pa_s_per_m = alert.at.situation.mu;
+  message.cleared = cleared;
+  if (alert.at.interest_point >= 0)
+    message.interest_point = model.interest_points[static_cast<std::size_t>(alert.at.interest_point)].name;
+  return message;
 }
 
 ContactRequest contact_request_of(const msg::SensingCommand& command) {

@@ -84,8 +84,10 @@ class Replay {
   }
 
   void keep_state(const msg::SlaveState& state) {
-    const Name name{state.stamp().session(), state.stamp().sequence_number()};
-    if (states_.emplace(name, sample_of(state, 0)).second) state_order_.push_back(name);
+    const auto sound = messages::from_idl(state);
+    if (!sound) return;
+    const Name name{sound->stamp.session, sound->stamp.sequence_number};
+    if (states_.emplace(name, SlaveSample(*sound, 0)).second) state_order_.push_back(name);
     if (state_order_.size() <= kMostStates) return;
     states_.erase(state_order_.front());
     state_order_.pop_front();
@@ -133,9 +135,8 @@ class Replay {
       ++report_.drag_field.without_inputs;
       return;
     }
-    msg::DragField made;
     info_.model_age_s = field.model_age_s();
-    fill(made, outputs_, info_, model_.arm.joint_count());
+    msg::DragField made = messages::to_idl(drag_field_of(outputs_, info_, model_.arm.joint_count()));
     compare(dds::kDragField, made, field.stamp(), output, report_.drag_field);
   }
 
@@ -144,8 +145,7 @@ class Replay {
       ++report_.percept.without_inputs;
       return;
     }
-    msg::Percept made;
-    fill(made, outputs_, info_, model_.arm.joint_count());
+    msg::Percept made = messages::to_idl(percept_of(outputs_, info_, model_.arm.joint_count()));
     made.tick_s(percept.tick_s());
     made.condition(percept.condition());
     compare(dds::kPercept, made, percept.stamp(), output, report_.percept);
@@ -156,8 +156,7 @@ class Replay {
       ++report_.interest_points.without_inputs;
       return;
     }
-    msg::InterestPoints made;
-    fill(made, outputs_, info_, model_);
+    msg::InterestPoints made = messages::to_idl(interest_points_of(outputs_, info_, model_));
     made.condition(points.condition());
     compare(dds::kInterestPoints, made, points.stamp(), output, report_.interest_points);
   }

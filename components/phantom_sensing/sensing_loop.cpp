@@ -93,9 +93,9 @@ void SensingLoop::turn(core::Nanoseconds now_ns) {
 }
 
 double elapsed_s(const SlaveSample& before, const SlaveSample& sample) noexcept {
-  if (sample.id.session != before.id.session || before.id.sequence_number == 0) return 0.0;
-  return std::clamp(core::seconds(core::elapsed_ns(before.id.monotonic_ns, sample.id.monotonic_ns)), 0.0,
-                    1.0);
+  if (sample.stamp.session != before.stamp.session || before.stamp.sequence_number == 0) return 0.0;
+  return std::clamp(core::seconds(core::elapsed_ns(before.stamp.monotonic_ns, sample.stamp.monotonic_ns)),
+                    0.0, 1.0);
 }
 
 void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspace,

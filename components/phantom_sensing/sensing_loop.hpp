@@ -8,8 +8,8 @@
 #include "common/core/clock.hpp"
 #include "common/core/histogram.hpp"
 #include "common/core/progress.hpp"
-#include "common/core/sample_id.hpp"
 #include "common/core/snapshot.hpp"
+#include "common/messages/teleoperation.hpp"
 #include "components/phantom_sensing/config.hpp"
 #include "components/phantom_sensing/contact_permits.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
@@ -18,13 +18,8 @@
 
 namespace phantom::phantom_sensing {
 
-/// A slave_state that passed validation.
-struct SlaveSample {
-  core::SampleId id;
-  core::SampleId master_echo;
-  core::Nanoseconds received_ns = 0;  ///< CLOCK_MONOTONIC of this host
-  core::JointArray position{}, velocity{};
-};
+/// The newest valid slave_state.
+using SlaveSample = messages::Received<messages::SlaveState>;
 
 /// Time between two states that are ticked one after the other, by their writer's clock, so that a replay
 /// gives the same; 0 at the first and across a restart of the writer. Real-time safe: yes.
@@ -32,7 +27,7 @@ double elapsed_s(const SlaveSample& before, const SlaveSample& sample) noexcept;
 
 /// What is published besides the step's outputs.
 struct TickInfo {
-  SlaveSample slave;         ///< that the tick rests on; id 0: none came yet
+  SlaveSample slave;         ///< that the tick rests on; stamp 0: none came yet
   double model_age_s = 0.0;  ///< time since it was received
   double tick_s = 0.0;       ///< time that the step took
   PerceptCondition condition = PerceptCondition::kNoState;

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "common/core/errors.hpp"
+#include "common/robot/skin_patches.hpp"
 #include "common/runtime/process.hpp"
 #include "components/phantom_sensing/alert_relay.hpp"
 #include "components/phantom_sensing/contact_register.hpp"
@@ -162,23 +163,29 @@ class Service {
 
   /// What the whole skin feels, for eyes. Once in kPoll_s.
   void show_skin(core::Nanoseconds now_ns) {
-    adapter_.newest_slave(skin_.slave);
+    adapter_.newest_slave(slave_);
     const LoopFigures figures = loop_.figures();
     const auto workspace = workspace_.share();
-    skin_.valid = workspace && is_valid(figures.condition) && skin_.slave.id.sequence_number != 0 &&
-                  now_ns - skin_.slave.received_ns <= core::from_seconds(config_.staleness_s);
-    skin_.workspace_version = workspace ? workspace->version : 0;
-    skin_.edge_m = patches_.edge_m();
-    skin_.patch_count = patches_.count();
-    skin_.greatest_mu = figures.greatest_neighbour_mu;
-    skin_.felt.clear();
-    if (skin_.valid) {
+    messages::SkinPercept skin;
+    skin.slave_echo = slave_.stamp;
+    skin.valid = workspace && is_valid(figures.condition) && slave_.stamp.sequence_number != 0 &&
+                 now_ns - slave_.received_ns <= core::from_seconds(config_.staleness_s);
+    skin.workspace_version = workspace ? workspace->version : 0;
+    skin.patch_m = patches_.edge_m();
+    skin.patch_count = static_cast<std::uint32_t>(patches_.count());
+    skin.greatest_mu_Pa_s_per_m = figures.greatest_neighbour_mu;
+    if (skin.valid) {
       const percept::AllowedContact allowed = contacts_.permits().at(now_ns);
-      skin_.felt = patches_.sense(
-          skin_.slave.position, *workspace,
-          [&allowed](std::size_t link, std::uint16_t object) { return allowed.mutes(link, object); });
+      const auto muted = [&allowed](std::size_t link, std::uint16_t object) {
+        return allowed.mutes(link, object);
+      };
+      for (const auto& patch : patches_.sense(slave_.position, *workspace, muted)) {
+        const Eigen::Vector3f middle_m = patch.middle_m.cast<float>();
+        skin.felt.push_back(
+            {static_cast<std::uint32_t>(patch.link), {middle_m.x(), middle_m.y(), middle_m.z()}, patch.mu});
+      }
     }
-    adapter_.publish_skin(skin_);
+    adapter_.publish_skin(skin);
   }
 
   Situation situation(core::Nanoseconds now_ns) {
@@ -228,7 +235,7 @@ class Service {
   SensingLoop& loop_;
   ContactRegister contacts_;
   robot::SkinPatches patches_;
-  SkinView skin_;
+  SlaveSample slave_;  // the newest
   bool tested_ = false;
   std::uint64_t self_tests_ = 0;
   SelfTestResult tested_as_;

@@ -4,20 +4,11 @@
 #include <cstdint>
 
 #include "common/core/clock.hpp"
+#include "common/messages/percept.hpp"
 
 namespace phantom::phantom_sensing {
 
-/// What a percept rests on, as in idl: the first three are valid, the first one without reserve.
-enum class PerceptCondition {
-  kFresh,
-  kWorkspaceUnattended,  ///< no wva_server is there: changes would not be told
-  kWorkspaceBehind,      ///< a newer version was announced and is not whole yet
-  kWorkspaceStale,       ///< that has lasted too long
-  kNoWorkspace,
-  kNoState,
-  kStateStale,
-  kSelfTestFailed
-};
+using messages::PerceptCondition;
 
 constexpr bool is_valid(PerceptCondition condition) noexcept {
   return condition <= PerceptCondition::kWorkspaceBehind;

@@ -1,76 +1,80 @@
 #include "components/phantom_session/dds_adapter.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/core/clock.hpp"
 #include "common/dds/endpoint.hpp"
 #include "common/dds/status_reporter.hpp"
+#include "common/messages/percept_codec.hpp"
+#include "common/messages/teleoperation_codec.hpp"
 
 namespace phantom::phantom_session {
 namespace {
 
-double greatest(const std::array<double, 16>& values, std::uint32_t count) {
-  double greatest = 0.0;
-  for (std::uint32_t i = 0; i < std::min<std::uint32_t>(count, 16); ++i)
-    greatest = std::max(greatest, std::abs(values[i]));
-  return greatest;
+double greatest(const core::JointArray& values) {
+  double most = 0.0;
+  for (const double value : values) most = std::max(most, std::abs(value));
+  return most;
 }
 
-const char* rule_name(msg::HitRule rule) {
+const char* words_for(percept::HitRule rule) {
   switch (rule) {
-    case msg::HIT_VERY_CLOSE:
+    case percept::HitRule::kVeryClose:
       return "very close";
-    case msg::HIT_MODERATE_MOVING:
+    case percept::HitRule::kModerateMoving:
       return "close and moving";
-    case msg::HIT_FAR_NEARING:
+    case percept::HitRule::kFarNearing:
       return "nearing fast";
     default:
       return "none";
   }
 }
 
-const char* law_name(msg::BilateralLaw law) {
-  constexpr const char* kNames[] = {"pf", "sctfb", "pfff", "pe", "peff"};
-  return law <= msg::LAW_PEFF ? kNames[law] : "unknown";
-}
-
-JointRow row_of(const msg::MasterState& m, double t_s) {
-  return {.t_s = t_s,
-          .reach = m.reach(),
-          .law = law_name(m.law()),
-          .master_position = m.position_rad(),
-          .operator_torque = m.operator_torque_Nm(),
-          .percept_torque = m.percept_torque_Nm(),
-          .feedback_torque = m.feedback_torque_Nm()};
-}
-
-const char* motion_name(msg::MotionClass motion) {
+const char* words_for(percept::MotionClass motion) {
   switch (motion) {
-    case msg::MOTION_SAFE:
+    case percept::MotionClass::kSafe:
       return "leaving";
-    case msg::MOTION_NEUTRAL:
+    case percept::MotionClass::kNeutral:
       return "passing";
-    case msg::MOTION_DANGEROUS:
+    case percept::MotionClass::kDangerous:
       return "nearing";
     default:
       return "";
   }
 }
 
-PerceptSample percept_of(const msg::Percept& percept, double t_s) {
-  PerceptSample out{t_s,
-                    percept.valid(),
-                    percept.mu(),
-                    percept.closeness(),
-                    percept.link(),
-                    percept.object(),
-                    motion_name(percept.motion()),
-                    {},
-                    percept.muted_sensors()};
-  const auto count = std::min<std::size_t>(percept.joint_count(), percept.drag_torque_Nm().size());
-  out.torque.assign(percept.drag_torque_Nm().begin(),
-                    percept.drag_torque_Nm().begin() + static_cast<std::ptrdiff_t>(count));
-  return out;
+MasterSample sample_of(const messages::MasterState& m, double t_s) {
+  return {t_s,
+          m.reach,
+          m.percept_enabled,
+          greatest(m.percept_torque_Nm),
+          greatest(m.feedback_torque_Nm),
+          greatest(m.operator_torque_Nm),
+          m.round_trip_s};
+}
+
+JointRow row_of(const messages::MasterState& m, double t_s) {
+  return {.t_s = t_s,
+          .reach = m.reach,
+          .law = teleop::name_of(m.law),
+          .master_position = m.position,
+          .operator_torque = m.operator_torque_Nm,
+          .percept_torque = m.percept_torque_Nm,
+          .feedback_torque = m.feedback_torque_Nm};
+}
+
+PerceptSample sample_of(const messages::Percept& percept, double t_s) {
+  const auto torques = percept.drag_torque_Nm.begin();
+  return {t_s,
+          percept.valid,
+          percept.mu_Pa_s_per_m,
+          percept.closeness,
+          percept.link,
+          percept.object,
+          words_for(percept.motion),
+          {torques, torques + static_cast<std::ptrdiff_t>(percept.joint_count)},
+          percept.muted_sensors};
 }
 
 core::ComponentState state_of(msg::ComponentState state) {
@@ -124,13 +128,20 @@ struct DdsAdapter::Impl {
   dds::Reader<msg::HitAlert> hits;
   dds::Reader<msg::ComponentStatus> status;
 
-  // Hands a converted sample to the collector under the lock.
-  template <class Convert>
-  auto into(Convert convert) {
-    return [this, convert](const auto& sample, const dds::SampleInfo& info) {
+  // Hands a sample to `take` under the lock.
+  template <class Take>
+  auto into(Take take) {
+    return [this, take](const auto& sample, const dds::SampleInfo& info) {
       const std::lock_guard guard(mutex);
-      convert(sample, core::seconds(info.received_ns - start_ns));
+      take(sample, core::seconds(info.received_ns - start_ns));
     };
+  }
+  // Likewise, as its topic's codec makes it; what is not sound is passed over.
+  template <class Take>
+  auto sound_into(Take take) {
+    return into([take](const auto& message, double t_s) {
+      if (const auto sample = messages::from_idl(message)) take(*sample, t_s);
+    });
   }
 
   Impl(const core::NetworkOptions& network, Collector& into_collector, JointLog& into_joints)
@@ -140,24 +151,21 @@ struct DdsAdapter::Impl {
         objects(participant, dds::kWorkspaceObject, into([this](const msg::WorkspaceObject& o, double) {
                   if (o.mesh_hash() != 0) collector.on_object_name(o.id(), o.name().to_string());
                 })),
-        master(participant, dds::kMasterState, into([this](const msg::MasterState& m, double t_s) {
-                 collector.on_master({t_s, m.reach(), m.percept_enabled(),
-                                      greatest(m.percept_torque_Nm(), m.joint_count()),
-                                      greatest(m.feedback_torque_Nm(), m.joint_count()),
-                                      greatest(m.operator_torque_Nm(), m.joint_count()), m.round_trip_s()});
-                 joints.on_master(m.joint_count(), row_of(m, t_s));
+        master(participant, dds::kMasterState, sound_into([this](const messages::MasterState& m, double t_s) {
+                 collector.on_master(sample_of(m, t_s));
+                 joints.on_master(m.joint_count, row_of(m, t_s));
                })),
-        slave(participant, dds::kSlaveState, into([this](const msg::SlaveState& s, double t_s) {
-                collector.on_slave({t_s, s.contact(), s.contact_force_N(), s.contact_object(),
-                                    s.tool_speed_m_s(), s.clearance_m()});
-                joints.on_slave(s.position_rad());
+        slave(participant, dds::kSlaveState, sound_into([this](const messages::SlaveState& s, double t_s) {
+                collector.on_slave(
+                    {t_s, s.contact, s.contact_force_N, s.contact_object, s.tool_speed_m_s, s.clearance_m});
+                joints.on_slave(s.position);
               })),
-        percept(participant, dds::kPercept, into([this](const msg::Percept& p, double t_s) {
-                  collector.on_percept(percept_of(p, t_s));
+        percept(participant, dds::kPercept, sound_into([this](const messages::Percept& p, double t_s) {
+                  collector.on_percept(sample_of(p, t_s));
                 })),
-        hits(participant, dds::kHitAlert, into([this](const msg::HitAlert& h, double t_s) {
-               collector.on_hit({t_s, h.alert(), rule_name(h.rule()), h.link_name().to_string(),
-                                 h.interest_point().to_string(), h.object(), h.cleared()});
+        hits(participant, dds::kHitAlert, sound_into([this](const messages::HitAlert& h, double t_s) {
+               collector.on_hit(
+                   {t_s, h.alert, words_for(h.rule), h.link_name, h.interest_point, h.object, h.cleared});
              })),
         status(participant, dds::kComponentStatus, into([this](const msg::ComponentStatus& s, double t_s) {
                  collector.on_status(status_of(s, t_s));

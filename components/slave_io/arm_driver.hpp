@@ -35,8 +35,8 @@ class ArmDriver {
   virtual void move(const ArmDemand& demand, double dt_s, core::Nanoseconds now_ns) noexcept = 0;
   /// The last call, once the servo thread has ended: the arm goes on with nothing that it was told before.
   virtual void end(core::Nanoseconds now_ns) noexcept = 0;
-  /// What this arm has to say in `report`: motion, torques, contact.
-  virtual void fill(SlaveReport& report) const noexcept = 0;
+  /// What this arm has to say in `state`: motion, torques, contact.
+  virtual void fill(messages::SlaveState& state) const noexcept = 0;
   /// Whether periods that the loop missed must be lived through one by one, for an arm whose time is the
   /// loop's.
   virtual bool makes_up_periods() const noexcept = 0;

@@ -40,19 +40,17 @@ void CanArm::move(const ArmDemand& demand, double, core::Nanoseconds now_ns) noe
   drives_.step(command, now_ns);
 }
 
-void CanArm::fill(SlaveReport& report) const noexcept {
-  report.position = sense_.position;
-  report.velocity = sense_.velocity;
+void CanArm::fill(messages::SlaveState& state) const noexcept {
+  state.position = sense_.position;
+  state.velocity = sense_.velocity;
   for (std::size_t j = 0; j < axes_.size(); ++j) {
     // Where the loop is closed in the drive, its torque is what the drive exerts.
     if (axes_[j].mode != can::DriveMode::kTorque)
-      report.outputs.torque.loop_Nm[j] = exerted_Nm_[j] - sense_.gravity_Nm[j];
-    if (!sense_.follows) report.outputs.torque.loop_Nm[j] = 0.0;
+      state.loop_torque_Nm[j] = exerted_Nm_[j] - sense_.gravity_Nm[j];
+    if (!sense_.follows) state.loop_torque_Nm[j] = 0.0;
   }
-  report.contact_force_N = -1.0;
-  report.clearance_m = -1.0;
   const std::size_t last = model_.arm.joint_count();
-  report.tool_speed_m_s =
+  state.tool_speed_m_s =
       model_.arm.point_velocity_W(last, X_WL_[last] * model_.tip_in_last_link_m, X_WL_, sense_.velocity)
           .norm();
 }

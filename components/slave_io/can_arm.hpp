@@ -18,7 +18,7 @@ class CanArm final : public ArmDriver {
   const ArmSense& sense() noexcept override;
   void move(const ArmDemand& demand, double dt_s, core::Nanoseconds now_ns) noexcept override;
   void end(core::Nanoseconds now_ns) noexcept override { drives_.end(now_ns); }
-  void fill(SlaveReport& report) const noexcept override;
+  void fill(messages::SlaveState& state) const noexcept override;
   bool makes_up_periods() const noexcept override { return false; }
   core::ActuatorHealth health() override { return drives_.health(); }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <memory>
 #include <string>
 
@@ -8,25 +7,15 @@
 #include "common/core/network.hpp"
 #include "common/core/snapshot.hpp"
 #include "common/core/stop_requests.hpp"
+#include "common/messages/arm_bounds.hpp"
 #include "components/slave_io/slave_io.hpp"
 
 namespace phantom::slave_io {
 
-/// What one tick leaves for the topic slave_state.
-struct SlaveReport {
+/// What one tick leaves for the topic slave_state, and for who tells how the controller is.
+struct SlaveReport : messages::SlaveState {
   SlaveOutputs outputs;
   std::uint32_t stop_requests = 0;  ///< of the inbox, that are in force
-  core::SampleId followed;          ///< the master_state in force
-  core::JointArray position{};      ///< encoders
-  core::JointArray velocity{};
-  bool force_measured = false;
-  core::JointArray external_torque_Nm{};
-  bool contact = false;
-  double contact_force_N = 0.0;
-  std::uint16_t contact_object = 0;
-  std::array<double, 3> contact_point_W_m{};
-  double clearance_m = -1.0;
-  double tool_speed_m_s = 0.0;
 };
 
 /// What comes from the topics, validated. The servo thread is the reader.
@@ -35,19 +24,12 @@ struct Inbox {
   core::StopRequests stops;
 };
 
-/// What the adapter holds samples against.
-struct Expectations {
-  std::size_t joint_count = 0;
-  core::JointArray lower{},
-      upper{};  ///< joint limits; a master farther beyond them than robot::near_limits allows is not followed
-};
-
-/// slave_io's ends of the topics. Converts, stamps, refuses what is invalid or out of order. Never used by
-/// the servo thread.
+/// slave_io's ends of the topics. Stamps, and refuses what is invalid or out of order. Never used by the
+/// servo thread.
 class DdsAdapter {
  public:
-  /// Throws DdsError. `inbox` must outlive the adapter.
-  DdsAdapter(const core::NetworkOptions& network, const Expectations& expectations, Inbox& inbox);
+  /// `arm`: that the master must command. Throws DdsError. `inbox` must outlive the adapter.
+  DdsAdapter(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox);
   ~DdsAdapter();
 
   void publish(const SlaveReport& report);

@@ -18,22 +18,22 @@ class Servo {
         teleop::StopStore& stops);
 
   /// One tick of `dt_s`, a whole multiple of the period, at `now_ns` on the monotonic clock. Periods that the
-  /// loop missed are made up for, up to kMostMadeUp, so that a simulated arm keeps real time; real drives get
-  /// one command for all of them. Nothing is published before the arm is known. Real-time safe: yes.
+  /// loop missed are made up for, up to teleop::kMostMadeUp, so that a simulated arm keeps real time; real
+  /// drives get one command for all of them. Nothing is published before the arm is known. Real-time safe:
+  /// yes.
   void tick(double dt_s, core::Nanoseconds now_ns) noexcept;
 
-  static constexpr int kMostMadeUp = 10;
   core::Snapshot<SlaveReport> outbox;  ///< reader: the thread that publishes
   runtime::WakeSignal published;       ///< raised after each tick
 
  private:
+  std::uint32_t joint_count_;
   Inbox& inbox_;
   double period_s_;
   SlaveInputs inputs_;
   SlaveIo controller_;
   ArmDriver& arm_;
-  teleop::StopStore& stops_;
-  teleop::StopRecord kept_;
+  teleop::StopExchange stops_;
 };
 
 }  // namespace phantom::slave_io

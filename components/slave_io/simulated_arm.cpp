@@ -21,18 +21,18 @@ void SimulatedArm::move(const ArmDemand& demand, double dt_s, core::Nanoseconds)
   clearance_m_.store(plant_.contact().clearance_m, std::memory_order_relaxed);
 }
 
-void SimulatedArm::fill(SlaveReport& report) const noexcept {
-  report.position = plant_.position();
-  report.velocity = plant_.velocity();
+void SimulatedArm::fill(messages::SlaveState& state) const noexcept {
+  state.position = plant_.position();
+  state.velocity = plant_.velocity();
   const teleop::ContactReport& touch = plant_.contact();
-  report.force_measured = force_sensor_;
-  if (force_sensor_) report.external_torque_Nm = touch.joint_torque_Nm;
-  report.contact = touch.contact;
-  report.contact_force_N = touch.force_N;
-  report.contact_object = touch.object;
-  report.contact_point_W_m = {touch.point_W_m.x(), touch.point_W_m.y(), touch.point_W_m.z()};
-  report.clearance_m = touch.clearance_m;
-  report.tool_speed_m_s = plant_.tool_speed_m_s();
+  state.force_measured = force_sensor_;
+  if (force_sensor_) state.external_torque_Nm = touch.joint_torque_Nm;
+  state.contact = touch.contact;
+  state.contact_force_N = touch.force_N;
+  state.contact_object = touch.object;
+  state.contact_point_m = {touch.point_W_m.x(), touch.point_W_m.y(), touch.point_W_m.z()};
+  state.clearance_m = touch.clearance_m;
+  state.tool_speed_m_s = plant_.tool_speed_m_s();
 }
 
 core::ActuatorHealth SimulatedArm::health() {

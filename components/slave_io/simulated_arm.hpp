@@ -17,7 +17,7 @@ class SimulatedArm final : public ArmDriver {
   const ArmSense& sense() noexcept override;
   void move(const ArmDemand& demand, double dt_s, core::Nanoseconds now_ns) noexcept override;
   void end(core::Nanoseconds) noexcept override {}  // its time ends with the loop's
-  void fill(SlaveReport& report) const noexcept override;
+  void fill(messages::SlaveState& state) const noexcept override;
   bool makes_up_periods() const noexcept override { return true; }
   core::ActuatorHealth health() override;
 

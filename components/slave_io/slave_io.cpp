@@ -42,26 +42,7 @@ SlaveIo::SlaveIo(const robot::SerialArm& arm, const Config& config, const core::
 
 SlaveOutputs SlaveIo::step(const SlaveInputs& in, double dt_s) noexcept {
   const LinkState before = link_.state();
-  const bool agree =
-      teleop::pose_difference(in.master.position, in.position, align_tolerance_, count_) <= 1.0;
-  SlaveOutputs out;
-  const auto link = link_.step({.partner_age_s = in.master_age_s,
-                                .round_trip_s = in.master_round_trip_s,
-                                .answers_another = in.master.answers_another,
-                                .partner = in.master.state,
-                                .partner_stop = in.master.stop,
-                                .poses_agree = agree,
-                                .stop_requests = in.stop_requests,
-                                .reset = in.reset,
-                                .drives_follow = in.drives_follow,
-                                .drive_fault = in.drive_fault},
-                               dt_s);
-  out.state = link.state;
-  out.stop = link.stop;
-  out.reset = link.reset;
-  out.power = link.power;
-  out.master_unconfirmed = link.partner_unconfirmed;
-  out.master_elsewhere = in.master.answers_another;
+  SlaveOutputs out{teleop::step_link(link_, in, in.master, align_tolerance_, count_, dt_s)};
   if ((holds(out.state) && !holds(before)) || !in.drives_follow) limiter_.reset(in.position);
   const bool comes = out.state == LinkState::kReady || out.state == LinkState::kAligned;
   out.far_joint = comes ? far_joint(in.master.position) : std::int8_t{-1};
@@ -97,7 +78,7 @@ core::JointArray SlaveIo::lead_reference(const SlaveInputs& in, bool master_near
       // Between samples the reference goes on at the master's speed: the two loops run free of each other,
       // and a reference that waits for the next sample would shake with their phase.
       core::JointArray target = in.master.position;
-      const double hold_s = std::clamp(in.master_age_s, 0.0, kLongestHold_s);
+      const double hold_s = std::clamp(in.partner_age_s, 0.0, kLongestHold_s);
       for (std::size_t j = 0; j < count_; ++j) {
         // At a limit the reference stands still, whatever speed the master has.
         const bool free = target[j] > lower_[j] && target[j] < upper_[j];

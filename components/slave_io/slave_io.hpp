@@ -1,51 +1,27 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 
 #include "common/core/clock.hpp"
 #include "common/core/joints.hpp"
-#include "common/core/sample_id.hpp"
+#include "common/messages/teleoperation.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "common/teleop/joint_servo.hpp"
-#include "common/teleop/link_state.hpp"
+#include "common/teleop/servo_side.hpp"
 #include "common/teleop/slave_plant.hpp"
 #include "components/slave_io/config.hpp"
 
 namespace phantom::slave_io {
 
 /// The newest valid master_state.
-struct MasterSample {
-  core::Nanoseconds received_ns = 0;  ///< this host's monotonic clock; 0: none yet
-  core::SampleId stamp;
-  core::Nanoseconds answers_ns = 0;  ///< when the slave_state was made that it answers; 0: none of ours
-  bool answers_another = false;      ///< it answers another process that is a slave
-  teleop::LinkState state = teleop::LinkState::kInit;
-  teleop::StopId stop = 0;      ///< names the master's stop, while it is stopped
-  core::JointArray position{};  ///< rad or m, in this arm's coordinates
-  core::JointArray velocity{};
-};
+using MasterSample = messages::Answer<messages::MasterState>;
 
-struct SlaveInputs {
+struct SlaveInputs : teleop::SideInputs {
   MasterSample master;
-  double master_age_s = std::numeric_limits<double>::infinity();  ///< since it was received; ∞: none yet
-  double master_round_trip_s = 0.0;  ///< since the slave_state was made that it answers; 0: none of ours yet
-  std::uint32_t stop_requests = 0;   ///< emergency stops that were asked for so far
-  const teleop::StopReset* reset = nullptr;  ///< one that came since the last tick
-  core::JointArray position{};               ///< as the encoders say
-  core::JointArray velocity{};
   core::JointArray gravity_Nm{};  ///< torques that hold the weight; used if feed-forward is configured
-  bool drives_follow = true;  ///< false: the arm does not do what it is told (power off, starting, stopped)
-  bool drive_fault = false;   ///< it needs a reset
 };
 
-struct SlaveOutputs {
-  teleop::LinkState state = teleop::LinkState::kInit;
-  teleop::StopRecord stop;  ///< in force
-  teleop::ResetOutcome reset = teleop::ResetOutcome::kNone;
-  bool power = false;               ///< the drives may have power
-  bool master_unconfirmed = false;  ///< stopped for a while, and the master does not say that it is stopped
-  bool master_elsewhere = false;    ///< the master is heard, but answers another slave
+struct SlaveOutputs : teleop::SideOutputs {
   std::int8_t far_joint = -1;  ///< index of one that is too far from the master's to come by itself; −1: none
   teleop::ServoTorque torque;
   core::JointArray reference{};           ///< what the position loops follow

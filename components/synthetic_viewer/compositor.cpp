@@ -195,7 +195,7 @@ Hud Compositor::main_hud(const Moment& moment) const {
   hud.motion = hud.closeness_known ? name_of(percept.motion) : "-";
   const bool near = hud.closeness_known && percept.closeness > 0;
   hud.nearest = near ? scene_.link_name(percept.link) + " - " + object_name(state, percept.object) : "-";
-  hud.link_state = state.arm.received_ns == 0 ? "-" : name_of(state.arm.state);
+  hud.link_state = state.arm.received_ns == 0 ? "-" : label_of(state.arm.state);
   hud.link_quality = link_text(state);
   hud.model_age = age_text(age_s(state.arm.received_ns, moment.now_ns));
   hud.voxel_error = voxel_error_text(state.workspace);

@@ -1,6 +1,5 @@
 #include "components/synthetic_viewer/dds_adapter.hpp"
 
-#include <Eigen/Geometry>
 #include <atomic>
 #include <map>
 #include <mutex>
@@ -13,6 +12,8 @@
 #include "common/dds/sole_source.hpp"
 #include "common/dds/stamp.hpp"
 #include "common/dds/status_reporter.hpp"
+#include "common/messages/percept_codec.hpp"
+#include "common/messages/teleoperation_codec.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -52,7 +53,7 @@ bool may_run_once(const std::string& component) {
 
 struct DdsAdapter::Impl {
   Inbox& inbox;
-  ArmShape shape;
+  messages::ArmBounds arm_bounds;
   dds::Participant participant;
   dds::OperatorClient operator_client;
   std::optional<dds::Writer<msg::ViewPose>> view_poses;
@@ -82,9 +83,9 @@ struct DdsAdapter::Impl {
   Input<msg::ComponentStatus> components;
   Input<msg::OperatorCommand> view_commands;
 
-  Impl(const core::NetworkOptions& network, const ArmShape& arm_shape, Inbox& viewer_inbox)
+  Impl(const core::NetworkOptions& network, const messages::ArmBounds& bounds, Inbox& viewer_inbox)
       : inbox(viewer_inbox),
-        shape(arm_shape),
+        arm_bounds(bounds),
         participant("synthetic_viewer", network),
         operator_client(
             participant,
@@ -104,10 +105,10 @@ struct DdsAdapter::Impl {
     if (source.has_second(received_ns)) inbox.stops.take_second(topic, received_ns);
     return accepted;
   }
-  void take_side(core::Side side, const auto& sample, const msg::Stamp& stamp) {
-    inbox.stops.take_state(side, sample.state, sample.stop_cause, sample.stop, sample.received_ns);
-    operator_client.take_state(side, stamp.session(), sample.state == LinkState::kStopped ? sample.stop : 0,
-                               sample.received_ns);
+  void take_side(core::Side side, const auto& sample) {
+    inbox.stops.take_state(side, sample.state, sample.stop.cause, sample.stop.id, sample.received_ns);
+    operator_client.take_state(side, sample.stamp.session,
+                               sample.state == LinkState::kStopped ? sample.stop.id : 0, sample.received_ns);
   }
   msg::OperatorCommand message_of(const Command& command) const;
 
@@ -116,21 +117,21 @@ struct DdsAdapter::Impl {
   auto to_snapshot(Input<T>& input, dds::SoleSource& source, const char* topic,
                    core::Snapshot<Sample>& snapshot) {
     return [this, &input, &source, topic, &snapshot](const T& message, const dds::SampleInfo& info) {
-      auto sample = convert(message, shape);
-      if (!sample || !take(source, message.stamp(), topic, info.received_ns)) return input.refuse();
-      sample->received_ns = info.received_ns;
+      const auto sound = messages::from_idl(message, arm_bounds);
+      if (!sound || !take(source, message.stamp(), topic, info.received_ns)) return input.refuse();
+      Sample sample(*sound, info.received_ns);
       if constexpr (std::is_same_v<Sample, ArmSample>) {
-        sample->arrived = ++arm_arrived;
-        sample->lost = source.lost();
-        arm_for_hits.write(*sample);
-        take_side(core::Side::kSlave, *sample, message.stamp());
+        sample.arrived = ++arm_arrived;
+        sample.lost = source.lost();
+        arm_for_hits.write(sample);
+        take_side(core::Side::kSlave, sample);
       } else if constexpr (std::is_same_v<Sample, MasterSample>) {
-        take_side(core::Side::kMaster, *sample, message.stamp());
+        take_side(core::Side::kMaster, sample);
       } else if constexpr (std::is_same_v<Sample, PerceptSample>) {
         phantom.heard(message.stamp(), info.received_ns);
-        percept_for_hits.write(*sample);
+        percept_for_hits.write(sample);
       }
-      snapshot.write(*sample);
+      snapshot.write(sample);
     };
   }
   void open_states();
@@ -147,23 +148,22 @@ void DdsAdapter::Impl::open_states() {
 
 void DdsAdapter::Impl::open_events() {
   hits.open(participant, dds::kHitAlert, [this](const msg::HitAlert& message, const dds::SampleInfo& info) {
-    auto hit = convert(message, shape);
+    const auto sound = messages::from_idl(message, arm_bounds);
     const bool foreign = phantom.is_rival(message.stamp(), info.received_ns);
-    if (!hit || foreign || !hit_order.accept(message.stamp())) return hits.refuse();
-    hit->received_ns = info.received_ns;
+    if (!sound || foreign || !hit_order.accept(message.stamp())) return hits.refuse();
+    HitSample hit(*sound, info.received_ns);
     arm_for_hits.read(newest_arm);
     percept_for_hits.read(newest_percept);
-    hit->arm = newest_arm;
-    hit->percept = newest_percept;
-    inbox.put(std::move(*hit));
+    hit.arm = newest_arm;
+    hit.percept = newest_percept;
+    inbox.put(std::move(hit));
   });
   skin.open(participant, dds::kSkinPercept,
             [this](const msg::SkinPercept& message, const dds::SampleInfo& info) {
-              auto sample = convert(message, shape);
-              if (!sample || !take(skin_source, message.stamp(), "skin_percept", info.received_ns))
+              const auto sound = messages::from_idl(message, arm_bounds);
+              if (!sound || !take(skin_source, message.stamp(), "skin_percept", info.received_ns))
                 return skin.refuse();
-              sample->received_ns = info.received_ns;
-              inbox.put(std::move(*sample));
+              inbox.put(skin_of(*sound, info.received_ns));
             });
   components.open(participant, dds::kComponentStatus,
                   [this](const msg::ComponentStatus& message, const dds::SampleInfo& info) {
@@ -210,8 +210,8 @@ void DdsAdapter::Impl::open_workspace() {
   });
 }
 
-DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const ArmShape& shape, Inbox& inbox)
-    : impl_(std::make_unique<Impl>(network, shape, inbox)) {}
+DdsAdapter::DdsAdapter(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox)
+    : impl_(std::make_unique<Impl>(network, arm, inbox)) {}
 
 DdsAdapter::~DdsAdapter() = default;
 
@@ -246,23 +246,8 @@ void DdsAdapter::send(const Command& command) {
 void DdsAdapter::publish(const ViewPoseSample& view) {
   // Made with the first pose: an onlooker's viewer tells none, and must not be missed.
   if (!impl_->view_poses) impl_->view_poses.emplace(impl_->participant, dds::kViewPose);
-  msg::ViewPose message;
+  msg::ViewPose message = messages::to_idl(view);
   message.stamp(impl_->view_stamper.next());
-  message.view(view.hit_zone ? msg::VIEW_HIT : msg::VIEW_MAIN);
-  message.node(static_cast<std::uint32_t>(view.node));
-  message.automatic(view.automatic);
-  const Eigen::Quaterniond q(view.X_WC.rotation);
-  message.X_WC().qx(q.x());
-  message.X_WC().qy(q.y());
-  message.X_WC().qz(q.z());
-  message.X_WC().qw(q.w());
-  const Eigen::Vector3d& eye_m = view.X_WC.translation_m;
-  message.X_WC().position_m().x(eye_m.x());
-  message.X_WC().position_m().y(eye_m.y());
-  message.X_WC().position_m().z(eye_m.z());
-  message.look_at_m().x(view.look_at_m[0]);
-  message.look_at_m().y(view.look_at_m[1]);
-  message.look_at_m().z(view.look_at_m[2]);
   impl_->view_poses->write(message);
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,37 +8,29 @@
 #include "common/core/network.hpp"
 #include "common/core/status.hpp"
 #include "common/dds/endpoint.hpp"
+#include "common/messages/arm_bounds.hpp"
 #include "components/synthetic_viewer/inbox.hpp"
 #include "components/synthetic_viewer/samples.hpp"
 
 namespace phantom::synthetic_viewer {
 
-/// What the messages must fit to.
-struct ArmShape {
-  std::size_t joint_count = 0;
-  std::size_t link_count = 0;  ///< base included
-};
-
-// From a message to the viewer's own type; nothing if a field is not finite, out of its range, or does not
-// fit the arm. `received_ns` is left to the caller. Pure.
-std::optional<ArmSample> convert(const msg::SlaveState& message, const ArmShape& shape);
-std::optional<MasterSample> convert(const msg::MasterState& message, const ArmShape& shape);
-std::optional<PerceptSample> convert(const msg::Percept& message, const ArmShape& shape);
-std::optional<HitSample> convert(const msg::HitAlert& message, const ArmShape& shape);
+// From a message to the viewer's own type; nothing if a field is not finite or out of its range.
+// `received_ns` is left to the caller. Pure.
 std::optional<ObjectSample> convert(const msg::WorkspaceObject& message);
 std::optional<WorkspaceSample> convert(const msg::WorkspaceVersion& message);
-std::optional<SkinSample> convert(const msg::SkinPercept& message, const ArmShape& shape);
 std::optional<MeshChunkSample> convert(const msg::MeshChunk& message);
 std::optional<ComponentSample> convert(const msg::ComponentStatus& message);
 std::optional<Command> convert(const msg::OperatorCommand& message);
+/// The skin as it is painted.
+SkinSample skin_of(const messages::SkinPercept& percept, core::Nanoseconds received_ns);
 
 /// The viewer's place in the data space: fills the inbox from the topics (checked, in order), sends what the
 /// page commands, and tells how the viewer is. Of each topic that one process sends it keeps to the first,
 /// for as long as that one is heard, and tells of a second. Its callbacks never wait for a picture.
 class DdsAdapter {
  public:
-  /// Joins the domain. Throws dds::DdsError.
-  DdsAdapter(const core::NetworkOptions& network, const ArmShape& shape, Inbox& inbox);
+  /// Joins the domain. `arm`: that samples must be about. Throws dds::DdsError.
+  DdsAdapter(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox);
   ~DdsAdapter();
 
   /// Sends an operator_command, again and again until those who must answer it have, and waits for that: a

@@ -32,105 +32,7 @@ std::optional<To> enumerator(From value, To last) {
   return static_cast<To>(number);
 }
 
-bool all_finite(const core::JointArray& values) { return core::all_finite(values, values.size()); }
-
 }  // namespace
-
-std::optional<ArmSample> convert(const msg::SlaveState& message, const ArmShape& shape) {
-  ArmSample sample;
-  sample.position = message.position_rad();
-  sample.velocity = message.velocity_rad_s();
-  const auto state = enumerator(message.state(), LinkState::kStopped);
-  const auto stop_cause = enumerator(message.stop_cause(), StopCause::kPartner);
-  if (!is_stamped(message.stamp()) || !state || !stop_cause || message.joint_count() != shape.joint_count ||
-      !all_finite(sample.position) || !all_finite(sample.velocity) || !is_place(message.contact_point_m()) ||
-      !finite({message.contact_force_N(), message.tool_speed_m_s()})) {
-    return std::nullopt;
-  }
-  sample.state = *state;
-  sample.stop_cause = *stop_cause;
-  sample.stop = message.stop();
-  sample.contact = message.contact();
-  sample.contact_force_N = message.contact_force_N();
-  sample.contact_object = message.contact_object();
-  sample.contact_point_m = vector_of(message.contact_point_m());
-  sample.tool_speed_m_s = message.tool_speed_m_s();
-  return sample;
-}
-
-std::optional<MasterSample> convert(const msg::MasterState& message, const ArmShape& shape) {
-  MasterSample sample;
-  sample.percept_torque_Nm = message.percept_torque_Nm();
-  sample.feedback_torque_Nm = message.feedback_torque_Nm();
-  const auto state = enumerator(message.state(), LinkState::kStopped);
-  const auto stop_cause = enumerator(message.stop_cause(), StopCause::kPartner);
-  if (!is_stamped(message.stamp()) || !state || !stop_cause || message.law() > msg::LAW_PEFF ||
-      message.joint_count() != shape.joint_count || !all_finite(sample.percept_torque_Nm) ||
-      !all_finite(sample.feedback_torque_Nm) || !(message.percept_gain() >= 0) ||
-      !(message.feedback_gain() >= 0) ||
-      !finite({message.percept_gain(), message.feedback_gain(), message.round_trip_s()})) {
-    return std::nullopt;
-  }
-  sample.state = *state;
-  sample.stop_cause = *stop_cause;
-  sample.stop = message.stop();
-  sample.percept_gain = message.percept_gain();
-  sample.feedback_gain = message.feedback_gain();
-  sample.percept_enabled = message.percept_enabled();
-  sample.percept_limited = message.percept_limited();
-  sample.law = message.law();
-  sample.feedback_damped = message.feedback_damped();
-  sample.force_missing = message.force_missing();
-  sample.reach = message.reach();
-  sample.round_trip_s = message.round_trip_s();
-  return sample;
-}
-
-std::optional<PerceptSample> convert(const msg::Percept& message, const ArmShape& shape) {
-  PerceptSample sample;
-  sample.drag_torque_Nm = message.drag_torque_Nm();
-  const auto motion = enumerator(message.motion(), MotionClass::kDangerous);
-  if (!is_stamped(message.stamp()) || !motion || message.joint_count() != shape.joint_count ||
-      message.link() >= shape.link_count || !all_finite(sample.drag_torque_Nm) ||
-      !(message.closeness() >= 0 && message.closeness() <= 1) || !(message.mu() >= 0) ||
-      !finite({message.mu(), message.speed_m_s()}) || !is_place(message.position_m()) ||
-      !is_place(message.velocity_m_s()) || !is_place(message.pgv())) {
-    return std::nullopt;
-  }
-  sample.valid = message.valid();
-  sample.mu_Pa_s_per_m = message.mu();
-  sample.closeness = message.closeness();
-  sample.speed_m_s = message.speed_m_s();
-  sample.position_m = vector_of(message.position_m());
-  sample.velocity_m_s = vector_of(message.velocity_m_s());
-  sample.pgv = vector_of(message.pgv());
-  sample.motion = *motion;
-  sample.link = message.link();
-  sample.object = message.object();
-  return sample;
-}
-
-std::optional<HitSample> convert(const msg::HitAlert& message, const ArmShape& shape) {
-  const auto rule = enumerator(message.rule(), HitRule::kFarNearing);
-  if (!is_stamped(message.stamp()) || !rule || message.alert() == 0 || message.link() >= shape.link_count ||
-      !is_place(message.look_at_m()) || !is_place(message.pgv()) ||
-      !finite({message.speed_m_s(), message.mu()})) {
-    return std::nullopt;
-  }
-  HitSample sample;
-  sample.utc_ns = message.stamp().utc_ns();
-  sample.alert = message.alert();
-  sample.rule = *rule;
-  sample.link = message.link();
-  sample.link_name = message.link_name().c_str();
-  sample.object = message.object();
-  sample.look_at_m = vector_of(message.look_at_m());
-  sample.pgv = vector_of(message.pgv());
-  sample.speed_m_s = message.speed_m_s();
-  sample.mu_Pa_s_per_m = message.mu();
-  sample.cleared = message.cleared();
-  return sample;
-}
 
 std::optional<ObjectSample> convert(const msg::WorkspaceObject& message) {
   const msg::Pose& pose = message.X_WO();
@@ -159,24 +61,15 @@ std::optional<WorkspaceSample> convert(const msg::WorkspaceVersion& message) {
   return WorkspaceSample{message.version(), message.voxel_size_m()};
 }
 
-std::optional<SkinSample> convert(const msg::SkinPercept& message, const ArmShape& shape) {
-  constexpr double kWidestPatch_m = 10.0;
-  if (!is_stamped(message.stamp()) || !(message.patch_m() > 0 && message.patch_m() <= kWidestPatch_m) ||
-      !std::isfinite(message.greatest_mu())) {
-    return std::nullopt;
-  }
+SkinSample skin_of(const messages::SkinPercept& percept, core::Nanoseconds received_ns) {
   SkinSample sample;
-  sample.valid = message.valid() && message.greatest_mu() > 0;
-  sample.patch_m = message.patch_m();
-  for (const msg::SkinPatch& patch : message.felt()) {
-    if (patch.link() >= shape.link_count || !finite({patch.x_m(), patch.y_m(), patch.z_m()}) ||
-        !(patch.mu() >= 0) || !std::isfinite(patch.mu())) {
-      return std::nullopt;
-    }
-    if (!sample.valid) continue;
-    const double closeness = std::min(1.0, static_cast<double>(patch.mu()) / message.greatest_mu());
-    sample.felt.push_back(
-        {patch.link(), {patch.x_m(), patch.y_m(), patch.z_m()}, static_cast<float>(closeness)});
+  sample.received_ns = received_ns;
+  sample.valid = percept.valid && percept.greatest_mu_Pa_s_per_m > 0;
+  sample.patch_m = percept.patch_m;
+  if (!sample.valid) return sample;
+  for (const messages::SkinPatch& patch : percept.felt) {
+    const double share = static_cast<double>(patch.mu_Pa_s_per_m) / percept.greatest_mu_Pa_s_per_m;
+    sample.felt.push_back({patch.link, patch.middle_m, static_cast<float>(std::min(1.0, share))});
   }
   return sample;
 }

@@ -17,8 +17,8 @@ Json link_json(const ViewerState& state, core::Nanoseconds now_ns) {
   const MasterSample& master = state.master;
   const bool master_known = master.received_ns != 0;
   return {
-      {"slave", state.arm.received_ns == 0 ? "NONE" : name_of(state.arm.state)},
-      {"master", master_known ? name_of(master.state) : "NONE"},
+      {"slave", state.arm.received_ns == 0 ? "NONE" : label_of(state.arm.state)},
+      {"master", master_known ? label_of(master.state) : "NONE"},
       {"slave_age_s", number_or_null(age_s(state.arm.received_ns, now_ns))},
       {"master_age_s", number_or_null(age_s(master.received_ns, now_ns))},
       {"quality", number_or_null(state.link_quality.share(), state.link_quality.share() >= 0)},
@@ -27,7 +27,7 @@ Json link_json(const ViewerState& state, core::Nanoseconds now_ns) {
       {"feedback_gain", number_or_null(master.feedback_gain, master_known)},
       {"percept_enabled", master.percept_enabled},
       {"percept_limited", master.percept_limited},
-      {"law", master_known ? Json(master.law) : Json()},
+      {"law", master_known ? Json(static_cast<int>(master.law)) : Json()},
       {"feedback_damped", master.feedback_damped},
       {"force_missing", master.force_missing},
       {"reach", master.reach},

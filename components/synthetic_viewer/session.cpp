@@ -35,7 +35,7 @@ std::unique_ptr<Window> open_window(const ViewerConfig& config, const std::strin
 void run_session(ViewerConfig config, const runtime::CellConfig& cell, const core::NetworkOptions& network,
                  const std::filesystem::path& report_dir) {
   robot::SerialArm arm = runtime::load_arm(cell.arm(config.arm));
-  const ArmShape shape{arm.joint_count(), arm.links().size()};
+  const messages::ArmBounds shape{.joint_count = arm.joint_count(), .link_count = arm.links().size()};
   std::vector<LinkMeshData> arm_meshes = load_arm_meshes(arm, runtime::load_skin(cell.arm(config.arm), arm));
   if (config.recording.folder.empty()) config.recording.folder = report_dir;
   Inbox inbox;

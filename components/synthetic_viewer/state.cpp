@@ -87,8 +87,10 @@ const char* name_in(const char* const (&names)[kCount], Enumerator value) noexce
 
 }  // namespace
 
-const char* name_of(LinkState state) noexcept {
-  return name_in({"INIT", "READY", "ALIGNED", "COUPLED", "DEGRADED", "STOPPED"}, state);
+std::string label_of(LinkState state) {
+  std::string label = teleop::name_of(state);
+  std::transform(label.begin(), label.end(), label.begin(), [](char c) { return c & ~0x20; });
+  return label;
 }
 
 const char* name_of(MotionClass motion) noexcept {

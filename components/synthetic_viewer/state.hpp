@@ -92,7 +92,7 @@ std::string condition_text(const ViewerState& state, const Staleness& staleness,
 /// "table" or "object 7" if the name is not known; "free space" for 0.
 std::string object_name(const ViewerState& state, std::uint16_t id);
 
-const char* name_of(LinkState state) noexcept;
+std::string label_of(LinkState state);  ///< "COUPLED"
 const char* name_of(MotionClass motion) noexcept;
 const char* name_of(HitRule rule) noexcept;
 const char* name_of(core::ComponentState state) noexcept;

@@ -24,8 +24,6 @@ T value_or_throw(core::Expected<T> expected, const std::string& place) {
   return std::move(expected).value();
 }
 
-Vector3 array_of(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
 core::JointArray joints_of(const std::vector<double>& values, std::size_t joints, const char* what) {
   if (values.size() != joints) {
     throw core::ConfigError(std::string(what) + ": " + std::to_string(values.size()) +
@@ -64,10 +62,10 @@ void perceive(const robot::SerialArm& arm, const robot::SkinLayout& skin, const 
     percept.mu_Pa_s_per_m = static_cast<double>(worst.mu);
     percept.closeness = percept::closeness(percept.mu_Pa_s_per_m, greatest_mu);
     percept.speed_m_s = speed_m_s.norm();
-    percept.position_m = array_of(worst.position_W_m);
-    percept.velocity_m_s = array_of(speed_m_s);
-    percept.pgv = array_of(gradient.pgv_W_m);
-    percept.motion = static_cast<MotionClass>(percept::classify_motion(gradient.pgv_W_m, speed_m_s, {}));
+    percept.position_m = messages::vector_of(worst.position_W_m);
+    percept.velocity_m_s = messages::vector_of(speed_m_s);
+    percept.pgv = messages::vector_of(gradient.pgv_W_m);
+    percept.motion = percept::classify_motion(gradient.pgv_W_m, speed_m_s, {});
     percept.link = static_cast<std::uint32_t>(worst.link);
     percept.object = worst.object;
   }

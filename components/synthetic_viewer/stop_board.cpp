@@ -111,8 +111,8 @@ SideView StopBoard::view_of(Side side, core::Nanoseconds now_ns) const {
   // It moves, though the other side is stopped or has been asked to stop.
   const core::Nanoseconds split_since_ns = std::max(stopped_since_ns_, state.moving_since_ns);
   if (stopped_since_ns_ != 0 && now_ns - split_since_ns > core::CommandAnswers::kOverdue_ns)
-    return {Level::kAlarm, std::string(kNotStopped) + " (" + name_of(state.link) + ")"};
-  return {Level::kWaiting, name_of(state.link)};
+    return {Level::kAlarm, std::string(kNotStopped) + " (" + label_of(state.link) + ")"};
+  return {Level::kWaiting, label_of(state.link)};
 }
 
 bool StopBoard::stopped_by(StopCause cause) const {

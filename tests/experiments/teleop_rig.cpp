@@ -120,27 +120,14 @@ struct TeleopRig::Parts {
   void tick_master() {
     master.tick(kTick_s, now_ns);
     master.outbox.read(master_said);
-    slave_inbox.master.write({.received_ns = now_ns,
-                              .stamp = {ticks, now_ns, kMasterSession},
-                              .answers_ns = master_said.slave.monotonic_ns,
-                              .state = master_said.outputs.state,
-                              .position = master_said.position,
-                              .velocity = master_said.velocity});
+    master_said.stamp = {ticks, now_ns, kMasterSession};
+    slave_inbox.master.write({master_said, master_said.slave_echo, now_ns, kSlaveSession});
   }
   void tick_slave() {
     slave.tick(kTick_s, now_ns);
     slave.outbox.read(slave_said);
-    master_inbox.slave.write({.received_ns = now_ns,
-                              .stamp = {ticks, now_ns, kSlaveSession},
-                              .answers_ns = slave_said.followed.monotonic_ns,
-                              .state = slave_said.outputs.state,
-                              .motion = {slave_said.position, slave_said.velocity},
-                              .effort = {slave_said.outputs.torque.loop_Nm, slave_said.external_torque_Nm},
-                              .force_measured = slave_said.force_measured,
-                              .contact = slave_said.contact,
-                              .contact_object = slave_said.contact_object,
-                              .tool_speed_m_s = slave_said.tool_speed_m_s,
-                              .clearance_m = slave_said.clearance_m});
+    slave_said.stamp = {ticks, now_ns, kSlaveSession};
+    master_inbox.slave.write({slave_said, slave_said.master_echo, now_ns, kMasterSession});
   }
   void tick_phantom() {
     phantom_sensing::StepInputs in;
@@ -154,7 +141,7 @@ struct TeleopRig::Parts {
     moment.mu = out.percept.mu;
     master_io::DragSample drag;
     drag.received_ns = now_ns;
-    drag.answers_ns = slave_said.followed.monotonic_ns;
+    drag.answers_ns = slave_said.master_echo.monotonic_ns;
     drag.drag = {out.drag, out.valid};
     master_inbox.drag.write(drag);
   }
@@ -165,7 +152,7 @@ struct TeleopRig::Parts {
     moment.slave_rad = slave_said.position[kTheta];
     moment.slave_rad_s = slave_said.velocity[kTheta];
     moment.reference_rad = slave_said.outputs.reference[kTheta];
-    moment.mlt_Nm = master_said.operator_Nm[kTheta];
+    moment.mlt_Nm = master_said.operator_torque_Nm[kTheta];
     moment.pffb_Nm = -master_said.outputs.percept_Nm[kTheta];
     moment.sffb_Nm = -master_said.outputs.feedback_Nm[kTheta];
     moment.loop_Nm = slave_said.outputs.torque.loop_Nm[kTheta];

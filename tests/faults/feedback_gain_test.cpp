@@ -177,7 +177,7 @@ TEST(FeedbackGain, ADelayThatGrowsLaterHoldsTheGainAndIsSaid) {
   const auto& out = pair.master_now.outputs;
   EXPECT_TRUE(out.feedback_limited);
   EXPECT_LT(out.feedback_gain, 0.006);
-  EXPECT_TRUE(master_io::to_message(pair.master_now, kJoints).feedback_limited());
+  EXPECT_TRUE(messages::to_idl(pair.master_now).feedback_limited());
   EXPECT_NEAR(out.feedback_delay_s, 0.018, 0.003);
   EXPECT_LT(feel(pair, 5.0).swings(), 6.0);
 }

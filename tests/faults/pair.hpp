@@ -13,13 +13,13 @@
 #include <random>
 
 #include "common/dds/source_guard.hpp"
+#include "common/messages/percept_codec.hpp"
+#include "common/messages/teleoperation_codec.hpp"
 #include "common/teleop/tests/half_space.hpp"
 #include "common/teleop/tests/stop_store.hpp"
-#include "components/master_io/dds_adapter_convert.hpp"
 #include "components/master_io/servo.hpp"
 #include "components/master_io/tests/fixture.hpp"
 #include "components/slave_io/can_arm.hpp"
-#include "components/slave_io/dds_adapter_convert.hpp"
 #include "components/slave_io/servo.hpp"
 #include "components/slave_io/simulated_arm.hpp"
 #include "components/slave_io/tests/drive_rig.hpp"
@@ -193,27 +193,21 @@ class Pair {
   }
 
   void tick_master() {
-    const master_io::Expectations expected = [] {
-      master_io::Expectations e;
-      e.joint_count = kJoints;
-      for (std::size_t j = 0; j < kJoints; ++j) {
-        e.lower[j] = master_io::shipped_arm().arm.joints()[j].lower;
-        e.upper[j] = master_io::shipped_arm().arm.joints()[j].upper;
-      }
-      return e;
-    }();
-    down.receive(now_ns, [&](const msg::SlaveState& state) {
-      if (master_io::refusal(state, expected) == nullptr && takes(slave_heard_, state.stamp()))
-        master_inbox_->slave.write(master_io::to_sample(state, now_ns, master_numbers_.session));
+    down.receive(now_ns, [&](const msg::SlaveState& message) {
+      const auto state = messages::from_idl(message, bounds_);
+      if (!state || !takes(slave_heard_, message.stamp())) return;
+      master_inbox_->slave.write({*state, state->master_echo, now_ns, master_numbers_.session});
     });
-    drag.receive(now_ns, [&](const msg::DragField& field) {
-      if (master_io::refusal(field, expected) == nullptr && takes(drag_heard_, field.stamp()))
-        master_inbox_->drag.write(master_io::to_sample(field, now_ns, master_numbers_.session));
+    drag.receive(now_ns, [&](const msg::DragField& message) {
+      const auto field = messages::from_idl(message, bounds_);
+      if (!field || !takes(drag_heard_, message.stamp())) return;
+      master_inbox_->drag.write({*field, field->master_echo, now_ns, master_numbers_.session});
     });
     master_inbox_->settings.write(settings);
     master_->tick(kTick_s, now_ns);
     master_->outbox.read(master_now);
-    auto message = master_io::to_message(master_now, wrong_joints ? 6 : kJoints);
+    auto message = messages::to_idl(master_now);
+    if (wrong_joints) message.joint_count(6);
     message.stamp(master_numbers_.next(now_ns));
     if (person_looks && !person_off_master) seen_master_stop_ = message.stop();
     if (spoil_master) message.position_rad()[3] = std::numeric_limits<double>::quiet_NaN();
@@ -223,23 +217,16 @@ class Pair {
     message.position_rad()[3] += 0.3;
     up.send(message, now_ns);
   }
-  static slave_io::Expectations slave_expected() {
-    slave_io::Expectations e;
-    e.joint_count = kJoints;
-    for (std::size_t j = 0; j < kJoints; ++j) {
-      e.lower[j] = slave_io::shipped_arm().arm.joints()[j].lower;
-      e.upper[j] = slave_io::shipped_arm().arm.joints()[j].upper;
-    }
-    return e;
-  }
   void tick_slave() {
-    up.receive(now_ns, [&](const msg::MasterState& state) {
-      if (slave_io::refusal(state, slave_expected()) == nullptr && takes(master_heard_, state.stamp()))
-        slave_inbox_->master.write(slave_io::to_sample(state, now_ns, slave_numbers_.session));
+    up.receive(now_ns, [&](const msg::MasterState& message) {
+      const auto state = messages::from_idl(message, bounds_);
+      if (!state || !takes(master_heard_, message.stamp())) return;
+      slave_inbox_->master.write({*state, state->slave_echo, now_ns, slave_numbers_.session});
     });
     slave_->tick(slave_config_.period_s, now_ns);
     if (!slave_->outbox.read(slave_now)) return;  // where the arm is is not known yet
-    auto message = slave_io::to_message(slave_now, wrong_joints ? 6 : kJoints);
+    auto message = messages::to_idl(slave_now);
+    if (wrong_joints) message.joint_count(6);
     message.stamp(slave_numbers_.next(now_ns));
     if (person_looks && !person_off_slave) seen_slave_stop_ = message.stop();
     if (spoil_slave) message.position_rad()[3] = std::numeric_limits<double>::infinity();
@@ -254,7 +241,7 @@ class Pair {
     msg::DragField field;
     field.stamp(phantom_numbers_.next(now_ns));
     field.joint_count(static_cast<std::uint32_t>(wrong_joints ? 6 : kJoints));
-    field.master_echo(slave_io::to_message(slave_now, kJoints).master_echo());
+    field.master_echo(dds::echo_of(slave_now.master_echo));
     field.valid(true);
     field.coefficient_plus().fill(0.05);
     field.coefficient_minus().fill(0.05);
@@ -267,6 +254,7 @@ class Pair {
   master_io::Config master_config_ = master_config();
   slave_io::Config slave_config_;
   teleop::HalfSpace nothing_{Eigen::Vector3d::UnitZ(), -50.0};
+  messages::ArmBounds bounds_ = messages::bounds_of(master_io::shipped_arm().arm);
   std::uint64_t session_ = 0;
   Numbers master_numbers_, slave_numbers_, phantom_numbers_{1000, 0};
   Numbers second_master_numbers_{2000, 0}, second_slave_numbers_{3000, 0};

@@ -71,13 +71,13 @@ TEST(Echo, ReturnsWhatItsWriterStamped) {
 TEST(Echo, NamesWhenOurSampleWasMadeOnlyIfItCan) {
   msg::Stamp given = numbered(9, 77);
   given.monotonic_ns(5000);
-  EXPECT_EQ(answered_ns(echo_of(id_of(given)), 9, 6000), 5000);
-  EXPECT_EQ(answered_ns(echo_of(id_of(given)), 9, 5000), 5000);
-  EXPECT_EQ(answered_ns(echo_of(id_of(given)), 9, 4999), 0) << "made after it was answered";
-  EXPECT_EQ(answered_ns(echo_of(id_of(given)), 8, 6000), 0) << "another process's";
+  EXPECT_EQ(core::answered_ns(id_of(echo_of(id_of(given))), 9, 6000), 5000);
+  EXPECT_EQ(core::answered_ns(id_of(echo_of(id_of(given))), 9, 5000), 5000);
+  EXPECT_EQ(core::answered_ns(id_of(echo_of(id_of(given))), 9, 4999), 0) << "made after it was answered";
+  EXPECT_EQ(core::answered_ns(id_of(echo_of(id_of(given))), 8, 6000), 0) << "another process's";
   given.monotonic_ns(INT64_MIN);
-  EXPECT_EQ(answered_ns(echo_of(id_of(given)), 9, 6000), 0);
-  EXPECT_EQ(answered_ns(msg::Echo(), 0, 6000), 0) << "none";
+  EXPECT_EQ(core::answered_ns(id_of(echo_of(id_of(given))), 9, 6000), 0);
+  EXPECT_EQ(core::answered_ns(id_of(msg::Echo()), 0, 6000), 0) << "none";
 }
 
 }  // namespace

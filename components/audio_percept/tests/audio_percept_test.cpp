@@ -11,12 +11,16 @@
 namespace phantom::audio_percept {
 namespace {
 
+using core::StopCause;
+using messages::PerceptCondition;
+using teleop::LinkState;
+
 /// A component whose clock moves with what it renders.
 struct PerceptRig {
   AudioPercept percept{test_config()};
   Inputs inputs;
   core::Nanoseconds now_ns = 1'000'000 * core::kNsPerMillisecond;
-  Model model = Model::kSound;
+  PerceptCondition model = PerceptCondition::kFresh;
   std::array<float, kPeriodFrames> tone{}, alarm{};
 
   PerceptRig() { inputs.now_ns = now_ns; }
@@ -25,9 +29,11 @@ struct PerceptRig {
                       .valid = valid,
                       .closeness = closeness,
                       .speed_m_s = speed_m_s,
-                      .model = model};
+                      .condition = model};
   }
-  void link(LinkSample& end, Link state) { end = {now_ns, state}; }
+  void link(LinkSample& end, LinkState state, StopCause cause = StopCause::kEmergency) {
+    end = {now_ns, state, cause};
+  }
   /// Peak of the last period of `duration_ms` of sound.
   double run(int duration_ms) {
     double peak = 0.0;
@@ -118,10 +124,10 @@ TEST(AudioPercept, AStopOfEitherEndPrevailsAndItsCauseIsKnown) {
   for (LinkSample Inputs::*end : {&Inputs::master, &Inputs::slave}) {
     PerceptRig rig;
     rig.run_sensing(100, 0.6, 0.1);
-    rig.link(rig.inputs.*end, Link::kStopped);
+    rig.link(rig.inputs.*end, LinkState::kStopped);
     rig.run(1000);  // the percept is stale by now, the stop counts more
     EXPECT_EQ(rig.percept.alarm(), percept::Alarm::kEmergencyStop);
-    rig.link(rig.inputs.*end, Link::kDriveFault);
+    rig.link(rig.inputs.*end, LinkState::kStopped, StopCause::kDriveFault);
     rig.run(100);
     EXPECT_EQ(rig.percept.alarm(), percept::Alarm::kDriveFault);
     EXPECT_EQ(rig.percept.sounding(), percept::Alarm::kDriveFault);
@@ -130,10 +136,10 @@ TEST(AudioPercept, AStopOfEitherEndPrevailsAndItsCauseIsKnown) {
 
 TEST(AudioPercept, ADegradedOrSilentLinkIsLost) {
   PerceptRig rig;
-  rig.link(rig.inputs.slave, Link::kDegraded);
+  rig.link(rig.inputs.slave, LinkState::kDegraded);
   rig.run(120);
   EXPECT_EQ(rig.percept.alarm(), percept::Alarm::kLinkLost);
-  rig.link(rig.inputs.slave, Link::kActive);
+  rig.link(rig.inputs.slave, LinkState::kCoupled);
   rig.run(5);
   EXPECT_EQ(rig.percept.alarm(), percept::Alarm::kNone);
   rig.run(450);
@@ -145,7 +151,7 @@ TEST(AudioPercept, ADegradedOrSilentLinkIsLost) {
 TEST(AudioPercept, AWorkspaceThatCannotBeReliedOnHasItsOwnAlarm) {
   PerceptRig rig;
   rig.run_sensing(100, 0.6, 0.1);
-  rig.model = Model::kStale;
+  rig.model = PerceptCondition::kWorkspaceStale;
   for (int i = 0; i < 30; ++i) rig.sense(0.0, 0.0, false), rig.run(10);
   EXPECT_EQ(rig.percept.situation(), Situation::kStale);
   EXPECT_EQ(rig.percept.alarm(), percept::Alarm::kWorkspaceStale);
@@ -154,18 +160,20 @@ TEST(AudioPercept, AWorkspaceThatCannotBeReliedOnHasItsOwnAlarm) {
 }
 
 TEST(AudioPercept, AFailedSelfTestSoundsEvenAtTheStartAMissingWorkspaceDoesNot) {
-  for (const Model model : {Model::kStale, Model::kNoState, Model::kTestFailed}) {
+  for (const PerceptCondition model : {PerceptCondition::kWorkspaceStale, PerceptCondition::kStateStale,
+                                       PerceptCondition::kSelfTestFailed}) {
     PerceptRig rig;
     rig.model = model;
     for (int i = 0; i < 30; ++i) rig.sense(0.0, 0.0, false), rig.run(10);
-    EXPECT_EQ(rig.percept.alarm(),
-              model == Model::kTestFailed ? percept::Alarm::kWorkspaceStale : percept::Alarm::kNone);
+    EXPECT_EQ(rig.percept.alarm(), model == PerceptCondition::kSelfTestFailed
+                                       ? percept::Alarm::kWorkspaceStale
+                                       : percept::Alarm::kNone);
   }
 }
 
 TEST(AudioPercept, AnAgedWorkspaceIsSaidWhileThePerceptGoesOn) {
   PerceptRig rig;
-  rig.model = Model::kAged;
+  rig.model = PerceptCondition::kWorkspaceBehind;
   rig.run_sensing(1500, 0.6, 0.1);
   EXPECT_EQ(rig.percept.alarm(), percept::Alarm::kWorkspaceAged);
   EXPECT_EQ(rig.percept.situation(), Situation::kSounding);
@@ -186,12 +194,12 @@ TEST(AudioPercept, AMutedContactIsSaidOnce) {
 
 TEST(AudioPercept, AResetByTheOperatorMakesWhatStandsRare) {
   PerceptRig rig;
-  rig.link(rig.inputs.slave, Link::kStopped);
+  rig.link(rig.inputs.slave, LinkState::kStopped);
   rig.run(1000);
   rig.inputs.command.reset_ns = rig.now_ns;
-  for (int i = 0; i < 280; ++i) rig.link(rig.inputs.slave, Link::kStopped), rig.run(100);
+  for (int i = 0; i < 280; ++i) rig.link(rig.inputs.slave, LinkState::kStopped), rig.run(100);
   EXPECT_EQ(rig.percept.bursts(), 1U);
-  for (int i = 0; i < 20; ++i) rig.link(rig.inputs.slave, Link::kStopped), rig.run(100);
+  for (int i = 0; i < 20; ++i) rig.link(rig.inputs.slave, LinkState::kStopped), rig.run(100);
   EXPECT_EQ(rig.percept.bursts(), 2U);
 }
 
@@ -218,7 +226,7 @@ TEST(AudioPercept, StepUsesNoHeap) {
   rig.inputs.alerts = {rig.now_ns, 1};
   rig.run_sensing(300, 0.6, 0.1);
   rig.run(500);
-  rig.link(rig.inputs.master, Link::kStopped);
+  rig.link(rig.inputs.master, LinkState::kStopped);
   rig.run(100);
 }
 

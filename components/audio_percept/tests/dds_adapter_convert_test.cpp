@@ -117,7 +117,7 @@ TEST(PerceptConverter, TakesPlaceModelAndWhatIsMuted) {
   ASSERT_TRUE(converter.accept(message, 7, sample));
   EXPECT_EQ(sample.position_m, (Vector3{1.0, -2.0, 0.5}));
   EXPECT_TRUE(sample.muted);
-  EXPECT_EQ(sample.model, Model::kAged);
+  EXPECT_EQ(sample.condition, messages::PerceptCondition::kWorkspaceBehind);
   message = percept(2);
   message.position_m().y(kNan);
   EXPECT_FALSE(converter.accept(message, 8, sample));
@@ -217,15 +217,17 @@ TEST(LinkConverter, TellsTheStatesApartAndRefusesUnknownOnes) {
     return converter.accept(message, 1, sample);
   };
   EXPECT_TRUE(state(msg::LINK_INIT));
-  EXPECT_EQ(sample.state, Link::kIdle);
+  EXPECT_EQ(sample.state, teleop::LinkState::kInit);
   EXPECT_TRUE(state(msg::LINK_COUPLED));
-  EXPECT_EQ(sample.state, Link::kActive);
+  EXPECT_EQ(sample.state, teleop::LinkState::kCoupled);
   EXPECT_TRUE(state(msg::LINK_DEGRADED));
-  EXPECT_EQ(sample.state, Link::kDegraded);
+  EXPECT_EQ(sample.state, teleop::LinkState::kDegraded);
   EXPECT_TRUE(state(msg::LINK_STOPPED));
-  EXPECT_EQ(sample.state, Link::kStopped);
+  EXPECT_EQ(sample.state, teleop::LinkState::kStopped);
+  EXPECT_EQ(sample.cause, core::StopCause::kEmergency);
   EXPECT_TRUE(state(msg::LINK_STOPPED, msg::STOP_DRIVE_FAULT));
-  EXPECT_EQ(sample.state, Link::kDriveFault);
+  EXPECT_EQ(sample.state, teleop::LinkState::kStopped);
+  EXPECT_EQ(sample.cause, core::StopCause::kDriveFault);
   EXPECT_FALSE(state(static_cast<msg::LinkState>(99)));
 }
 

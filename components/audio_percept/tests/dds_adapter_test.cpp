@@ -59,8 +59,9 @@ TEST(DdsAdapter, BringsTheSamplesOfEveryTopicToTheInbox) {
     pose.X_WC().qw(1);
     system.view.write(pose);
     inbox.collect(inputs);
-    return inputs.view.received_ns > 0 && inputs.percept.valid && inputs.slave.state == Link::kStopped &&
-           inputs.alerts.active == 1 && inputs.command.view == percept::ViewNode::kEast;
+    return inputs.view.received_ns > 0 && inputs.percept.valid &&
+           inputs.slave.state == teleop::LinkState::kStopped && inputs.alerts.active == 1 &&
+           inputs.command.view == percept::ViewNode::kEast;
   }));
   EXPECT_DOUBLE_EQ(inputs.percept.closeness, 0.75);
   EXPECT_GT(inputs.percept.received_ns, 0);

@@ -66,11 +66,12 @@ TEST(TrackCsv, ReadsEveryColumnInAnyOrder) {
   EXPECT_DOUBLE_EQ(track[0].percept.speed_m_s, 0.1);
   EXPECT_EQ(track[0].percept.position_m, (Vector3{0, 0, 2}));
   EXPECT_TRUE(track[0].percept.valid);
-  EXPECT_EQ(track[0].slave.state, Link::kActive);
+  EXPECT_EQ(track[0].slave.state, teleop::LinkState::kCoupled);
   EXPECT_EQ(track[1].now_ns - track[0].now_ns, core::kNsPerSecond);
   EXPECT_FALSE(track[1].percept.valid);
   EXPECT_TRUE(track[1].percept.muted);
-  EXPECT_EQ(track[1].slave.state, Link::kDriveFault);
+  EXPECT_EQ(track[1].slave.state, teleop::LinkState::kStopped);
+  EXPECT_EQ(track[1].slave.cause, core::StopCause::kDriveFault);
   EXPECT_EQ(track[1].alerts.active, 1U);
   EXPECT_EQ(track[1].alerts.raised_ns, track[1].now_ns);
 }

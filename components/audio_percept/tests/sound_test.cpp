@@ -133,7 +133,7 @@ TEST(Sound, ThePerceptIsAPureTone) {
 
 TEST(Sound, AnAlarmIsToldFromThePerceptByItsOddHarmonics) {
   SoundRig rig;
-  rig.inputs.slave = {rig.now_ns, Link::kStopped};
+  rig.inputs.slave = {rig.now_ns, teleop::LinkState::kStopped};
   for (int i = 0; i < 28; ++i) rig.period();  // into the end of the first pulse
   const auto sound = rig.last(0.1);
   const double f = 932.0, ground = amplitude_at(sound, f);
@@ -157,7 +157,8 @@ TEST(Sound, NothingThatComesMakesItClick) {
       const double closeness = random() % 4 == 0 ? 0.0 : share(random);
       rig.inputs.alerts = {random() % 20 == 0 ? rig.now_ns : rig.inputs.alerts.raised_ns,
                            static_cast<std::uint32_t>(random() % 2)};
-      rig.inputs.slave = {rig.now_ns, random() % 30 == 0 ? Link::kStopped : Link::kActive};
+      rig.inputs.slave = {rig.now_ns,
+                          random() % 30 == 0 ? teleop::LinkState::kStopped : teleop::LinkState::kCoupled};
       rig.sense(closeness, 0.3 * share(random), 2,
                 {4 * share(random) - 2, 4 * share(random) - 2, 2 * share(random)});
     }

@@ -71,7 +71,7 @@ struct Bench {
     now_ns += period_ns;
     slave.received_ns = drag.received_ns = now_ns;
     ++slave.stamp.sequence_number;
-    if (published > 0) slave.motion.position = last.position;
+    if (published > 0) slave.position = last.position;
     inbox.slave.write(slave);
     inbox.drag.write(drag);
     {

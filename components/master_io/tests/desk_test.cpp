@@ -123,8 +123,7 @@ TEST(Desk, TheStickMovesTheMasterOnlyWhileCoupledAndDragSlowsIt) {
         SlaveSample sample;
         sample.received_ns = now_ns;
         sample.state = slave;
-        sample.motion.position =
-            last.outputs.state == teleop::LinkState::kInit ? shipped_arm().home : last.position;
+        sample.position = last.outputs.state == teleop::LinkState::kInit ? shipped_arm().home : last.position;
         inbox.slave.write(sample);
         DragSample felt;
         felt.received_ns = now_ns;

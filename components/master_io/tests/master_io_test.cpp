@@ -16,9 +16,9 @@ constexpr std::size_t kJoints = 7;
 
 MasterInputs coupled_inputs() {
   MasterInputs in;
-  in.position = in.slave.motion.position = shipped_arm().home;
+  in.position = in.slave.position = shipped_arm().home;
   in.slave.state = LinkState::kCoupled;
-  in.slave_age_s = in.drag_age_s = 0.001;
+  in.partner_age_s = in.drag_age_s = 0.001;
   in.drag.drag.valid = true;
   in.drag.drag.plus.fill(0.1);
   in.drag.drag.minus.fill(0.1);
@@ -37,7 +37,7 @@ TEST(MasterIo, NoTorqueBeforeCoupling) {
   MasterIo master(shipped_config(), teleop::StopLatch(1, {}));
   MasterInputs in = coupled_inputs();
   in.slave.state = LinkState::kReady;
-  in.slave.effort.loop_torque_Nm.fill(40);
+  in.slave.loop_torque_Nm.fill(40);
   in.velocity.fill(0.5);
   const auto out = run(master, in, 2.0);
   EXPECT_EQ(out.state, LinkState::kAligned);
@@ -48,7 +48,7 @@ TEST(MasterIo, RendersTheSumOfPerceptAndSlaveTorque) {
   MasterIo master(shipped_config(), teleop::StopLatch(1, {}));
   MasterInputs in = coupled_inputs();
   in.velocity[3] = 0.4;
-  in.slave.effort.loop_torque_Nm[3] = 100;
+  in.slave.loop_torque_Nm[3] = 100;
   const auto out = run(master, in, 2.0);
   EXPECT_EQ(out.state, LinkState::kCoupled);
   EXPECT_NEAR(out.percept_Nm[3], -10 * 0.1 * 0.4, 1e-6);
@@ -62,7 +62,7 @@ TEST(MasterIo, PositionForwardRendersThePerceptAlone) {
   MasterInputs in = coupled_inputs();
   in.settings.law = teleop::BilateralLaw::kPf;
   in.velocity[3] = 0.4;
-  in.slave.effort.loop_torque_Nm[3] = 20;
+  in.slave.loop_torque_Nm[3] = 20;
   const auto out = run(master, in, 2.0);
   EXPECT_EQ(out.feedback_Nm, core::JointArray{});
   EXPECT_LT(out.percept_Nm[3], 0);
@@ -72,10 +72,10 @@ TEST(MasterIo, TheLawChangesWhileCoupledWithoutAJump) {
   MasterIo master(shipped_config(), teleop::StopLatch(1, {}));
   MasterInputs in = coupled_inputs();
   in.settings.feedback_gain = teleop::everywhere(teleop::kLawsOwnGain);
-  in.slave.effort.loop_torque_Nm[3] = 20;
-  in.slave.effort.external_torque_Nm[3] = -30;
+  in.slave.loop_torque_Nm[3] = 20;
+  in.slave.external_torque_Nm[3] = -30;
   in.slave.force_measured = true;
-  in.slave.motion.position[3] -= 0.01;
+  in.slave.position[3] -= 0.01;
   auto before = run(master, in, 2.0);
   EXPECT_EQ(before.law, teleop::BilateralLaw::kSctfb);
   for (const auto law :
@@ -114,7 +114,7 @@ TEST(MasterIo, ALawWithoutItsForceSensorIsSaidAndSilent) {
   MasterIo master(shipped_config({"", "pfff"}), teleop::StopLatch(1, {}));
   MasterInputs in = coupled_inputs();
   in.settings.law = teleop::BilateralLaw::kPfff;
-  in.slave.effort.external_torque_Nm[3] = -30;
+  in.slave.external_torque_Nm[3] = -30;
   const auto out = run(master, in, 2.0);
   EXPECT_TRUE(out.force_missing);
   EXPECT_EQ(out.feedback_Nm, core::JointArray{});
@@ -127,12 +127,12 @@ TEST(MasterIo, StaleInputsFadeOutInBoundedTime) {
     MasterIo master(config, teleop::StopLatch(1, {}));
     MasterInputs in = coupled_inputs();
     in.velocity.fill(0.5);
-    in.slave.effort.loop_torque_Nm.fill(150);
+    in.slave.loop_torque_Nm.fill(150);
     auto before = run(master, in, 2.0);
     ASSERT_LT(before.percept_Nm[2], -0.1);
     double gone_s = 0.0;
     for (double t = kDt; t < 0.5; t += kDt) {
-      (slave_lost ? in.slave_age_s : in.drag_age_s) += kDt;
+      (slave_lost ? in.partner_age_s : in.drag_age_s) += kDt;
       const auto now = master.step(in, kDt);
       const double worst_ramp_s = std::min(config.percept.ramp_down_s, config.feedback.ramp_down_s);
       for (std::size_t j = 0; j < kJoints; ++j) {
@@ -181,7 +181,7 @@ TEST(MasterIo, EmergencyStopTakesTheTorqueUntilReset) {
   MasterIo master(shipped_config(), teleop::StopLatch(1, {}));
   MasterInputs in = coupled_inputs();
   in.velocity.fill(0.5);
-  in.slave.effort.loop_torque_Nm.fill(150);
+  in.slave.loop_torque_Nm.fill(150);
   run(master, in, 1.0);
   in.stop_requests = 1;
   const auto stopped = run(master, in, 0.3);
@@ -199,7 +199,7 @@ TEST(MasterIo, EmergencyStopTakesTheTorqueUntilReset) {
 TEST(MasterIo, NoCouplingAtADifferentPose) {
   MasterIo master(shipped_config(), teleop::StopLatch(1, {}));
   MasterInputs in = coupled_inputs();
-  in.slave.motion.position[5] += 0.1;
+  in.slave.position[5] += 0.1;
   EXPECT_EQ(run(master, in, 2.0).state, LinkState::kReady);
 }
 
@@ -207,7 +207,7 @@ TEST(MasterIo, GainsFollowTheirSettingsSmoothly) {
   const auto config = shipped_config();
   MasterIo master(config, teleop::StopLatch(1, {}));
   MasterInputs in = coupled_inputs();
-  in.slave.effort.loop_torque_Nm[1] = 150;
+  in.slave.loop_torque_Nm[1] = 150;
   in.velocity[1] = 0.2;
   auto before = run(master, in, 2.0);
   in.settings.feedback_gain[1] = 0.02;
@@ -244,11 +244,11 @@ TEST(MasterIo, NoTorqueOnTheHandChangesFasterThanConfigured) {
   double greatest = 0.0;
   for (int i = 0; i < 20000; ++i) {
     if (i % 40 == 0) {
-      for (std::size_t j = 0; j < kJoints; ++j) in.slave.effort.loop_torque_Nm[j] = 5000 * any(random);
+      for (std::size_t j = 0; j < kJoints; ++j) in.slave.loop_torque_Nm[j] = 5000 * any(random);
     }
     for (std::size_t j = 0; j < kJoints; ++j)
       in.velocity[j] = 0.3 * std::sin(0.01 * i + static_cast<double>(j));
-    if (i % 900 == 0) in.slave.motion.position[1] += 1e-4;
+    if (i % 900 == 0) in.slave.position[1] += 1e-4;
     const auto now = master.step(in, kDt);
     for (std::size_t j = 0; j < kJoints; ++j) {
       const double step = std::abs(now.motor_Nm[j] - before.motor_Nm[j]);

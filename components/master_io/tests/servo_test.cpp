@@ -20,7 +20,7 @@ constexpr double kServoPeriod_s = 0.001;
 struct ServoRig {
   explicit ServoRig(const Config& config = shipped_config())
       : device(config, shipped_arm().home), servo(config, shipped_arm().home, device, inbox, 1, stops) {
-    slave.motion.position = shipped_arm().home;
+    slave.position = shipped_arm().home;
     slave.state = LinkState::kCoupled;
     drag.drag.valid = true;
     drag.drag.plus.fill(0.02);
@@ -33,9 +33,9 @@ struct ServoRig {
       if (heard) {
         slave.received_ns = drag.received_ns = now_ns;
         ++slave.stamp.sequence_number;
-        slave.motion.position = stuck_at                                 ? *stuck_at
-                                : last.outputs.state == LinkState::kInit ? shipped_arm().home
-                                                                         : last.position;
+        slave.position = stuck_at                                 ? *stuck_at
+                         : last.outputs.state == LinkState::kInit ? shipped_arm().home
+                                                                  : last.position;
         drag.round_trip_s = 0.0007;
         inbox.slave.write(slave);
         if (drag_heard) inbox.drag.write(drag);

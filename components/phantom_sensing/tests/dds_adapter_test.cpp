@@ -36,65 +36,15 @@ msg::SlaveState good_state(const robot::SerialArm& arm) {
   return state;
 }
 
-class Validation : public testing::Test {
- protected:
-  PhantomModel model_ = rig::suspended_model();
-  msg::SlaveState state_ = good_state(model_.arm);
-  std::string why() const { return refusal(state_, model_.arm); }
-};
-
-TEST_F(Validation, AcceptsAGoodStateAndTakesAllOfIt) {
-  EXPECT_EQ(why(), "");
-  const SlaveSample sample = sample_of(state_, 777);
-  EXPECT_EQ(sample.id.sequence_number, 9U);
-  EXPECT_EQ(sample.id.monotonic_ns, 12345);
-  EXPECT_EQ(sample.id.session, 4U);
-  EXPECT_EQ(sample.master_echo.sequence_number, 8U);
-  EXPECT_EQ(sample.received_ns, 777);
-  EXPECT_EQ(sample.position[0], 0.2);
-  EXPECT_EQ(sample.velocity[0], 0.3);
-}
-
-TEST_F(Validation, RefusesAnotherJointCount) {
-  state_.joint_count(6);
-  EXPECT_EQ(why(), "joint_count is 6; allowed: 7, as the arm");
-  state_.joint_count(4'000'000'000U);
-  EXPECT_THAT(why(), HasSubstr("joint_count"));
-}
-
-TEST_F(Validation, RefusesWhatIsNotFinite) {
-  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
-    state_ = good_state(model_.arm);
-    state_.position_rad()[3] = bad;
-    EXPECT_EQ(why(), "position_rad[3] (j4) is not finite");
-    state_ = good_state(model_.arm);
-    state_.velocity_rad_s()[6] = bad;
-    EXPECT_EQ(why(), "velocity_rad_s[6] (j7) is not finite");
-  }
-  state_ = good_state(model_.arm);
-  state_.position_rad()[7] = std::nan("");  // past the joints: unused
-  EXPECT_EQ(why(), "");
-}
-
-TEST_F(Validation, RefusesPositionsBeyondTheJointsRangeAndFivePerCent) {
-  state_.position_rad()[0] = 0.45 + 0.044;
-  EXPECT_EQ(why(), "");
-  state_.position_rad()[0] = 0.45 + 0.046;
-  EXPECT_THAT(why(), HasSubstr("position_rad[0] (j1) is 0.496; allowed: -0.45 to 0.45"));
-}
-
-TEST_F(Validation, RefusesAStampWithoutANumber) {
-  state_.stamp().sequence_number(0);
-  EXPECT_THAT(why(), HasSubstr("sequence_number is 0"));
-}
-
-TEST_F(Validation, MessagesSayWhatTheStepGave) {
-  PhantomSensing sensing(model_, {});
+TEST(Messages, SayWhatTheStepGave) {
+  const PhantomModel model = rig::suspended_model();
+  PhantomSensing sensing(model, {});
   StepOutputs out;
   sensing.step(rig::hanging(0.2, 0.3), out);
-  const TickInfo info{sample_of(state_, 777), 0.001, 20e-6};
-  msg::DragField drag;
-  fill(drag, out, info, 7);
+  const auto state = messages::from_idl(good_state(model.arm), messages::bounds_of(model.arm));
+  ASSERT_TRUE(state);
+  const TickInfo info{{*state, 777}, 0.001, 20e-6};
+  msg::DragField drag = messages::to_idl(drag_field_of(out, info, 7));
   EXPECT_TRUE(drag.valid());
   EXPECT_EQ(drag.slave_echo().sequence_number(), 9U);
   EXPECT_EQ(drag.slave_echo().monotonic_ns(), 12345);
@@ -106,23 +56,21 @@ TEST_F(Validation, MessagesSayWhatTheStepGave) {
   PerceptSettings coupled_settings;
   coupled_settings.mode = robot::DragMode::kCoupled;
   StepOutputs coupled;
-  PhantomSensing(model_, coupled_settings).step(rig::hanging(0.2, 0.3), coupled);
-  fill(drag, coupled, info, 7);
+  PhantomSensing(model, coupled_settings).step(rig::hanging(0.2, 0.3), coupled);
+  drag = messages::to_idl(drag_field_of(coupled, info, 7));
   EXPECT_EQ(drag.mode(), msg::DRAG_COUPLED);
   EXPECT_EQ(drag.workspace_version(), 1U);
-  msg::Percept percept;
-  fill(percept, out, info, 7);
+  const msg::Percept percept = messages::to_idl(percept_of(out, info, 7));
   EXPECT_EQ(percept.mu(), out.percept.mu);
   EXPECT_EQ(percept.motion(), msg::MOTION_DANGEROUS);
   EXPECT_EQ(percept.object(), 1);
   EXPECT_DOUBLE_EQ(percept.speed_m_s(), 0.3);
   EXPECT_EQ(percept.drag_torque_Nm(), out.percept.drag_torque);
-  msg::HitAlert alert;
   ASSERT_TRUE(out.alerts.raised);
-  fill(alert, *out.alerts.raised, false, model_);
+  const msg::HitAlert alert = messages::to_idl(hit_alert_of(*out.alerts.raised, false, model));
   EXPECT_EQ(alert.alert(), 1U);
   EXPECT_EQ(alert.rule(), msg::HIT_MODERATE_MOVING);
-  EXPECT_EQ(alert.link_name().to_string(), model_.arm.links()[alert.link()].name);
+  EXPECT_EQ(alert.link_name().to_string(), model.arm.links()[alert.link()].name);
   EXPECT_FALSE(alert.cleared());
 }
 

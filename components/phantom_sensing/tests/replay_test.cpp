@@ -52,17 +52,14 @@ struct TapeSink : PerceptSink {
     if (!lose || !lose(topic.name)) tape.put(topic, sample);
   }
   void on_drag(const StepOutputs& outputs, const TickInfo& info) override {
-    msg::DragField field;
-    fill(field, outputs, info, model.arm.joint_count());
+    msg::DragField field = messages::to_idl(drag_field_of(outputs, info, model.arm.joint_count()));
     put(dds::kDragField, field);
     felt = felt || outputs.drag.plus[0] > 0.0;
   }
   void on_percept(const StepOutputs& outputs, const TickInfo& info) override {
-    msg::Percept percept;
-    fill(percept, outputs, info, model.arm.joint_count());
+    msg::Percept percept = messages::to_idl(percept_of(outputs, info, model.arm.joint_count()));
     put(dds::kPercept, percept);
-    msg::InterestPoints points;
-    fill(points, outputs, info, model);
+    msg::InterestPoints points = messages::to_idl(interest_points_of(outputs, info, model));
     put(dds::kInterestPoints, points);
   }
   void on_alert(const percept::Alert&, bool) override { ++alerts; }
@@ -135,7 +132,7 @@ class RecordedSession : public testing::Test {
       state.velocity_rad_s()[0] = 0.72 * std::cos(6.0 * t);
       if (!lose || !lose("slave_state")) tape.put(dds::kSlaveState, state);
       if (i % 7 == 0) continue;  // the loop was late: the newest counts
-      loop.offer(sample_of(state, now_ns));
+      loop.offer({*messages::from_idl(state), now_ns});
       loop.turn(now_ns + 100'000);
     }
     tape.finish();

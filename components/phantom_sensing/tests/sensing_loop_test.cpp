@@ -31,7 +31,7 @@ struct Seen : PerceptSink {
   std::size_t allowed = 0, muted = 0;
   std::vector<std::pair<std::uint32_t, bool>> alerts;
   void on_drag(const StepOutputs& out, const TickInfo& info) override {
-    drags.push_back({out.valid, out.drag.plus[0], info.slave.id.sequence_number,
+    drags.push_back({out.valid, out.drag.plus[0], info.slave.stamp.sequence_number,
                      info.slave.master_echo.sequence_number, out.workspace_version, info.model_age_s});
     conditions.push_back(info.condition);
     allowed = info.allowed_contacts;
@@ -72,7 +72,7 @@ class Loop : public testing::Test {
   }
   void offer(std::uint64_t number, core::Nanoseconds at_ns, double x_m = 0.2, double speed_m_s = 0.3) {
     SlaveSample sample;
-    sample.id = {number, at_ns, 77};
+    sample.stamp = {number, at_ns, 77};
     sample.master_echo = {number + 1000, at_ns, 5};
     sample.received_ns = at_ns;
     sample.position[0] = x_m;
@@ -282,7 +282,7 @@ TEST(ElapsedS, StaysWithinASecondWhateverTheWriterSays) {
   constexpr auto kGreatest = std::numeric_limits<std::int64_t>::max();
   const auto at = [](std::uint64_t number, std::int64_t monotonic_ns, std::uint64_t session = 5) {
     SlaveSample sample;
-    sample.id = {number, monotonic_ns, session};
+    sample.stamp = {number, monotonic_ns, session};
     return sample;
   };
   EXPECT_DOUBLE_EQ(elapsed_s(at(1, 1'000'000), at(2, 3'000'000)), 0.002);

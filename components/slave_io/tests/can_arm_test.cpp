@@ -96,7 +96,7 @@ TEST_P(EachMode, EveryJointFollowsTheMasterAndTheLoopsTorqueIsTold) {
       bench.master.position[j] += bench.master.velocity[j] * dt;
     }
     bench.tick();
-    most_Nm = std::max(most_Nm, std::abs(bench.last.outputs.torque.loop_Nm[3]));
+    most_Nm = std::max(most_Nm, std::abs(bench.last.loop_torque_Nm[3]));
   }
   bench.master.velocity = {};
   bench.run(1.0);
@@ -169,7 +169,7 @@ TEST(CanArm, AFaultStopsTheArmUntilAResetAndPosesAreAlignedAnew) {
     bench.run(3.0);
     EXPECT_EQ(bench.state(), LinkState::kStopped) << "stays until a reset";
     EXPECT_LT(bench.fastest, 0.5) << "it was at a third of its speed";
-    EXPECT_EQ(bench.last.outputs.torque.loop_Nm[3], 0.0);
+    EXPECT_EQ(bench.last.loop_torque_Nm[3], 0.0);
     EXPECT_LT(std::abs(bench.speed(3)), 1e-3);
     const bool powered = reaction == can::FaultReaction::kHold;
     EXPECT_EQ(bench.drives[0]->power() == simulated_drive::SimulatedDrive::Power::kQuickStop, powered);

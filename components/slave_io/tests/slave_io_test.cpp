@@ -56,7 +56,7 @@ TEST(SlaveIo, HoldsAtHomeUntilAMasterIsHeard) {
   bench.heard = false;
   bench.run(0.5);
   EXPECT_EQ(bench.state(), LinkState::kInit);
-  EXPECT_EQ(bench.last.followed.sequence_number, 0U);
+  EXPECT_EQ(bench.last.master_echo.sequence_number, 0U);
   for (std::size_t j = 0; j < kJoints; ++j) EXPECT_NEAR(bench.last.position[j], shipped_arm().home[j], 1e-4);
 }
 
@@ -69,7 +69,7 @@ TEST(SlaveIo, CouplesWhenAlignedAndFollows) {
       bench.master.position[j] += 0.0002, bench.master.velocity[j] = 0.2;
     bench.run(kDt);
   }
-  EXPECT_EQ(bench.last.followed.sequence_number, bench.master.stamp.sequence_number);
+  EXPECT_EQ(bench.last.master_echo.sequence_number, bench.master.stamp.sequence_number);
   for (std::size_t j = 1; j < kJoints; ++j)
     EXPECT_NEAR(bench.last.position[j], bench.master.position[j], 0.02) << j;
   for (std::size_t j = 1; j < kJoints; ++j) EXPECT_NEAR(bench.last.velocity[j], 0.2, 0.03) << j;
@@ -85,13 +85,13 @@ TEST(SlaveIo, TheReferenceDoesNotShakeWithThePhaseOfTheSamples) {
   double t_s = 0.0, greatest = 0.0;
   for (int i = 0; i < 3000; ++i, t_s += kDt) {
     SlaveInputs in;
-    in.master_age_s = age_s(random);
+    in.partner_age_s = age_s(random);
     const double moved_s = std::max(0.0, t_s - 1.0);
     in.master.state = LinkState::kCoupled;
     in.master.position = start_q;
     in.position = start_q;
     if (moved_s > 0.0) {
-      in.master.position[3] += kSpeed * (moved_s - in.master_age_s);
+      in.master.position[3] += kSpeed * (moved_s - in.partner_age_s);
       in.master.velocity[3] = kSpeed;
       in.position[3] += kSpeed * moved_s;
     }
@@ -131,7 +131,7 @@ TEST(SlaveIo, WhatKeepsItFromComingIsNotPressedHarder) {
   const core::JointArray held = shipped_arm().home;
   SlaveIo slave(shipped_arm().arm, config, held, teleop::StopLatch(1, {}));
   SlaveInputs in;
-  in.master_age_s = 0.001;
+  in.partner_age_s = 0.001;
   in.master.state = LinkState::kReady;
   in.master.position = in.position = held;
   in.master.position[3] += 0.3;
@@ -236,7 +236,7 @@ TEST(SlaveIo, AMasterThatIsStoppedStopsTheSlave) {
   bench.run(0.5);
   ASSERT_EQ(bench.state(), LinkState::kCoupled);
   bench.master.state = LinkState::kStopped;
-  bench.master.stop = 99;
+  bench.master.stop.id = 99;
   bench.master.position[4] += 0.2;  // it coasts
   bench.run(0.001);
   EXPECT_EQ(bench.state(), LinkState::kStopped);
@@ -283,7 +283,7 @@ TEST(SlaveIo, NumbersThatAreNoneChangeNothing) {
   in.position = model.home;
   in.master.position = model.home;
   in.master.state = LinkState::kCoupled;
-  in.master_age_s = 0.001;
+  in.partner_age_s = 0.001;
   for (int i = 0; i < 500; ++i) controller.step(in, kDt);
   in.master.position[1] = std::nan("");
   in.master.velocity[2] = std::numeric_limits<double>::infinity();
@@ -302,7 +302,7 @@ struct CoupledSlave {
   CoupledSlave() {
     in.position = in.master.position = shipped_arm().home;
     in.master.state = LinkState::kCoupled;
-    in.master_age_s = 0.001;
+    in.partner_age_s = 0.001;
     for (int i = 0; i < 500; ++i) out = controller.step(in, kDt);
     EXPECT_EQ(out.state, LinkState::kCoupled);
   }
@@ -328,7 +328,7 @@ TEST(SlaveIo, WhenItBeginsToHoldItHoldsWhereItIs) {
   slave.in.master.position[3] += 0.05;  // the arm does not come
   for (int i = 0; i < 500; ++i) slave.out = slave.controller.step(slave.in, kDt);
   ASSERT_GT(std::abs(slave.out.torque.loop_Nm[3]), 0.1);
-  slave.in.master_age_s = 1.0;
+  slave.in.partner_age_s = 1.0;
   slave.out = slave.controller.step(slave.in, kDt);
   EXPECT_EQ(slave.out.state, LinkState::kDegraded);
   EXPECT_EQ(slave.out.reference, slave.in.position);
@@ -339,7 +339,7 @@ TEST(SlaveIo, ALateSampleIsBridgedForThreeMillisecondsAtMost) {
   CoupledSlave slave;
   slave.in.master.velocity[3] = 0.5;
   for (const double age_s : {0.001, 0.003, 0.010, 0.050}) {
-    slave.in.master_age_s = age_s;
+    slave.in.partner_age_s = age_s;
     for (int i = 0; i < 50; ++i) slave.out = slave.controller.step(slave.in, kDt);
     ASSERT_EQ(slave.out.state, LinkState::kCoupled) << "not stale yet";
     EXPECT_NEAR(slave.out.reference[3] - shipped_arm().home[3], 0.5 * std::min(age_s, 0.003), 1e-12) << age_s;
@@ -367,7 +367,7 @@ struct CountedArm final : ArmDriver {
     passed_s += dt_s;
   }
   void end(core::Nanoseconds) noexcept override {}
-  void fill(SlaveReport&) const noexcept override {}
+  void fill(messages::SlaveState&) const noexcept override {}
   bool makes_up_periods() const noexcept override { return makes_up; }
   core::ActuatorHealth health() override { return {}; }
   ArmSense sensed;
@@ -392,8 +392,8 @@ TEST(SlaveIo, MissedPeriodsCostABoundedNumberOfStepsAndRealDrivesGetOneCommand) 
     EXPECT_NEAR(arm.passed_s, 0.005, 1e-12);
     for (const double frozen_s : {30.0, 3e6, 1e12}) {
       tick(frozen_s);
-      EXPECT_EQ(arm.moves, simulated ? Servo::kMostMadeUp : 1);
-      EXPECT_NEAR(arm.passed_s, Servo::kMostMadeUp * kDt, 1e-12);
+      EXPECT_EQ(arm.moves, simulated ? teleop::kMostMadeUp : 1);
+      EXPECT_NEAR(arm.passed_s, teleop::kMostMadeUp * kDt, 1e-12);
     }
   }
 }

@@ -203,7 +203,7 @@ class AskingCell : public Adapter {
   void send_states() {
     msg::MasterState master;
     master.stamp(master_stamps_.next());
-    master.joint_count(kShape.joint_count);
+    master.joint_count(static_cast<std::uint32_t>(kShape.joint_count));
     master.stop(master_.stop);
     master.state(master_.stop != 0 ? msg::LINK_STOPPED : msg::LINK_READY);
     master_states_.write(master);

@@ -62,14 +62,17 @@ class PageInChromium : public test::Loop {
     inbox_.put(alert(1, {0.71, 0.13, 1.03}));
     while (!stop_) {
       send_pose();
-      PerceptSample percept{
-          .received_ns = core::monotonic_ns(), .valid = true, .closeness = 0.47, .speed_m_s = 0.12};
+      PerceptSample percept({}, core::monotonic_ns());
+      percept.valid = true;
+      percept.closeness = 0.47;
+      percept.speed_m_s = 0.12;
       percept.motion = MotionClass::kDangerous;
       percept.link = 2;
       percept.drag_torque_Nm = {0.1, 0.2, 0.3};
       inbox_.percept.write(percept);
-      MasterSample master{
-          .received_ns = core::monotonic_ns(), .state = LinkState::kCoupled, .percept_gain = 1.5};
+      MasterSample master({}, core::monotonic_ns());
+      master.state = LinkState::kCoupled;
+      master.percept_gain = 1.5;
       master.percept_torque_Nm = {0.5, -0.8, 0.2};
       master.round_trip_s = 0.0021;
       inbox_.master.write(master);

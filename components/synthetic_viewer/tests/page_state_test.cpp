@@ -44,7 +44,9 @@ TEST(PageState, SaysThatNothingIsKnownAtTheStart) {
 
 TEST(PageState, StalePerceptIsNotShownAsAValue) {
   ViewerState state;
-  state.percept = {.received_ns = kPage_ns - 5 * core::kNsPerSecond, .valid = true, .closeness = 0.7};
+  state.percept.received_ns = kPage_ns - 5 * core::kNsPerSecond;
+  state.percept.valid = true;
+  state.percept.closeness = 0.7;
   EXPECT_TRUE(page(state).at("percept").at("closeness").is_null());
   state.percept.received_ns = kPage_ns;
   EXPECT_EQ(page(state).at("percept").at("closeness"), 0.7);

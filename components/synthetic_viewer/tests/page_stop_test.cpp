@@ -89,7 +89,7 @@ class StopInChromium : public test::Loop {
     config_.page.port = 0;
     start();
     const robot::SerialArm arm = runtime::load_arm(cell_.arm());
-    const ArmShape shape{arm.joint_count(), arm.links().size()};
+    const messages::ArmBounds shape{.joint_count = arm.joint_count(), .link_count = arm.links().size()};
     adapter_ = std::make_unique<DdsAdapter>(test_network(), shape, inbox_);
     content_.stops = [this] { return inbox_.stops.at(core::monotonic_ns()); };
     server_ = std::make_unique<WebServer>(

@@ -7,7 +7,7 @@
 
 namespace phantom::synthetic_viewer {
 
-inline constexpr ArmShape kShape{7, 8};
+inline const messages::ArmBounds kShape{.joint_count = 7, .link_count = 8};
 inline const double kNan = std::numeric_limits<double>::quiet_NaN();
 
 inline msg::Stamp stamp(std::uint64_t number) {

@@ -269,13 +269,14 @@ TEST_F(Words, TheHudTellsLinkQualityModelAgeAndVoxelError) {
 
 TEST_F(Words, TheHudTellsClosenessSpeedMotionAndWhatIsNearestWhileThePerceptCounts) {
   constexpr core::Nanoseconds kNow_ns = 10 * core::kNsPerSecond;
-  state_.percept = {.received_ns = kNow_ns,
-                    .valid = true,
-                    .closeness = 0.75,
-                    .speed_m_s = 0.12,
-                    .motion = MotionClass::kDangerous,
-                    .link = 2,
-                    .object = 7};
+  state_.percept = {};
+  state_.percept.received_ns = kNow_ns;
+  state_.percept.valid = true;
+  state_.percept.closeness = 0.75;
+  state_.percept.speed_m_s = 0.12;
+  state_.percept.motion = MotionClass::kDangerous;
+  state_.percept.link = 2;
+  state_.percept.object = 7;
   const auto hud = [&](core::Nanoseconds now_ns) {
     return compositor_.main_picture({state_, objects_, objects_, now_ns}, {}).hud;
   };

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "common/core/joints.hpp"
+#include "common/robot/serial_arm.hpp"
+#include "common/teleop/feedback_rendering.hpp"
+
+namespace phantom::messages {
+
+/// What a receiver knows of the arm that samples are about. Samples of another one are refused.
+struct ArmBounds {
+  std::size_t joint_count = 0;  ///< 0: it knows none, and takes samples of any arm
+  std::size_t link_count = 0;   ///< base included; 0: any
+  /// Joint limits, none at first; positions farther beyond than robot::near_limits allows are refused.
+  core::JointArray lower = teleop::everywhere(-std::numeric_limits<double>::infinity());
+  core::JointArray upper = teleop::everywhere(std::numeric_limits<double>::infinity());
+  std::vector<std::string> joint_names;  ///< for words; may be empty
+};
+
+inline ArmBounds bounds_of(const robot::SerialArm& arm) {
+  ArmBounds bounds;
+  bounds.joint_count = arm.joint_count();
+  bounds.link_count = arm.links().size();
+  for (std::size_t j = 0; j < arm.joint_count(); ++j) {
+    bounds.lower[j] = arm.joints()[j].lower;
+    bounds.upper[j] = arm.joints()[j].upper;
+    bounds.joint_names.push_back(arm.joints()[j].name);
+  }
+  return bounds;
+}
+
+}  // namespace phantom::messages

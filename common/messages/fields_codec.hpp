@@ -1,0 +1,144 @@
+#pragma once
+
+// What a topic's codec is made of. Each topic has one list of its fields,
+//
+//     constexpr auto kPercept = [](auto& codec, auto& message, auto& sample) {
+//       codec.number("speed_m_s", message.speed_m_s(), sample.speed_m_s, 0.0, 100.0);
+//       …
+//     };
+//
+// which a Decoder runs from message to sample, checking, and an Encoder from sample to message.
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "common/core/sample_id.hpp"
+#include "common/core/status.hpp"
+#include "common/dds/stamp.hpp"
+#include "common/geometry/pose.hpp"
+#include "common/messages/arm_bounds.hpp"
+#include "common/messages/received.hpp"
+
+namespace phantom::messages {
+
+inline constexpr double kAnyNumber =
+    std::numeric_limits<double>::max();  ///< a range's end: all that is finite
+
+/// Takes a message apart. The first field that is not finite, not in its range, or does not fit the arm, is
+/// told by status(); the sample is then of no use.
+class Decoder {
+ public:
+  explicit Decoder(const ArmBounds& arm) : arm_(arm) {}
+
+  void stamp(const msg::Stamp& from, core::SampleId& to);
+  void echo(const msg::Echo& from, core::SampleId& to) { to = dds::id_of(from); }
+  /// Enumerations come off the wire unchecked; the list in the IDL and ours (or false, true) have the same
+  /// order.
+  template <class From, class To>
+  void enumeration(const char* field, const From& from, To& to, To last) {
+    static_assert(std::is_enum_v<From>);
+    const auto number = static_cast<std::int64_t>(from);
+    if (!in_range(field, static_cast<double>(number), 0.0, static_cast<double>(last))) return;
+    to = static_cast<To>(number);
+  }
+  void joint_count(std::uint32_t from, std::uint32_t& to);
+  void link(std::uint32_t from, std::uint32_t& to);
+  /// One value per joint; call it after joint_count(). What lies beyond the joints is not looked at.
+  void joints(const char* field, const core::JointArray& from, core::JointArray& to,
+              double least = -kAnyNumber);
+  /// As joints(), and near the joints' limits.
+  void positions(const char* field, const core::JointArray& from, core::JointArray& to);
+  void place(const char* field, const msg::Vector3& from, Vector3& to);
+  void pose(const char* field, const msg::Pose& from, geometry::Pose& to);
+  template <class From, class To>
+  void number(const char* field, const From& from, To& to, double least = -kAnyNumber,
+              double most = kAnyNumber) {
+    to = static_cast<To>(from);
+    in_range(field, static_cast<double>(from), least, most);
+  }
+  /// Any value may be: a flag, a number of the whole range, a text.
+  template <class From, class To>
+  void any(const From& from, To& to) {
+    if constexpr (requires { from.c_str(); }) {
+      to = from.c_str();
+    } else {
+      to = from;
+    }
+  }
+  template <class From, class To, class Fields>
+  void list(const std::vector<From>& from, std::vector<To>& to, const Fields& fields) {
+    to.resize(from.size());
+    for (std::size_t i = 0; i < from.size(); ++i) fields(*this, from[i], to[i]);
+  }
+
+  void refuse(std::string why) {
+    if (why_.empty()) why_ = std::move(why);
+  }
+  template <class Sample>
+  core::Expected<Sample> result(Sample sample) {
+    if (!why_.empty()) return core::Status::invalid_argument(std::move(why_));
+    return sample;
+  }
+
+ private:
+  bool in_range(const char* field, double value, double least, double most);
+  std::string joint_text(const char* field, std::size_t joint) const;
+
+  const ArmBounds& arm_;
+  std::uint32_t joint_count_ = 0;
+  std::string why_;
+};
+
+/// Puts a message together; checks nothing. The stamp is its writer's (dds::Stamper): only what names the
+/// sample is carried over.
+class Encoder {
+ public:
+  void stamp(msg::Stamp& to, const core::SampleId& from);
+  void echo(msg::Echo& to, const core::SampleId& from) { to = dds::echo_of(from); }
+  template <class To, class From>
+  void enumeration(const char*, To& to, const From& from, From) {
+    to = static_cast<To>(from);
+  }
+  void joint_count(std::uint32_t& to, std::uint32_t from) { to = from; }
+  void link(std::uint32_t& to, std::uint32_t from) { to = from; }
+  void joints(const char*, core::JointArray& to, const core::JointArray& from, double = 0.0) { to = from; }
+  void positions(const char*, core::JointArray& to, const core::JointArray& from) { to = from; }
+  void place(const char*, msg::Vector3& to, const Vector3& from);
+  void pose(const char*, msg::Pose& to, const geometry::Pose& from);
+  template <class To, class From>
+  void number(const char*, To& to, const From& from, double = 0.0, double = 0.0) {
+    to = static_cast<To>(from);
+  }
+  /// A text that is longer than the IDL allows is cut.
+  template <class To, class From>
+  void any(To& to, const From& from) {
+    to = from;
+  }
+  template <class To, class From, class Fields>
+  void list(std::vector<To>& to, const std::vector<From>& from, const Fields& fields) {
+    to.resize(from.size());
+    for (std::size_t i = 0; i < from.size(); ++i) fields(*this, to[i], from[i]);
+  }
+};
+
+/// What a list of fields makes of a message, or why it cannot be used.
+template <class Sample, class Fields, class Message>
+core::Expected<Sample> decoded(const Fields& fields, const Message& message, const ArmBounds& arm) {
+  Decoder decoder(arm);
+  Sample sample;
+  fields(decoder, message, sample);
+  return decoder.result(std::move(sample));
+}
+template <class Message, class Fields, class Sample>
+Message encoded(const Fields& fields, const Sample& sample) {
+  Encoder encoder;
+  Message message;
+  fields(encoder, message, sample);
+  return message;
+}
+
+}  // namespace phantom::messages

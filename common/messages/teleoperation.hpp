@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstdint>
+
+#include "common/core/joints.hpp"
+#include "common/core/sample_id.hpp"
+#include "common/geometry/pose.hpp"
+#include "common/messages/received.hpp"
+#include "common/teleop/bilateral.hpp"
+#include "common/teleop/link_state.hpp"
+#include "common/teleop/stop_latch.hpp"
+
+// What the topics of idl/teleoperation.idl tell, as components work with it; units and frames are in the IDL
+// where a name does not say them. States are trivially copyable: they pass core::Snapshot.
+
+namespace phantom::messages {
+
+/// Topic slave_state: the arm as its encoders and drives report it.
+struct SlaveState {
+  core::SampleId stamp;
+  core::SampleId master_echo;  ///< the master_state that the drives follow now
+  teleop::LinkState state = teleop::LinkState::kInit;
+  teleop::StopRecord stop;  ///< in force
+  std::uint32_t joint_count = 0;
+  core::JointArray position{};        ///< rad or m
+  core::JointArray velocity{};        ///< rad/s or m/s
+  core::JointArray loop_torque_Nm{};  ///< of the position loop (F_as)
+  bool force_measured = false;        ///< the arm has a force sensor
+  core::JointArray external_torque_Nm{};
+  bool contact = false;
+  double contact_force_N = -1.0;     ///< −1: not measured
+  std::uint16_t contact_object = 0;  ///< 0: none or unknown
+  Vector3 contact_point_m{};         ///< in W
+  double tool_speed_m_s = 0.0;
+  double clearance_m = -1.0;  ///< −1: unknown
+
+  friend bool operator==(const SlaveState&, const SlaveState&) = default;
+};
+
+/// Topic master_state: the operator's side.
+struct MasterState {
+  core::SampleId stamp;
+  teleop::LinkState state = teleop::LinkState::kInit;
+  teleop::StopRecord stop;  ///< in force
+  teleop::BilateralLaw law = teleop::BilateralLaw::kPf;
+  std::uint32_t joint_count = 0;
+  core::JointArray position{};  ///< in the slave's joint coordinates
+  core::JointArray velocity{};
+  core::JointArray percept_torque_Nm{};   ///< drag rendered, scaled by G and limited
+  core::JointArray feedback_torque_Nm{};  ///< slave feedback rendered, divided by A
+  core::JointArray operator_torque_Nm{};  ///< what the hand exerts; 0 if unknown
+  double percept_gain = 0.0;              ///< G in force
+  double feedback_gain = 0.0;             ///< 1/A in force
+  bool percept_enabled = false, percept_limited = false;
+  bool feedback_limited = false, feedback_damped = false;
+  bool force_missing = false;  ///< the law needs F_e, which the slave does not measure
+  std::int32_t reach = -1;     ///< of the operator's script; −1: none
+  core::SampleId slave_echo, drag_echo;
+  double round_trip_s = -1.0;  ///< −1: no new one
+
+  friend bool operator==(const MasterState&, const MasterState&) = default;
+};
+
+/// Topic view_pose: how the view stands that the operator looks at.
+struct ViewPose {
+  core::SampleId stamp;
+  bool hit_zone = false;   ///< the zone that threatens to be hit; else the main view
+  int node = 0;            ///< look-from node (percept::ViewNode); 0: at none
+  bool automatic = false;  ///< the viewer chose the node
+  geometry::Pose X_WC;     ///< camera: x right, y up, z backward
+  Vector3 look_at_m{};     ///< in W
+};
+
+}  // namespace phantom::messages

@@ -1,0 +1,80 @@
+#include "common/messages/teleoperation_codec.hpp"
+
+#include "common/messages/fields_codec.hpp"
+#include "common/percept/view_node.hpp"
+
+namespace phantom::messages {
+namespace {
+
+using teleop::LinkState;
+using teleop::StopCause;
+
+/// What both sides say of themselves.
+constexpr auto kSide = [](auto& codec, auto& m, auto& s) {
+  codec.stamp(m.stamp(), s.stamp);
+  codec.joint_count(m.joint_count(), s.joint_count);
+  codec.enumeration("state", m.state(), s.state, LinkState::kStopped);
+  codec.enumeration("stop_cause", m.stop_cause(), s.stop.cause, StopCause::kPartner);
+  codec.any(m.stop(), s.stop.id);
+  codec.positions("position_rad", m.position_rad(), s.position);
+  codec.joints("velocity_rad_s", m.velocity_rad_s(), s.velocity);
+};
+
+constexpr auto kSlaveState = [](auto& codec, auto& m, auto& s) {
+  kSide(codec, m, s);
+  codec.echo(m.master_echo(), s.master_echo);
+  codec.joints("loop_torque_Nm", m.loop_torque_Nm(), s.loop_torque_Nm);
+  codec.any(m.external_torque_measured(), s.force_measured);
+  codec.joints("external_torque_Nm", m.external_torque_Nm(), s.external_torque_Nm);
+  codec.any(m.contact(), s.contact);
+  codec.number("contact_force_N", m.contact_force_N(), s.contact_force_N);
+  codec.any(m.contact_object(), s.contact_object);
+  codec.place("contact_point_m", m.contact_point_m(), s.contact_point_m);
+  codec.number("tool_speed_m_s", m.tool_speed_m_s(), s.tool_speed_m_s);
+  codec.number("clearance_m", m.clearance_m(), s.clearance_m);
+};
+
+constexpr auto kMasterState = [](auto& codec, auto& m, auto& s) {
+  kSide(codec, m, s);
+  codec.enumeration("law", m.law(), s.law, teleop::BilateralLaw::kPeff);
+  codec.joints("percept_torque_Nm", m.percept_torque_Nm(), s.percept_torque_Nm);
+  codec.joints("feedback_torque_Nm", m.feedback_torque_Nm(), s.feedback_torque_Nm);
+  codec.joints("operator_torque_Nm", m.operator_torque_Nm(), s.operator_torque_Nm);
+  codec.number("percept_gain", m.percept_gain(), s.percept_gain, 0.0);
+  codec.number("feedback_gain", m.feedback_gain(), s.feedback_gain, 0.0);
+  codec.any(m.percept_enabled(), s.percept_enabled);
+  codec.any(m.percept_limited(), s.percept_limited);
+  codec.any(m.feedback_limited(), s.feedback_limited);
+  codec.any(m.feedback_damped(), s.feedback_damped);
+  codec.any(m.force_missing(), s.force_missing);
+  codec.any(m.reach(), s.reach);
+  codec.echo(m.slave_echo(), s.slave_echo);
+  codec.echo(m.drag_echo(), s.drag_echo);
+  codec.number("round_trip_s", m.round_trip_s(), s.round_trip_s);
+};
+
+constexpr auto kViewPose = [](auto& codec, auto& m, auto& s) {
+  codec.stamp(m.stamp(), s.stamp);
+  codec.enumeration("view", m.view(), s.hit_zone, true);
+  codec.number("node", m.node(), s.node, 0.0, percept::kNodeCount);
+  codec.any(m.automatic(), s.automatic);
+  codec.pose("X_WC", m.X_WC(), s.X_WC);
+  codec.place("look_at_m", m.look_at_m(), s.look_at_m);
+};
+
+}  // namespace
+
+core::Expected<SlaveState> from_idl(const msg::SlaveState& message, const ArmBounds& arm) {
+  return decoded<SlaveState>(kSlaveState, message, arm);
+}
+core::Expected<MasterState> from_idl(const msg::MasterState& message, const ArmBounds& arm) {
+  return decoded<MasterState>(kMasterState, message, arm);
+}
+core::Expected<ViewPose> from_idl(const msg::ViewPose& message, const ArmBounds& arm) {
+  return decoded<ViewPose>(kViewPose, message, arm);
+}
+msg::SlaveState to_idl(const SlaveState& state) { return encoded<msg::SlaveState>(kSlaveState, state); }
+msg::MasterState to_idl(const MasterState& state) { return encoded<msg::MasterState>(kMasterState, state); }
+msg::ViewPose to_idl(const ViewPose& view) { return encoded<msg::ViewPose>(kViewPose, view); }
+
+}  // namespace phantom::messages

@@ -1,0 +1,271 @@
+#include "common/messages/teleoperation_codec.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+
+#include "common/messages/tests/codec_cases.hpp"
+#include "tests/support/heap_guard.hpp"
+
+namespace phantom::messages {
+namespace {
+
+// Enumerations travel as numbers: both lists must count alike.
+static_assert(static_cast<int>(teleop::LinkState::kInit) == msg::LINK_INIT);
+static_assert(static_cast<int>(teleop::LinkState::kReady) == msg::LINK_READY);
+static_assert(static_cast<int>(teleop::LinkState::kAligned) == msg::LINK_ALIGNED);
+static_assert(static_cast<int>(teleop::LinkState::kCoupled) == msg::LINK_COUPLED);
+static_assert(static_cast<int>(teleop::LinkState::kDegraded) == msg::LINK_DEGRADED);
+static_assert(static_cast<int>(teleop::LinkState::kStopped) == msg::LINK_STOPPED);
+static_assert(static_cast<int>(teleop::StopCause::kNone) == msg::STOP_NONE);
+static_assert(static_cast<int>(teleop::StopCause::kEmergency) == msg::STOP_EMERGENCY);
+static_assert(static_cast<int>(teleop::StopCause::kDriveFault) == msg::STOP_DRIVE_FAULT);
+static_assert(static_cast<int>(teleop::StopCause::kPartner) == msg::STOP_PARTNER);
+static_assert(static_cast<int>(teleop::BilateralLaw::kPf) == msg::LAW_PF);
+static_assert(static_cast<int>(teleop::BilateralLaw::kPeff) == msg::LAW_PEFF);
+static_assert(static_cast<int>(false) == msg::VIEW_MAIN && static_cast<int>(true) == msg::VIEW_HIT);
+
+using testing::HasSubstr;
+
+SlaveState a_slave_state() {
+  SlaveState state;
+  state.stamp = {7, 123, 99};
+  state.master_echo = {41, 42, 43};
+  state.state = teleop::LinkState::kDegraded;
+  state.stop = {44, teleop::StopCause::kDriveFault};
+  state.joint_count = 7;
+  state.position = by_joint(0.1);
+  state.velocity = by_joint(-0.2);
+  state.loop_torque_Nm = by_joint(3.5);
+  state.force_measured = true;
+  state.external_torque_Nm = by_joint(-4.5);
+  state.contact = true;
+  state.contact_force_N = 12;
+  state.contact_object = 9;
+  state.contact_point_m = {1, 2, 3};
+  state.tool_speed_m_s = 0.2;
+  state.clearance_m = 0.03;
+  return state;
+}
+
+MasterState a_master_state() {
+  MasterState state;
+  state.stamp = {7, 123, 99};
+  state.state = teleop::LinkState::kCoupled;
+  state.stop = {44, teleop::StopCause::kEmergency};
+  state.law = teleop::BilateralLaw::kPfff;
+  state.joint_count = 7;
+  state.position = by_joint(0.1);
+  state.velocity = by_joint(0.4);
+  state.percept_torque_Nm = by_joint(-1);
+  state.feedback_torque_Nm = by_joint(2);
+  state.operator_torque_Nm = by_joint(0.5);
+  state.percept_gain = 11;
+  state.feedback_gain = 0.05;
+  state.percept_enabled = state.percept_limited = true;
+  state.feedback_limited = state.feedback_damped = state.force_missing = true;
+  state.reach = 6;
+  state.slave_echo = {1, 2, 3};
+  state.drag_echo = {4, 5, 6};
+  state.round_trip_s = 0.001;
+  return state;
+}
+
+TEST(SlaveStateCodec, ThereAndBackItIsTheSame) { expect_same_after_round_trip(a_slave_state()); }
+TEST(MasterStateCodec, ThereAndBackItIsTheSame) { expect_same_after_round_trip(a_master_state()); }
+
+TEST(SlaveStateCodec, TheMessageSaysItFieldByField) {
+  const msg::SlaveState slave = to_idl(a_slave_state());
+  EXPECT_TRUE(slave.external_torque_measured());
+  EXPECT_EQ(slave.external_torque_Nm()[2], -4.5 * 3);
+  EXPECT_EQ(slave.joint_count(), 7U);
+  EXPECT_EQ(slave.state(), msg::LINK_DEGRADED);
+  EXPECT_EQ(slave.stop_cause(), msg::STOP_DRIVE_FAULT);
+  EXPECT_EQ(slave.stop(), 44U);
+  EXPECT_EQ(slave.loop_torque_Nm()[1], 3.5 * 2);
+  EXPECT_EQ(slave.master_echo().sequence_number(), 41U);
+  EXPECT_EQ(slave.master_echo().monotonic_ns(), 42);
+  EXPECT_EQ(slave.master_echo().session(), 43U);
+  EXPECT_EQ(slave.position_rad()[0], 0.1);
+  EXPECT_EQ(slave.velocity_rad_s()[0], -0.2);
+  EXPECT_TRUE(slave.contact());
+  EXPECT_EQ(slave.contact_force_N(), 12);
+  EXPECT_EQ(slave.contact_object(), 9);
+  EXPECT_EQ(slave.contact_point_m().z(), 3);
+  EXPECT_EQ(slave.clearance_m(), 0.03);
+  EXPECT_EQ(slave.tool_speed_m_s(), 0.2);
+}
+
+TEST(MasterStateCodec, TheMessageSaysItFieldByField) {
+  const msg::MasterState master = to_idl(a_master_state());
+  EXPECT_EQ(master.stamp().sequence_number(), 7U);
+  EXPECT_EQ(master.stamp().monotonic_ns(), 123);
+  EXPECT_EQ(master.stamp().session(), 99U);
+  EXPECT_EQ(master.state(), msg::LINK_COUPLED);
+  EXPECT_EQ(master.stop_cause(), msg::STOP_EMERGENCY);
+  EXPECT_EQ(master.stop(), 44U);
+  EXPECT_EQ(master.law(), msg::LAW_PFFF);
+  EXPECT_TRUE(master.feedback_damped());
+  EXPECT_TRUE(master.feedback_limited());
+  EXPECT_TRUE(master.force_missing());
+  EXPECT_EQ(master.joint_count(), 7U);
+  EXPECT_EQ(master.percept_torque_Nm()[0], -1);
+  EXPECT_EQ(master.feedback_torque_Nm()[1], 4);
+  EXPECT_EQ(master.position_rad()[2], 0.1 * 3);
+  EXPECT_EQ(master.velocity_rad_s()[3], 0.4 * 4);
+  EXPECT_EQ(master.operator_torque_Nm()[4], 2.5);
+  EXPECT_EQ(master.percept_gain(), 11);
+  EXPECT_EQ(master.feedback_gain(), 0.05);
+  EXPECT_TRUE(master.percept_enabled());
+  EXPECT_TRUE(master.percept_limited());
+  EXPECT_EQ(master.reach(), 6);
+  EXPECT_EQ(master.slave_echo().sequence_number(), 1U);
+  EXPECT_EQ(master.drag_echo().session(), 6U);
+  EXPECT_EQ(master.round_trip_s(), 0.001);
+}
+
+/// What both sides' states have in common.
+template <class Message>
+void expect_side_is_checked(const Message& good) {
+  const Refusals<Message> refusal{good};
+  for (const double bad : kNoNumbers) {
+    EXPECT_EQ(refusal([&](auto& m) { m.position_rad()[3] = bad; }), "position_rad[3] (j4) is not finite");
+    EXPECT_EQ(refusal([&](auto& m) { m.velocity_rad_s()[6] = bad; }), "velocity_rad_s[6] (j7) is not finite");
+    EXPECT_EQ(refusal([&](auto& m) { m.position_rad()[8] = bad; }), "")
+        << "beyond the joints: nobody reads it";
+  }
+  EXPECT_EQ(refusal([](auto& m) { m.joint_count(6); }), "joint_count is 6; allowed: 7, as the arm");
+  for (const std::uint32_t count : {0U, 6U, 8U, 17U, 1000U, 4'000'000'000U})
+    EXPECT_THAT(refusal([&](auto& m) { m.joint_count(count); }), HasSubstr("joint_count")) << count;
+  EXPECT_EQ(refusal([](auto& m) { m.stamp().sequence_number(0); }),
+            "stamp.sequence_number is 0; allowed: 1 or more");
+  for (const int state : {6, 9, 17, 99}) {
+    EXPECT_THAT(refusal([&](auto& m) { m.state(static_cast<msg::LinkState>(state)); }),
+                HasSubstr("state is " + std::to_string(state) + "; allowed: 0 to 5"));
+  }
+  EXPECT_THAT(refusal([](auto& m) { m.stop_cause(static_cast<msg::StopCause>(4)); }),
+              HasSubstr("stop_cause"));
+  for (const double q : {1.09, 1.099, -1.099})  // 5 % of the range of 2 rad beyond: pushed onto its stop
+    EXPECT_EQ(refusal([&](auto& m) { m.position_rad()[2] = q; }), "") << q;
+  for (const double q : {1.101, -1.101, 1.11, 3.0, -1e9}) {
+    EXPECT_THAT(refusal([&](auto& m) { m.position_rad()[2] = q; }),
+                testing::MatchesRegex("position_rad\\[2\\] \\(j3\\) is .*; allowed: -1 to 1 and 5 % of that "
+                                      "range beyond"));
+  }
+  EXPECT_EQ(refusal([](auto& m) { m.position_rad()[6] = 1e3; }), "") << "that joint has no limits";
+}
+
+TEST(SlaveStateCodec, WhatCannotBeTrueIsRefused) {
+  const msg::SlaveState good = to_idl(a_slave_state());
+  expect_side_is_checked(good);
+  const Refusals<msg::SlaveState> refusal{good};
+  for (const double bad : kNoNumbers) {
+    EXPECT_THAT(refusal([&](auto& m) { m.loop_torque_Nm()[0] = bad; }), HasSubstr("loop_torque_Nm[0]"));
+    EXPECT_THAT(refusal([&](auto& m) { m.external_torque_Nm()[2] = bad; }),
+                HasSubstr("external_torque_Nm[2]"));
+    EXPECT_EQ(refusal([&](auto& m) { m.tool_speed_m_s(bad); }), "tool_speed_m_s is not finite");
+    EXPECT_EQ(refusal([&](auto& m) { m.clearance_m(bad); }), "clearance_m is not finite");
+    EXPECT_EQ(refusal([&](auto& m) { m.contact_force_N(bad); }), "contact_force_N is not finite");
+    EXPECT_EQ(refusal([&](auto& m) { m.contact_point_m().x(bad); }), "contact_point_m is not finite");
+  }
+  EXPECT_EQ(refusal([](auto& m) { m.contact_point_m().x(1e9); }),
+            "contact_point_m is 1e+09; allowed: -10000 to 10000");
+}
+
+TEST(MasterStateCodec, WhatCannotBeTrueIsRefused) {
+  const msg::MasterState good = to_idl(a_master_state());
+  expect_side_is_checked(good);
+  const Refusals<msg::MasterState> refusal{good};
+  for (const double bad : kNoNumbers) {
+    EXPECT_THAT(refusal([&](auto& m) { m.percept_torque_Nm()[3] = bad; }), HasSubstr("percept_torque_Nm[3]"));
+    EXPECT_THAT(refusal([&](auto& m) { m.feedback_torque_Nm()[0] = bad; }), HasSubstr("feedback_torque_Nm"));
+    EXPECT_THAT(refusal([&](auto& m) { m.operator_torque_Nm()[6] = bad; }), HasSubstr("operator_torque_Nm"));
+    EXPECT_THAT(refusal([&](auto& m) { m.percept_gain(bad); }), HasSubstr("percept_gain"));
+    EXPECT_THAT(refusal([&](auto& m) { m.feedback_gain(bad); }), HasSubstr("feedback_gain"));
+    EXPECT_THAT(refusal([&](auto& m) { m.round_trip_s(bad); }), HasSubstr("round_trip_s"));
+  }
+  EXPECT_EQ(refusal([](auto& m) { m.percept_gain(-0.1); }), "percept_gain is -0.1; allowed: 0 or more");
+  EXPECT_EQ(refusal([](auto& m) { m.law(static_cast<msg::BilateralLaw>(5)); }), "law is 5; allowed: 0 to 4");
+  EXPECT_EQ(refusal([](auto& m) { m.round_trip_s(-1); }), "");
+}
+
+TEST(ViewPoseCodec, ThereAndBackItIsTheSameAndWhatIsNoPoseIsRefused) {
+  ViewPose view;
+  view.stamp = {3, 4, 5};
+  view.hit_zone = true;
+  view.node = 12;
+  view.automatic = true;
+  view.X_WC = {Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitY()).toRotationMatrix(), {1, 2, 3}};
+  view.look_at_m = {2, 2, 3};
+  const msg::ViewPose good = to_idl(view);
+  const auto back = from_idl(good);
+  ASSERT_TRUE(back) << back.status().message();
+  EXPECT_EQ(back->stamp, view.stamp);
+  EXPECT_TRUE(back->hit_zone);
+  EXPECT_EQ(back->node, 12);
+  EXPECT_TRUE(back->automatic);
+  EXPECT_TRUE(back->X_WC.rotation.isApprox(view.X_WC.rotation, 1e-12));
+  EXPECT_EQ(back->X_WC.translation_m, view.X_WC.translation_m);
+  EXPECT_EQ(back->look_at_m, view.look_at_m);
+  const Refusals<msg::ViewPose> refusal{good};
+  EXPECT_THAT(refusal([](auto& m) { m.X_WC().qw(m.X_WC().qw() + 0.5); }), HasSubstr("X_WC's quaternion"));
+  EXPECT_THAT(refusal([](auto& m) { m.X_WC().qx(kNoNumbers[0]); }), HasSubstr("X_WC's quaternion"));
+  EXPECT_THAT(refusal([](auto& m) { m.X_WC().position_m().y(kNoNumbers[0]); }),
+              HasSubstr("X_WC is not finite"));
+  EXPECT_THAT(refusal([](auto& m) { m.look_at_m().z(kNoNumbers[0]); }), HasSubstr("look_at_m"));
+  EXPECT_EQ(refusal([](auto& m) { m.node(15); }), "node is 15; allowed: 0 to 14");
+  EXPECT_EQ(refusal([](auto& m) { m.view(static_cast<msg::ViewKind>(2)); }), "view is 2; allowed: 0 to 1");
+  EXPECT_THAT(refusal([](auto& m) { m.stamp().sequence_number(0); }), HasSubstr("sequence_number"));
+}
+
+TEST(SlaveStateCodec, WhoKnowsNoArmTakesAnyThatCanBe) {
+  msg::SlaveState message = to_idl(a_slave_state());
+  message.joint_count(3);
+  message.position_rad()[0] = 100.0;
+  EXPECT_TRUE(from_idl(message));
+  EXPECT_EQ(from_idl(message)->position[3], 0.0) << "beyond its joints";
+  for (const std::uint32_t count : {0U, 17U, 4'000'000'000U}) {
+    message.joint_count(count);
+    EXPECT_THAT(from_idl(message).status().message(), HasSubstr("allowed: 1 to 16"));
+  }
+}
+
+TEST(SlaveStateCodec, ASoundSampleTakesNoHeap) {
+  const msg::SlaveState message = to_idl(a_slave_state());
+  const ArmBounds arm = an_arm();
+  bool sound = false;
+  {
+    const test::HeapGuard guard;
+    sound = from_idl(message, arm).has_value();
+  }
+  EXPECT_TRUE(sound);
+}
+
+TEST(Answer, OneThatFollowsAnotherIsToldFromOneThatFollowsNobodyYet) {
+  const SlaveState state = a_slave_state();
+  const auto answers_another = [&](std::uint64_t session) {
+    return Answer<SlaveState>(state, {3, 1, session}, 77, 8).answers_another;
+  };
+  EXPECT_FALSE(answers_another(0)) << "no echo yet";
+  EXPECT_FALSE(answers_another(8));
+  EXPECT_TRUE(answers_another(9));
+  EXPECT_EQ((Answer<SlaveState>(state, {}, 77, 8).received_ns), 77);
+}
+
+TEST(Answer, AnEchoOfATimeThatCannotBeIsNone) {
+  const auto answers_ns = [](core::Nanoseconds echoed_ns) {
+    return Answer<SlaveState>({}, {5, echoed_ns, 42}, 1000, 42).answers_ns;
+  };
+  for (const core::Nanoseconds odd_ns :
+       {std::numeric_limits<core::Nanoseconds>::min(), core::Nanoseconds{-1}, core::Nanoseconds{1001},
+        std::numeric_limits<core::Nanoseconds>::max()}) {
+    EXPECT_EQ(answers_ns(odd_ns), 0);
+  }
+  EXPECT_EQ(answers_ns(400), 400);
+}
+
+}  // namespace
+}  // namespace phantom::messages
