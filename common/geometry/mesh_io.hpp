@@ -21,7 +21,7 @@ struct MeshImportOptions {
   std::optional<bool> y_up;
   std::uint32_t max_triangles = 20'000'000;
   int max_cpu_s = 60;                           ///< of the importing process; by the clock four times that
-  std::uint64_t max_memory_bytes = 4ULL << 30;  ///< that the import may take besides what the caller holds
+  std::uint64_t max_memory_bytes = 4ULL << 30;  ///< that the import may take
   std::uint64_t max_file_bytes = 2ULL << 30;
 };
 
@@ -43,11 +43,14 @@ struct LoadedMesh : TriangleMesh {
 /// Unit and up-axis: as in `options`, else as the file or its format's standard declares them (glTF, COLLADA,
 /// FBX, 3MF, AMF, X3D, OpenGEX, IFC, DXF with $INSUNITS, 3DS and ASE the axis), else guessed with a note.
 ///
-/// Some malformed files make the importer crash, hang or eat memory, so it runs in a child process under
-/// limits (but for binary STLs of up to a million triangles, which our own reader reads here): the caller
-/// always gets a mesh or a Status whose message names the file and what is wrong (kNotFound: no such file;
-/// kInvalidArgument: not a usable mesh; kResourceExhausted: over a limit). Forks: call it before real-time
-/// threads start. Thread-safe. Not real-time safe.
+/// Some malformed files make assimp crash, hang or eat memory, so it works in a process of its own under
+/// limits, phantom_mesh_import (but for binary STLs of up to a million triangles, which our own reader reads
+/// here): the caller always gets a mesh or a Status whose message names the file and what is wrong
+/// (kNotFound: no such file; kInvalidArgument: not a usable mesh; kResourceExhausted: over a limit;
+/// kUnavailable: the importer cannot be started; kInternal: its answer is none). The importer is
+/// <prefix>/libexec/phantom/ phantom_mesh_import, where <prefix> is the folder above the running
+/// executable's; the environment variable PHANTOM_MESH_IMPORT names another. Thread-safe, whatever other
+/// threads do. Not real-time safe.
 core::Expected<LoadedMesh> load_mesh(const std::filesystem::path& path,
                                      const MeshImportOptions& options = {});
 

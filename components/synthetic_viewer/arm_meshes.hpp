@@ -18,7 +18,7 @@ struct LinkMeshData {
 
 /// All visual meshes of the arm; a moving link that has none (a DH table's, a URDF's without visuals) is
 /// shown as the body that its skin encloses. Throws core::MissingError for a file that is not there,
-/// core::ConfigError for one that is no usable mesh. Forks: call it before threads start.
+/// core::ConfigError for one that is no usable mesh.
 std::vector<LinkMeshData> load_arm_meshes(const robot::SerialArm& arm,
                                           const std::vector<robot::LinkSkin>& skin);
 

@@ -39,12 +39,16 @@ def check_package(deb, component, files):
     if component != "simulated_drive":
         assert "libfastrtps" in depends, f"{deb.name}: {depends}"
     assert "libgtest" not in depends and "-dev" not in depends, depends
+    assert "libassimp" not in depends, f"{deb.name} links what only the importer may: {depends}"
 
 
-def check_common(files):
+def check_common(deb, files):
+    depends = field(deb, "Depends")
+    assert "libassimp" in depends and "python3-yaml" in depends, depends
     for wanted in ("share/phantom/deploy/qos/phantom.xml", "share/phantom/deploy/cells/hot_cell/cell.yaml",
                    "share/phantom/deploy/topologies/shield_wall.yaml", "share/phantom/deploy/security/make",
                    "share/phantom/deploy/security/rights", "share/phantom/idl/types.idl", "bin/phantom-doctor",
+                   "libexec/phantom/phantom_mesh_import",
                    "share/phantom/examples/default", "lib/systemd/system/phantom.target",
                    "lib/systemd/system/phantom-discovery.service", "lib/sysusers.d/phantom.conf"):
         assert "/usr/" + wanted in files, f"phantom-common lacks {wanted}"
@@ -97,7 +101,7 @@ def main():
                 assert file not in owner, f"{file} is in {owner.get(file)} and {package}"
                 owner[file] = package
             if package == "phantom-common":
-                check_common(files)
+                check_common(deb, files)
             else:
                 check_package(deb, next(c for c in COMPONENTS if name_of(c) == package), files)
         whole = folder / "whole"
@@ -108,6 +112,9 @@ def main():
         for component in COMPONENTS:
             run(whole / "usr/bin" / component, "--version")
         run(whole / "usr/bin/wva_server", "--check")
+        # An OBJ is read by the importer, which stands below the prefix, too.
+        run(whole / "usr/bin/wva_server", "activate", "--mesh", whole / "usr/share/phantom/deploy/parts/wedge.obj", "--scale", "0.001",
+            "--voxel-size-m", "0.01", "--export", folder / "wedge.nrrd")
         print(f"{len(debs)} packages, {len(owner)} files, {units}")
 
 

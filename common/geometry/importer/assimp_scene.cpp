@@ -1,4 +1,4 @@
-#include "common/geometry/assimp_scene.hpp"
+#include "common/geometry/importer/assimp_scene.hpp"
 
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
@@ -8,12 +8,13 @@
 #include <assimp/DefaultLogger.hpp>
 #include <assimp/Importer.hpp>
 #include <assimp/Logger.hpp>
-#include <cctype>
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <utility>
+
+#include "common/geometry/mesh_import.hpp"
 
 namespace phantom::geometry::detail {
 namespace {
@@ -135,16 +136,8 @@ std::string refusal(const Assimp::Importer& importer, const std::filesystem::pat
   return "is not a readable mesh" + (said.empty() ? ", the importer does not say why" : ": " + said);
 }
 
-}  // namespace
-
-std::string ending_of(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  if (!ending.empty()) ending.erase(0, 1);
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending;
-}
-
+/// The extension of glTF 2 that this file (.gltf, .glb) depends on and which assimp passes over, so that it
+/// would give another shape; empty if there is none, or the file is something else.
 std::string unread_gltf_extension(const std::filesystem::path& path) {
   const std::string ending = ending_of(path);
   if (ending != "gltf" && ending != "glb") return {};
@@ -162,6 +155,8 @@ std::string unread_gltf_extension(const std::filesystem::path& path) {
   }
   return {};
 }
+
+}  // namespace
 
 const aiScene* read_scene(Assimp::Importer& importer, const std::filesystem::path& path,
                           std::uint64_t max_memory_bytes, std::vector<std::string>& notes,

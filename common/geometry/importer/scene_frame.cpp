@@ -1,4 +1,4 @@
-#include "common/geometry/mesh_frame.hpp"
+#include "common/geometry/importer/scene_frame.hpp"
 
 #include <assimp/commonMetaData.h>
 #include <assimp/scene.h>
@@ -8,6 +8,8 @@
 #include <cstring>
 #include <fstream>
 #include <memory>
+
+#include "common/geometry/mesh_import.hpp"
 
 namespace phantom::geometry::detail {
 namespace {
@@ -88,13 +90,6 @@ double unit_in_root(const aiScene& scene, const DeclaredFrame& declared) {
 }
 
 }  // namespace
-
-Eigen::Matrix3d to_z_up(UpAxis up) {
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  if (up == UpAxis::kY) turn << 1, 0, 0, 0, 0, -1, 0, 1, 0;
-  if (up == UpAxis::kX) turn << 0, 0, -1, 0, 1, 0, 1, 0, 0;
-  return turn;
-}
 
 SceneFrame scene_frame(const aiScene& scene, const std::filesystem::path& path) {
   SceneFrame frame;

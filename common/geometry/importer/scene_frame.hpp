@@ -1,6 +1,6 @@
 #pragma once
 
-// Private to this library: in which coordinates the importer delivers a scene, and what the file declares.
+// Private to the importer: in which coordinates the importer delivers a scene, and what the file declares.
 
 #include <Eigen/Core>
 #include <filesystem>
@@ -20,8 +20,5 @@ struct SceneFrame {
 };
 
 SceneFrame scene_frame(const aiScene& scene, const std::filesystem::path& path);
-
-/// The turn that takes `up` to +z: identity for z, (x, y, z) → (x, −z, y) for y, (−z, y, x) for x.
-Eigen::Matrix3d to_z_up(UpAxis up);
 
 }  // namespace phantom::geometry::detail

@@ -1,6 +1,6 @@
 #pragma once
 
-// Private to this library: a file as assimp's scene, of which shape and nodes are known to be sound.
+// Private to the importer: a file as assimp's scene, of which shape and nodes are known to be sound.
 
 #include <cstdint>
 #include <filesystem>
@@ -22,12 +22,5 @@ namespace phantom::geometry::detail {
 const aiScene* read_scene(Assimp::Importer& importer, const std::filesystem::path& path,
                           std::uint64_t max_memory_bytes, std::vector<std::string>& notes,
                           std::string& problem);
-
-/// The extension of glTF 2 that this file (.gltf, .glb) depends on and which assimp passes over, so that it
-/// would give another shape; empty if there is none, or the file is something else.
-std::string unread_gltf_extension(const std::filesystem::path& path);
-
-/// "glb" of a file name's ending ".GLB".
-std::string ending_of(const std::filesystem::path& path);
 
 }  // namespace phantom::geometry::detail

@@ -1,0 +1,142 @@
+#include "common/geometry/importer/assimp_mesh.hpp"
+
+#include <assimp/scene.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <assimp/Importer.hpp>
+#include <cctype>
+#include <cmath>
+#include <fstream>
+
+#include "common/geometry/importer/assimp_scene.hpp"
+#include "common/geometry/importer/scene_frame.hpp"
+#include "common/geometry/joined_corners.hpp"
+#include "common/geometry/mesh_import.hpp"
+#include "common/geometry/stl.hpp"
+
+namespace phantom::geometry::detail {
+namespace {
+
+using Affine = aiMatrix4x4t<double>;
+
+Eigen::Vector3d at(const Affine& to_scene, const aiVector3D& p) {
+  const aiVector3t<double> q = to_scene * aiVector3t<double>(p.x, p.y, p.z);
+  return {q.x, q.y, q.z};
+}
+
+/// Calls visit(corner, corner, corner) with every triangle of the node and its children, in the scene's
+/// coordinates and outward where the mesh itself is; false and why if the scene is damaged or too large.
+template <class Visit>
+bool for_each_triangle(const aiScene& scene, const aiNode& node, const Affine& to_root, std::uint64_t& left,
+                       std::string& problem, const Visit& visit) {
+  const Affine here = to_root * Affine(node.mTransformation);
+  const bool mirrored = aiMatrix3x3t<double>(here).Determinant() < 0;
+  for (unsigned m = 0; m < node.mNumMeshes; ++m) {
+    if (node.mMeshes[m] >= scene.mNumMeshes) {
+      problem = "has a node that names a mesh which does not exist";
+      return false;
+    }
+    const aiMesh& part = *scene.mMeshes[node.mMeshes[m]];
+    for (unsigned f = 0; f < part.mNumFaces; ++f) {
+      const aiFace& face = part.mFaces[f];
+      if (face.mNumIndices != 3) continue;  // points and lines
+      if (left == 0) {
+        problem = "has more triangles than the limit";
+        return false;
+      }
+      --left;
+      Eigen::Vector3d corners[3];
+      for (unsigned i = 0; i < 3; ++i) corners[i] = at(here, part.mVertices[face.mIndices[i]]);
+      visit(corners[0], corners[mirrored ? 2 : 1], corners[mirrored ? 1 : 2]);
+    }
+  }
+  for (unsigned c = 0; c < node.mNumChildren; ++c) {
+    if (node.mChildren[c] == nullptr) continue;  // some importers leave gaps
+    if (!for_each_triangle(scene, *node.mChildren[c], here, left, problem, visit)) return false;
+  }
+  return true;
+}
+
+/// Extents of the scene's triangles in the file's units.
+std::array<double, 3> scene_extents(const aiScene& scene, const Eigen::Matrix3d& to_file) {
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(INFINITY), high = -low;
+  std::uint64_t unlimited = UINT64_MAX;
+  std::string ignored;  // the second pass meets it again
+  for_each_triangle(scene, *scene.mRootNode, {}, unlimited, ignored, [&](const auto&... corner) {
+    ((low = low.cwiseMin(to_file * corner), high = high.cwiseMax(to_file * corner)), ...);
+  });
+  const Eigen::Vector3d extent = low.x() <= high.x() ? Eigen::Vector3d(high - low) : Eigen::Vector3d::Zero();
+  return {extent.x(), extent.y(), extent.z()};
+}
+
+bool import_by_assimp(const std::filesystem::path& path, const MeshImportOptions& options, LoadedMesh& mesh,
+                      std::string& problem) {
+  Assimp::Importer importer;
+  const aiScene* scene = read_scene(importer, path, options.max_memory_bytes, mesh.notes, problem);
+  if (scene == nullptr) return false;
+  const SceneFrame frame = scene_frame(*scene, path);
+  settle_frame(
+      options, frame.format, frame.declared, [&] { return scene_extents(*scene, frame.to_file); }, mesh);
+  const Eigen::Matrix3d to_metres = mesh.scale * to_z_up(mesh.up) * frame.to_file;
+  JoinedCorners corners(mesh);
+  std::uint64_t left = options.max_triangles;
+  const auto vertex = [&](const Eigen::Vector3d& p) { return corners.vertex((to_metres * p).cast<float>()); };
+  if (!for_each_triangle(*scene, *scene->mRootNode, {}, left, problem,
+                         [&](const auto& a, const auto& b, const auto& c) {
+                           corners.triangle({vertex(a), vertex(b), vertex(c)});
+                         })) {
+    if (left == 0) problem = too_many_triangles(options);
+    return false;
+  }
+  return settle(corners.finite(), corners.collapsed(), mesh, problem);
+}
+
+/// Whether a text STL has its last line; assimp takes what stands before where it was cut short.
+bool has_end(const std::filesystem::path& path) {
+  std::error_code none;
+  const auto size = std::filesystem::file_size(path, none);
+  const auto last = static_cast<std::size_t>(std::min<std::uint64_t>(none ? 0 : size, 4096));
+  std::string text(last, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.seekg(-static_cast<std::streamoff>(last), std::ios::end);
+  file.read(text.data(), static_cast<std::streamsize>(last));
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text.find("endsolid") != std::string::npos;
+}
+
+/// Why a file with an STL's ending is neither kind of STL; the importer does not say.
+std::string no_stl(const std::filesystem::path& path) {
+  std::array<std::uint8_t, kStlHeadBytes> head{};
+  std::ifstream file(path, std::ios::binary);
+  if (!file.read(reinterpret_cast<char*>(head.data()), kStlHeadBytes))
+    return "is not a readable mesh: neither a text nor a binary STL";
+  std::uint64_t triangles = 0;
+  for (std::size_t i = 4; i-- > 0;) triangles = triangles << 8 | head[80 + i];
+  std::error_code none;
+  return "is not a readable mesh: neither a text STL, nor a binary one, which would be " +
+         std::to_string(kStlHeadBytes + 50 * triangles) + " bytes long for the " + std::to_string(triangles) +
+         " triangles that stand in its head; it has " +
+         std::to_string(std::filesystem::file_size(path, none)) + ". Was it cut short?";
+}
+
+bool import_stl_text(const std::filesystem::path& path, const MeshImportOptions& options, LoadedMesh& mesh,
+                     std::string& problem) {
+  const bool read = import_by_assimp(path, options, mesh, problem);
+  if (!read && problem.find("STL storage representation") != std::string::npos) problem = no_stl(path);
+  if (read && !has_end(path)) mesh.notes.emplace_back("has no 'endsolid' at its end: was it cut short?");
+  return read;
+}
+
+}  // namespace
+
+bool import_mesh(const std::filesystem::path& path, const MeshImportOptions& options, LoadedMesh& mesh,
+                 std::string& problem) {
+  if (ending_of(path) != "stl") return import_by_assimp(path, options, mesh, problem);
+  if (const auto read = import_binary_stl(path, options, UINT32_MAX, mesh, problem)) return *read;
+  return import_stl_text(path, options, mesh, problem);
+}
+
+}  // namespace phantom::geometry::detail
