@@ -58,7 +58,9 @@ void code(TeleopSetup& setup, Coding coding, double error_m, const Settings& set
   for (const voxel::BrickKey key : setup.workspace.bricks()) {
     const auto brick = setup.workspace.edit_brick(key);
     for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i) {
-      if (brick.order[i] == voxel::kOrderInterior) brick.mu_code[i] = brick.object[i] = 0;
+      if (brick.order[i] != voxel::kOrderInterior) continue;
+      brick.mu_code[i] = 0;
+      brick.object[i] = 0;
     }
   }
 }
