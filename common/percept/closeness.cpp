@@ -9,7 +9,7 @@ double greatest_neighbour_mu(const voxel::Workspace& workspace) {
   for (const voxel::BrickKey key : workspace.bricks()) {
     const auto brick = workspace.brick(key);
     for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i) {
-      if (voxel::is_fluid(brick.order_of(i))) greatest = std::max(greatest, brick.mu_code[i]);
+      if (voxel::is_fluid(brick.order[i])) greatest = std::max(greatest, brick.mu_code[i]);
     }
   }
   return static_cast<double>(workspace.palette()[greatest]);

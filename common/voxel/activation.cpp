@@ -324,7 +324,7 @@ std::array<std::uint64_t, 256> count_orders(const Workspace& workspace) {
     for (std::uint32_t z = 0; z < static_cast<std::uint32_t>(part.size[2]); ++z) {
       for (std::uint32_t y = 0; y < static_cast<std::uint32_t>(part.size[1]); ++y) {
         for (std::uint32_t x = 0; x < static_cast<std::uint32_t>(part.size[0]); ++x) {
-          ++counts[static_cast<std::uint8_t>(brick.order_of(brick_offset(x, y, z)))];
+          ++counts[static_cast<std::uint8_t>(brick.order[brick_offset(x, y, z)])];
         }
       }
     }

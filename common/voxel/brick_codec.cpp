@@ -62,16 +62,16 @@ std::vector<std::uint8_t> encode_brick(const Workspace::BrickView& brick) {
   if (const std::size_t size = tile_brick(brick, tiled); size > 0) return compress(tiled.data(), size);
   BrickData plain;
   std::memcpy(plain.mu_code.data(), brick.mu_code, kBrickVoxels);
-  brick.copy_orders(plain.order.data());
+  std::memcpy(plain.order.data(), brick.order, kBrickVoxels);
   brick.copy_objects(plain.object.data());
   return compress(&plain, kPlainBytes);
 }
 
-core::Status decode_brick(std::span<const std::uint8_t> bytes, OrderPacker& orders, BrickContent& content) {
+core::Status decode_brick(std::span<const std::uint8_t> bytes, BrickContent& content) {
   const unsigned long long size = ZSTD_getFrameContentSize(bytes.data(), bytes.size());
   if (size == kPlainBytes) {
     if (core::Status status = decompress(bytes, &content.voxels, kPlainBytes); !status) return status;
-    content.facts = facts_of(content.voxels, orders);
+    content.facts = facts_of(content.voxels);
     return core::Status::ok();
   }
   if (size > kMostTiledBytes) {  // or unknown, or no frame at all
@@ -81,7 +81,7 @@ core::Status decode_brick(std::span<const std::uint8_t> bytes, OrderPacker& orde
   }
   TiledBytes tiled;
   if (core::Status status = decompress(bytes, tiled.data(), size); !status) return status;
-  return untile_brick({tiled.data(), size}, orders, content);
+  return untile_brick({tiled.data(), size}, content);
 }
 
 }  // namespace phantom::voxel

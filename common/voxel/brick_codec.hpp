@@ -16,7 +16,7 @@ namespace phantom::voxel {
 std::vector<std::uint8_t> encode_brick(const Workspace::BrickView& brick);
 
 /// Back from encode_brick(). Refuses anything that is not exactly one brick, in bounded memory; `content` is
-/// then undefined. `orders` as in facts_of(). Not real-time safe.
-core::Status decode_brick(std::span<const std::uint8_t> bytes, OrderPacker& orders, BrickContent& content);
+/// then undefined. Not real-time safe.
+core::Status decode_brick(std::span<const std::uint8_t> bytes, BrickContent& content);
 
 }  // namespace phantom::voxel

@@ -40,9 +40,8 @@ bool uniform(const BrickData& brick) {
 
 }  // namespace
 
-BrickFacts facts_of(const BrickData& brick, OrderPacker& orders) {
-  return {sole_object(brick), uniform(brick), greatest_code(brick), greatest_fluid_code(brick),
-          orders.pack(brick)};
+BrickFacts facts_of(const BrickData& brick) {
+  return {sole_object(brick), uniform(brick), greatest_code(brick), greatest_fluid_code(brick)};
 }
 
 }  // namespace phantom::voxel

@@ -3,7 +3,6 @@
 #include <array>
 #include <cstdint>
 
-#include "common/voxel/orders_by_code.hpp"
 #include "common/voxel/workspace.hpp"
 
 namespace phantom::voxel {
@@ -26,15 +25,13 @@ struct BrickFacts {
   bool uniform = false;  ///< all voxels have one code and one order
   std::uint8_t greatest_code = 0;
   std::uint8_t greatest_fluid_code = 0;  ///< of the voxels of layers and guard
-  OrdersByCode orders;                   ///< without tables if voxels of one code have more than two orders
 };
 struct BrickContent {
   BrickData voxels;
   BrickFacts facts;
 };
 
-/// The facts, found by looking at every voxel. `orders` is the caller's, for all of its bricks. Throws
-/// std::bad_alloc.
-BrickFacts facts_of(const BrickData& brick, OrderPacker& orders);
+/// The facts, found by looking at every voxel.
+BrickFacts facts_of(const BrickData& brick);
 
 }  // namespace phantom::voxel

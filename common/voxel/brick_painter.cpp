@@ -1,42 +1,31 @@
 #include "common/voxel/brick_painter.hpp"
 
 #include <algorithm>
+#include <cstring>
 
-#undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "common/voxel/brick_painter.cpp"
-#include <hwy/foreach_target.h>  // once per instruction set
-// (keep this order)
-#include <hwy/highway.h>
-
-HWY_BEFORE_NAMESPACE();
-namespace phantom::voxel::detail::HWY_NAMESPACE {
-namespace hn = hwy::HWY_NAMESPACE;
+namespace phantom::voxel::detail {
+namespace {
 
 /// Gives the voxels of tiles side by side an order: bit 4 t + dx of rows[4 dz + dy] is (dx, dy, dz) of tile
 /// t.
-void PaintTiles(const TileRows& rows, std::uint64_t any, std::int8_t order, std::int8_t* tiles) {
-  constexpr std::size_t kTile = 64;
-  const hn::CappedTag<std::int8_t, kTile> d;
-  const auto orders = hn::Set(d, order);
-  for (std::size_t tile = 0; any >> (4 * tile) != 0 && tile < 16; ++tile) {
+void paint_tiles(const TileRows& rows, std::uint64_t any, std::int8_t order, std::int8_t* tiles) {
+  constexpr std::uint32_t kEach = 0x01010101;
+  const std::uint32_t four = static_cast<std::uint8_t>(order) * kEach;
+  for (std::size_t tile = 0; tile < 16 && any >> (4 * tile) != 0; ++tile) {
     if ((any >> (4 * tile) & 15) == 0) continue;
-    std::uint64_t bits = 0;
-    for (std::size_t row = 0; row < rows.size(); ++row) bits |= (rows[row] >> (4 * tile) & 15) << (4 * row);
-    for (std::size_t part = 0; part < kTile; part += hn::Lanes(d)) {
-      const std::uint64_t of_part = bits >> part;
-      const auto mask = hn::LoadMaskBits(d, reinterpret_cast<const std::uint8_t*>(&of_part));
-      hn::BlendedStore(orders, mask, d, tiles + kTile * tile + part);
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+      const auto bits = static_cast<std::uint32_t>(rows[row] >> (4 * tile) & 15);
+      const std::uint32_t chosen = (bits * 0x00204081U & kEach) * 255U;  // a byte for each bit
+      std::int8_t* const at = tiles + 64 * tile + 4 * row;
+      std::uint32_t voxels;
+      std::memcpy(&voxels, at, 4);
+      voxels = (voxels & ~chosen) | (four & chosen);
+      std::memcpy(at, &voxels, 4);
     }
   }
 }
 
-}  // namespace phantom::voxel::detail::HWY_NAMESPACE
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
-namespace phantom::voxel::detail {
-
-HWY_EXPORT(PaintTiles);
+}  // namespace
 
 BrickPainter::BrickPainter(const VoxelBox& part)
     : from_{part.min.x, part.min.y, part.min.z},
@@ -68,9 +57,9 @@ void BrickPainter::paint(std::int32_t x, std::int32_t y, std::int32_t z, const T
     if (half > 0) {
       for (std::uint64_t& row : within) row >>= half;
     }
-    HWY_DYNAMIC_DISPATCH(PaintTiles)
-    (within, any_of_half, order,
-     orders.get() + brick_offset(0, static_cast<std::uint32_t>(y & 31), static_cast<std::uint32_t>(z & 31)));
+    paint_tiles(within, any_of_half, order,
+                orders.get() +
+                    brick_offset(0, static_cast<std::uint32_t>(y & 31), static_cast<std::uint32_t>(z & 31)));
   }
 }
 
@@ -98,4 +87,3 @@ ObjectBricks BrickPainter::finish() {
 }
 
 }  // namespace phantom::voxel::detail
-#endif

@@ -215,26 +215,6 @@ bool all_occur(const Kinds& kinds, const Tiles& tiles) {
          std::find(end_of_kinds, occurs.end(), true) == occurs.end();
 }
 
-/// A bit for each voxel: whether its order is the second of its code.
-void mark_second(const Kinds& kinds, const Tiles& tiles, OrdersByCode& orders) {
-  std::array<bool, 256> is_second{};
-  for (std::size_t kind = 0; kind < kinds.count; ++kind)
-    is_second[kind] = orders.tables->first[kinds.code[kind]] != static_cast<std::int8_t>(kinds.order[kind]);
-  if (std::find(is_second.begin(), is_second.end(), true) == is_second.end()) return;
-  orders.second.resize(kTiles);
-  const std::uint8_t* kind = tiles.kind.data();
-  const std::uint64_t* mask = tiles.mask.data();
-  for (std::size_t tile = 0; tile < kTiles; ++tile) {
-    std::uint64_t second = 0, rest = ~std::uint64_t{0};
-    for (std::size_t i = 1; i < tiles.kinds[tile]; ++i, ++mask) {
-      rest &= ~*mask;
-      if (is_second[kind[i]]) second |= *mask;
-    }
-    orders.second[tile] = is_second[kind[0]] ? second | rest : second;
-    kind += tiles.kinds[tile];
-  }
-}
-
 std::uint16_t sole_object(const Kinds& kinds) {
   std::uint16_t object = 0;
   for (std::size_t kind = 0; kind < kinds.count; ++kind) {
@@ -247,21 +227,15 @@ std::uint16_t sole_object(const Kinds& kinds) {
 }
 
 /// As facts_of() finds them, but from the kinds.
-void set_facts(const Kinds& kinds, const Tiles& tiles, OrderPacker& packer, BrickFacts& facts) {
-  facts.object = sole_object(kinds);
-  facts.uniform = true;
-  facts.greatest_code = facts.greatest_fluid_code = 0;
-  std::array<std::int8_t, 256> order;
+BrickFacts facts_of(const Kinds& kinds) {
+  BrickFacts facts{sole_object(kinds), true};
   for (std::size_t kind = 0; kind < kinds.count; ++kind) {
-    order[kind] = static_cast<std::int8_t>(kinds.order[kind]);
     facts.uniform &= kinds.code[kind] == kinds.code[0] && kinds.order[kind] == kinds.order[0];
     facts.greatest_code = std::max(facts.greatest_code, kinds.code[kind]);
-    if (is_fluid(order[kind]))
+    if (is_fluid(static_cast<std::int8_t>(kinds.order[kind])))
       facts.greatest_fluid_code = std::max(facts.greatest_fluid_code, kinds.code[kind]);
   }
-  facts.orders.second.clear();
-  facts.orders.tables = packer.tables_for({kinds.code.data(), kinds.count}, {order.data(), kinds.count});
-  if (facts.orders.tables) mark_second(kinds, tiles, facts.orders);
+  return facts;
 }
 
 std::size_t write(const Kinds& kinds, const Tiles& tiles, std::span<std::uint8_t, kMostTiledBytes> to) {
@@ -293,23 +267,20 @@ std::size_t tile_brick(const Workspace::BrickView& brick, std::span<std::uint8_t
   Tiles& tiles = scratch();
   tiles.all_kinds = tiles.masks = 0;
   Kinds kinds;
-  std::array<std::int8_t, kBrickVoxels> orders;
-  if (brick.order == nullptr) brick.copy_orders(orders.data());
-  const std::int8_t* order = brick.order != nullptr ? brick.order : orders.data();
-  if (!HWY_DYNAMIC_DISPATCH(FindTiles)(brick.mu_code, reinterpret_cast<const std::uint8_t*>(order),
+  if (!HWY_DYNAMIC_DISPATCH(FindTiles)(brick.mu_code, reinterpret_cast<const std::uint8_t*>(brick.order),
                                        brick.object, brick.sole_object, kinds, tiles))
     return 0;
   return write(kinds, tiles, to);
 }
 
-core::Status untile_brick(std::span<const std::uint8_t> bytes, OrderPacker& orders, BrickContent& content) {
+core::Status untile_brick(std::span<const std::uint8_t> bytes, BrickContent& content) {
   using namespace detail;
   Tiles& tiles = scratch();
   Kinds kinds;
   if (core::Status status = read(bytes, kinds, tiles); !status) return status;
   if (!all_occur(kinds, tiles)) return refused("names kinds of voxel that do not occur, or voxels twice");
   HWY_DYNAMIC_DISPATCH(PaintTiles)(kinds, tiles, content.voxels);
-  set_facts(kinds, tiles, orders, content.facts);
+  content.facts = detail::facts_of(kinds);
   return core::Status::ok();
 }
 

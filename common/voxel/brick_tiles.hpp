@@ -29,8 +29,8 @@ inline constexpr std::size_t kMostTiledBytes = 65536;
 /// Bytes written; 0: the brick has more than 256 kinds, or is not told in so few bytes. Not real-time safe.
 std::size_t tile_brick(const Workspace::BrickView& brick, std::span<std::uint8_t, kMostTiledBytes> to);
 
-/// Back from tile_brick(). Refuses whatever is not as told above; `content` is then undefined. `orders` as in
-/// facts_of(). Not real-time safe.
-core::Status untile_brick(std::span<const std::uint8_t> bytes, OrderPacker& orders, BrickContent& content);
+/// Back from tile_brick(). Refuses whatever is not as told above; `content` is then undefined. Not
+/// real-time safe.
+core::Status untile_brick(std::span<const std::uint8_t> bytes, BrickContent& content);
 
 }  // namespace phantom::voxel

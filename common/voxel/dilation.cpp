@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 
 #include "common/core/parallel.hpp"
 #include "common/voxel/brick_painter.hpp"
@@ -69,6 +70,8 @@ class Growth {
     take(solid.boundary, solid.box, boundary);
     take(solid.inside, solid.box, filled_);
     paint_solid(boundary);
+    std::transform(filled_.words().begin(), filled_.words().end(), boundary.words().begin(),
+                   filled_.words().begin(), std::bit_or<>());
     front_ = detail::MarkedBits(std::move(boundary));
   }
 
@@ -90,20 +93,14 @@ class Growth {
     core::parallel_for(threads_, slabs_.size(), [&](std::size_t i, std::size_t) { work(slabs_[i]); });
   }
   void take(const BitVolume& bits, const VoxelBox& from, BitVolume& to) const;
-  void leave_interior(const BitVolume& boundary, std::int32_t from_y, std::int32_t to_y, std::int32_t z);
   void paint_solid(const BitVolume& boundary);
   void paint_solid(const BitVolume& boundary, const Slab& slab, std::int32_t from_y, std::int32_t to_y);
-  void paint_solid_tiles(const BitVolume& boundary, std::size_t word, std::int32_t from_y, std::int32_t to_y,
-                         std::int32_t from_z, std::int32_t to_z, std::uint64_t painted);
   void grow(const detail::Element& element, const Slab& slab, std::int8_t order);
   void settle(const detail::GrownSlices& grown, std::int32_t from_z, std::int32_t to_z, std::int8_t order);
-  void settle_tiles(const detail::GrownSlices& grown, std::size_t first_word, std::int32_t from_y,
-                    std::int32_t to_y, std::int32_t from_z, std::int32_t to_z, std::int8_t order);
-  void paint(std::size_t word, std::int32_t y, std::int32_t z, const detail::TileRows& rows,
-             std::int8_t order);
-  std::size_t row_of_tile(std::int32_t y, std::int32_t z) const {
-    return static_cast<std::size_t>(4 * ((z + box_.min.z) & 3) + ((y + box_.min.y) & 3));
-  }
+  void settle_tiles(const detail::GrownSlices& grown, std::int32_t from_y, std::int32_t to_y,
+                    std::int32_t from_z, std::int32_t to_z, std::int8_t order);
+  void paint_tiles(const BitVolume& bits, std::size_t word, std::int32_t from_y, std::int32_t to_y,
+                   std::int32_t from_z, std::int32_t to_z, std::int8_t order, std::uint64_t wanted = ~0ULL);
 
   VoxelBox box_;
   int threads_;
@@ -135,22 +132,12 @@ void Growth::take(const BitVolume& bits, const VoxelBox& from, BitVolume& to) co
   }
 }
 
-/// Of the rows [from_y, to_y) of filled_ leaves what is no boundary.
-void Growth::leave_interior(const BitVolume& boundary, std::int32_t from_y, std::int32_t to_y,
-                            std::int32_t z) {
-  const std::uint64_t* surface = boundary.row(from_y, z);
-  std::uint64_t* filled = filled_.row(from_y, z);
-  const std::size_t words = filled_.words_per_row() * static_cast<std::size_t>(to_y - from_y);
-  for (std::size_t i = 0; i < words; ++i) filled[i] &= ~surface[i];
-}
-
-/// Boundary and interior (what else is in filled_) into the bricks; then filled_ is both.
+/// Boundary and interior (what else is in filled_) into the bricks.
 void Growth::paint_solid(const BitVolume& boundary) {
   for_slabs([&](const Slab& slab) {
     for (std::int32_t y = 0; y < box_.size[1];) {
       const std::int32_t to_y =
           std::min(box_.size[1], brick_along(y + box_.min.y) * kBrickEdge + kBrickEdge - box_.min.y);
-      for (std::int32_t z = slab.from_z; z < slab.to_z; ++z) leave_interior(boundary, y, to_y, z);
       paint_solid(boundary, slab, y, to_y);
       y = to_y;
     }
@@ -164,7 +151,8 @@ void Growth::paint_solid(const BitVolume& boundary, const Slab& slab, std::int32
   for (std::size_t i = 0; i < filled_.words_per_row(); ++i) {
     std::uint64_t throughout = all_rows ? ~std::uint64_t{0} : 0;
     for (std::int32_t z = slab.from_z; throughout != 0 && z < slab.to_z; ++z) {
-      for (std::int32_t y = from_y; throughout != 0 && y < to_y; ++y) throughout &= filled_.row(y, z)[i];
+      for (std::int32_t y = from_y; throughout != 0 && y < to_y; ++y)
+        throughout &= filled_.row(y, z)[i] & ~boundary.row(y, z)[i];
     }
     const std::int32_t x = box_.min.x + static_cast<std::int32_t>(i) * kWord;
     std::uint64_t painted = 0;
@@ -175,38 +163,32 @@ void Growth::paint_solid(const BitVolume& boundary, const Slab& slab, std::int32
       if ((throughout & brick) == brick && painter_.fill_interior(key)) painted |= brick;
     }
     for (std::int32_t z = slab.from_z; z < slab.to_z; z = end_of_tile(z, box_.min.z, slab.to_z)) {
-      for (std::int32_t y = from_y; y < to_y; y = end_of_tile(y, box_.min.y, to_y))
-        paint_solid_tiles(boundary, i, y, end_of_tile(y, box_.min.y, to_y), z,
-                          end_of_tile(z, box_.min.z, slab.to_z), painted);
+      const std::int32_t to_z = end_of_tile(z, box_.min.z, slab.to_z);
+      for (std::int32_t y = from_y; y < to_y; y = end_of_tile(y, box_.min.y, to_y)) {
+        const std::int32_t tile_y = end_of_tile(y, box_.min.y, to_y);
+        paint_tiles(filled_, i, y, tile_y, z, to_z, kOrderInterior, ~painted);
+        paint_tiles(boundary, i, y, tile_y, z, to_z, kOrderBoundary);
+      }
     }
   }
 }
 
-void Growth::paint_solid_tiles(const BitVolume& boundary, std::size_t word, std::int32_t from_y,
-                               std::int32_t to_y, std::int32_t from_z, std::int32_t to_z,
-                               std::uint64_t painted) {
-  detail::TileRows surface{}, interior{};
-  std::uint64_t any_surface = 0, any_interior = 0;
+/// Gives an order to a word's voxels in rows of one layer of tiles, [from_y, to_y) × [from_z, to_z), that are
+/// set and wanted.
+void Growth::paint_tiles(const BitVolume& bits, std::size_t word, std::int32_t from_y, std::int32_t to_y,
+                         std::int32_t from_z, std::int32_t to_z, std::int8_t order, std::uint64_t wanted) {
+  detail::TileRows rows{};
+  std::uint64_t any = 0;
   for (std::int32_t z = from_z; z < to_z; ++z) {
     for (std::int32_t y = from_y; y < to_y; ++y) {
-      const std::size_t row = row_of_tile(y, z);
-      std::uint64_t& filled = filled_.row(y, z)[word];
-      surface[row] = boundary.row(y, z)[word];
-      interior[row] = filled & ~painted;
-      filled |= surface[row];
-      any_surface |= surface[row];
-      any_interior |= interior[row];
+      const std::uint64_t here = bits.row(y, z)[word] & wanted;
+      rows[static_cast<std::size_t>(4 * ((z + box_.min.z) & 3) + ((y + box_.min.y) & 3))] = here;
+      any |= here;
     }
   }
-  if (any_surface != 0) paint(word, from_y, from_z, surface, kOrderBoundary);
-  if (any_interior != 0) paint(word, from_y, from_z, interior, kOrderInterior);
-}
-
-/// Rows of the tiles that hold (y, z).
-void Growth::paint(std::size_t word, std::int32_t y, std::int32_t z, const detail::TileRows& rows,
-                   std::int8_t order) {
-  painter_.paint(box_.min.x + static_cast<std::int32_t>(word) * kWord, (y + box_.min.y) & ~3,
-                 (z + box_.min.z) & ~3, rows, order);
+  if (any == 0) return;
+  painter_.paint(box_.min.x + static_cast<std::int32_t>(word) * kWord, (from_y + box_.min.y) & ~3,
+                 (from_z + box_.min.z) & ~3, rows, order);
 }
 
 void Growth::grow(const detail::Element& element, const Slab& slab, std::int8_t order) {
@@ -227,51 +209,34 @@ void Growth::grow(const detail::Element& element, const Slab& slab, std::int8_t 
 /// What is new in grown slices, of one layer of tiles, is the next front.
 void Growth::settle(const detail::GrownSlices& grown, std::int32_t from_z, std::int32_t to_z,
                     std::int8_t order) {
-  const std::size_t words = filled_.words_per_row();
-  for (std::int32_t y = 0; y < box_.size[1]; y = end_of_tile(y, box_.min.y, box_.size[1])) {
-    for (std::size_t first = 0; first < words; first += detail::kGroup)
-      settle_tiles(grown, first, y, end_of_tile(y, box_.min.y, box_.size[1]), from_z, to_z, order);
-  }
+  for (std::int32_t y = 0; y < box_.size[1]; y = end_of_tile(y, box_.min.y, box_.size[1]))
+    settle_tiles(grown, y, end_of_tile(y, box_.min.y, box_.size[1]), from_z, to_z, order);
 }
 
-void Growth::settle_tiles(const detail::GrownSlices& grown, std::size_t first_word, std::int32_t from_y,
-                          std::int32_t to_y, std::int32_t from_z, std::int32_t to_z, std::int8_t order) {
-  const std::size_t count = std::min(detail::kGroup, filled_.words_per_row() - first_word);
-  const std::size_t group = first_word / detail::kGroup;
-  std::array<const std::uint64_t*, 16> reached{};
+void Growth::settle_tiles(const detail::GrownSlices& grown, std::int32_t from_y, std::int32_t to_y,
+                          std::int32_t from_z, std::int32_t to_z, std::int8_t order) {
+  const std::size_t words = filled_.words_per_row();
   bool any_reached = false;
   for (std::int32_t z = from_z; z < to_z; ++z) {
     for (std::int32_t y = from_y; y < to_y; ++y) {
-      const std::uint64_t* const here = reached[row_of_tile(y, z)] = grown.group(y, z, group);
-      detail::GroupMark& mark = next_.marks(y, z)[group];
-      any_reached |= here != nullptr;
-      if (here != nullptr || mark == 0) continue;
-      std::fill_n(next_.row(y, z) + first_word, count, 0);
-      mark = 0;
+      const std::uint64_t* const reached = grown.row(y, z);
+      std::uint64_t *filled = filled_.row(y, z), *next = next_.row(y, z);
+      std::uint64_t any = 0;
+      if (reached == nullptr) {
+        if (next_.any(y, z) != 0) std::fill_n(next, words, 0);
+      } else {
+        for (std::size_t i = 0; i < words; ++i) {
+          next[i] = reached[i] & ~filled[i];
+          filled[i] |= next[i];
+          any |= next[i];
+        }
+      }
+      next_.any(y, z) = any != 0 ? 1 : 0;
+      any_reached |= any != 0;
     }
   }
   if (!any_reached) return;
-  std::array<detail::TileRows, detail::kGroup> fresh{};
-  std::array<std::uint64_t, detail::kGroup> any{};
-  for (std::int32_t z = from_z; z < to_z; ++z) {
-    for (std::int32_t y = from_y; y < to_y; ++y) {
-      const std::size_t row = row_of_tile(y, z);
-      if (reached[row] == nullptr) continue;
-      std::uint64_t *filled = filled_.row(y, z) + first_word, *next = next_.row(y, z) + first_word;
-      std::uint64_t any_in_row = 0;
-      for (std::size_t i = 0; i < count; ++i) {
-        next[i] = reached[row][i] & ~filled[i];
-        filled[i] |= next[i];
-        fresh[i][row] = next[i];
-        any[i] |= next[i];
-        any_in_row |= next[i];
-      }
-      next_.marks(y, z)[group] = detail::mark_of(any_in_row, next[0], next[count - 1]);
-    }
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    if (any[i] != 0) paint(first_word + i, from_y, from_z, fresh[i], order);
-  }
+  for (std::size_t i = 0; i < words; ++i) paint_tiles(next_.bits(), i, from_y, to_y, from_z, to_z, order);
 }
 
 }  // namespace

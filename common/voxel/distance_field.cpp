@@ -14,8 +14,6 @@ std::size_t DistanceField::cube_index(std::int32_t x, std::int32_t y, std::int32
 
 namespace {
 
-constexpr std::size_t kCubeVoxels = 512;
-
 std::size_t offset_in_cube(Index3 v) noexcept {
   return static_cast<std::size_t>((v.z & 7) << 6 | (v.y & 7) << 3 | (v.x & 7));
 }

@@ -63,6 +63,7 @@ class DistanceField {
   friend class DistanceFieldBuilder;
   struct EncodedHeader;
   static constexpr std::int32_t kEdge = 8;              // samples along a cube
+  static constexpr std::size_t kCubeVoxels = 512;       // kEdge³
   static constexpr std::int32_t kFar = -1, kDeep = -2;  // cubes without samples
   std::size_t cube_index(std::int32_t x, std::int32_t y, std::int32_t z) const noexcept;
   double sample_m(Index3 v) const noexcept;

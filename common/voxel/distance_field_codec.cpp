@@ -12,7 +12,6 @@ namespace phantom::voxel {
 namespace {
 
 constexpr std::array<char, 8> kMagic{'P', 'H', 'F', 'I', 'E', 'L', 'D', '1'};
-constexpr std::size_t kCubeVoxels = 512;
 constexpr unsigned long long kMostBytes = 1ULL << 31;
 constexpr std::int32_t kMostVoxelsAlong = 1 << 16;
 

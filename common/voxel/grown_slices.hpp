@@ -5,7 +5,6 @@
 #include <hwy/aligned_allocator.h>
 
 #include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -26,45 +25,35 @@ struct Element {
 };
 Element element_of(ShapingElement shape, int m);
 
-/// Words of a row that are worked on together.
+/// Words of a row that are worked on together: rows are padded to them.
 inline constexpr std::size_t kGroup = 8;
 using Words = hwy::AlignedFreeUniquePtr<std::uint64_t[]>;
 
-/// What a group of words holds: kAny, and where it is in the first or last of them.
-using GroupMark = std::uint8_t;
-inline constexpr GroupMark kAny = 1, kInFirstWord = 2, kInLastWord = 4;
-inline GroupMark mark_of(std::uint64_t any, std::uint64_t first_word, std::uint64_t last_word) {
-  return static_cast<GroupMark>((any != 0 ? kAny : 0) | (first_word != 0 ? kInFirstWord : 0) |
-                                (last_word != 0 ? kInLastWord : 0));
-}
-
-/// Bits, and what the groups of a row's words hold.
+/// Bits, and which of their rows hold any: most hold nothing, and are not looked at.
 class MarkedBits {
  public:
   /// All 0.
   explicit MarkedBits(const std::array<std::int32_t, 3>& size);
-  /// The same bits; finds out what holds any.
+  /// The same bits; finds out which rows hold any.
   explicit MarkedBits(BitVolume bits);
 
+  const BitVolume& bits() const { return bits_; }
   std::uint64_t* row(std::int32_t y, std::int32_t z) { return bits_.row(y, z); }
   const std::uint64_t* row(std::int32_t y, std::int32_t z) const { return bits_.row(y, z); }
-  /// By group of a row. Who writes bits keeps them so.
-  GroupMark* marks(std::int32_t y, std::int32_t z) { return marks_.data() + mark_index(y, z); }
-  const GroupMark* marks(std::int32_t y, std::int32_t z) const { return marks_.data() + mark_index(y, z); }
+  /// Whether a row holds any. Who writes bits keeps it so.
+  std::uint8_t& any(std::int32_t y, std::int32_t z) { return any_[index(y, z)]; }
+  bool any(std::int32_t y, std::int32_t z) const { return any_[index(y, z)] != 0; }
 
  private:
-  std::size_t mark_index(std::int32_t y, std::int32_t z) const {
-    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(bits_.size()[1]) +
-            static_cast<std::size_t>(y)) *
-           groups_;
+  std::size_t index(std::int32_t y, std::int32_t z) const {
+    return static_cast<std::size_t>(z) * static_cast<std::size_t>(bits_.size()[1]) +
+           static_cast<std::size_t>(y);
   }
   BitVolume bits_;
-  std::size_t groups_;
-  std::vector<GroupMark> marks_;
+  std::vector<std::uint8_t> any_;
 };
 
-/// Every row of a slice widened along x by 0…m voxels on both sides. Rows that hold nothing are looked at
-/// only near others, and then hold 0.
+/// Every row of a slice widened along x by 0…m voxels on both sides; rows that hold nothing are 0.
 class WidenedSlice {
  public:
   /// For slices of `rows` rows of `words` words.
@@ -74,43 +63,30 @@ class WidenedSlice {
   bool load(const MarkedBits& bits, std::int32_t z);
 
   int m() const { return m_; }
-  /// Calls work(y, words) for the rows y of which the element, centred on the slice's voxels, may reach group
-  /// `group`. What it holds there are the words that begin at offsets() from `words`.
+  /// Calls work(y, words) for the rows y that the element, centred on the slice's voxels, may reach. What it
+  /// holds there are the words that begin at offsets() from `words`.
   template <class Work>
-  void for_rows_near(std::size_t group, const Work& work) const {
-    for_bits(near_.data() + group * flag_words_, [&](std::size_t place) {
-      const auto y = static_cast<std::ptrdiff_t>(place) - 2 * m_;
-      if (y >= 0 && y < static_cast<std::ptrdiff_t>(row_count_))
-        work(static_cast<std::size_t>(y), words_.get() + place * place_words_ + group * kGroup);
-    });
+  void for_rows_near(const Work& work) const {
+    for (std::size_t y = 0; y < near_.size(); ++y) {
+      if (near_[y] != 0) work(y, place(y));
+    }
   }
   /// By |dz|: one offset for every row of the element.
   const std::vector<std::vector<std::ptrdiff_t>>& offsets() const { return offsets_; }
 
  private:
-  using Flags = std::vector<std::uint64_t>;  // [group][a bit for every place]
-
-  template <class Work>
-  void for_bits(const std::uint64_t* flags, const Work& work) const {
-    for (std::size_t i = 0; i < flag_words_; ++i) {
-      for (std::uint64_t left = flags[i]; left != 0; left &= left - 1)
-        work(64 * i + static_cast<std::size_t>(std::countr_zero(left)));
-    }
+  std::uint64_t* place(std::size_t y) const {
+    return words_.get() + (y + static_cast<std::size_t>(m_)) * place_words_;
   }
-  std::size_t row_stride() const { return groups_ * kGroup + padding_; }
-  bool find_any(const MarkedBits& bits, std::int32_t z);
-  void find_near();
-  void reach_rows_around(std::uint64_t* flags);
 
   int m_;
-  std::size_t row_count_, row_words_, groups_;
-  std::size_t padding_;      // words of 0 before and behind every row of rows_
-  std::size_t place_words_;  // of m + 1 rows
-  std::size_t flag_words_;   // of a bit for every place: rows, and 2 m more before and behind
-  Flags any_, in_first_, in_last_, near_;
-  std::vector<std::uint64_t> any_row_, asked_;        // of all groups; asked_: may be looked at
-  Words rows_;                                        // [row][word], padded
-  Words words_;                                       // [place][half][word]
+  std::size_t row_words_, stride_;   // of a row, and from one to the next
+  std::size_t padding_;              // words of 0 before and behind every row of rows_
+  std::size_t place_words_;          // of m + 1 rows
+  std::vector<std::size_t> loaded_;  // rows that hold any
+  std::vector<std::uint8_t> near_;   // by row
+  Words rows_;                       // [row][word], padded
+  Words words_;                      // [place][half][word]: rows, and m more before and behind
   std::vector<std::vector<std::ptrdiff_t>> offsets_;  // by |dz|
 };
 
@@ -123,11 +99,10 @@ class GrownSlices {
 
   /// Adds what the element, centred on the voxels of slice z, holds of slices [from, to).
   void add(const WidenedSlice& slice, std::int32_t z, std::int32_t from, std::int32_t to);
-  /// A group of a row; null if nothing was added.
-  const std::uint64_t* group(std::int32_t y, std::int32_t z, std::size_t group) const {
-    const std::size_t slot = slot_of(z), at = static_cast<std::size_t>(y) * groups_ + group;
-    return written_[slot * row_count_ * groups_ + at] == 0 ? nullptr
-                                                           : words_.get() + slot * slot_words_ + at * kGroup;
+  /// A row; null if nothing was added.
+  const std::uint64_t* row(std::int32_t y, std::int32_t z) const {
+    const std::size_t slot = slot_of(z), at = static_cast<std::size_t>(y);
+    return written_[slot * row_count_ + at] == 0 ? nullptr : words_.get() + slot * slot_words_ + at * stride_;
   }
   /// Makes room for another slice.
   void clear(std::int32_t z);
@@ -135,8 +110,8 @@ class GrownSlices {
  private:
   std::size_t slot_of(std::int32_t z) const { return static_cast<std::size_t>(z) % slots_; }
 
-  std::size_t row_count_, groups_, slots_, slot_words_;
-  std::vector<std::uint8_t> written_;  // [slot][row][group]
+  std::size_t row_count_, stride_, slots_, slot_words_;
+  std::vector<std::uint8_t> written_;  // [slot][row]
   Words words_;                        // [slot][row][word]
 };
 

@@ -57,22 +57,33 @@ bool interior_alone(BrickKey key, std::span<const Claim> claims) {
   return claims.size() == 1 && claims[0].entry->bricks->is_interior(key);
 }
 
-/// Gives every brick the memory that it needs, filled where that is all there is to it.
-void make_room(std::span<const BrickKey> keys, const Claims& claims, Workspace& workspace) {
-  for (const BrickKey key : keys) workspace.remove_brick(key);
-  std::size_t own = 0, several = 0;
-  std::set<std::uint16_t> filled;  // all such bricks of an object share their memory
+/// Bricks of their own memory at most; all that are one object's interior share one's.
+std::size_t most_made(std::span<const BrickKey> keys, const Claims& claims) {
+  std::size_t own = 0;
+  std::set<std::uint16_t> filled;
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const std::span<const Claim> on_it = claims.on(i);
-    if (on_it.empty()) continue;
     if (interior_alone(keys[i], on_it)) {
       filled.insert(on_it[0].entry->id);
-    } else {
+    } else if (!on_it.empty()) {
       ++own;
-      several += on_it.size() > 1 ? 1 : 0;
     }
   }
-  workspace.reserve_for(own + filled.size(), several);
+  return own + filled.size();
+}
+
+/// Where a brick is merged: nowhere if it is filled already; without labels if it shares its only object's.
+struct Room {
+  std::uint8_t* mu_code = nullptr;
+  std::int8_t* order = nullptr;
+  std::uint16_t* object = nullptr;
+};
+
+/// Gives every brick the memory that it needs, filled where that is all there is to it.
+std::vector<Room> make_room(std::span<const BrickKey> keys, const Claims& claims, Workspace& workspace) {
+  for (const BrickKey key : keys) workspace.remove_brick(key);
+  workspace.reserve_more(most_made(keys, claims));
+  std::vector<Room> rooms(keys.size());
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const std::span<const Claim> on_it = claims.on(i);
     if (on_it.empty()) continue;
@@ -80,18 +91,24 @@ void make_room(std::span<const BrickKey> keys, const Claims& claims, Workspace& 
     if (interior_alone(keys[i], on_it)) {
       workspace.fill_brick(keys[i], (*first.codes)[static_cast<std::uint8_t>(kOrderInterior)], kOrderInterior,
                            first.id);
-    } else if (on_it.size() == 1) {
-      workspace.make_brick_of(keys[i], first.id, first.bricks->share(keys[i]));
-    } else {
-      workspace.make_brick_of_several(keys[i]);
+      continue;
     }
+    BrickLabels labels{nullptr, nullptr, first.id};
+    if (on_it.size() == 1) labels.orders = first.bricks->share(keys[i]);
+    if (on_it.size() > 1) {
+      labels.orders = std::make_shared_for_overwrite<std::int8_t[]>(kBrickVoxels);
+      labels.objects = std::make_shared_for_overwrite<std::uint16_t[]>(kBrickVoxels);
+      rooms[i] = {nullptr, labels.orders.get(), labels.objects.get()};
+    }
+    rooms[i].mu_code = workspace.make_brick(keys[i], std::move(labels));
   }
+  return rooms;
 }
 
 /// One thread's work space: codes that claims of a greater rank have set; they stay.
 using Settled = std::array<std::uint8_t, kBrickVoxels>;
 
-void merge_brick(std::span<const Claim> claims, const Workspace::MutableBrick& brick, Settled& kept) {
+void merge_brick(std::span<const Claim> claims, const Room& brick, Settled& kept) {
   const MergeEntry& first = *claims[0].entry;
   detail::codes_of(*first.codes, claims[0].orders, first.id, brick.mu_code, brick.object);
   if (claims.size() == 1) return;  // it shares the object's orders
@@ -123,11 +140,10 @@ void merge_bricks(MergeLaw law, std::span<const MergeEntry> entries, std::span<c
                   Workspace& workspace, int threads) {
   const std::vector<MergeEntry> strongest_first = by_strength(law, entries);
   const Claims claims = claims_on(keys, strongest_first);
-  make_room(keys, claims, workspace);
+  const std::vector<Room> rooms = make_room(keys, claims, workspace);
   std::vector<Settled> settled(static_cast<std::size_t>(std::max(1, threads)));
   core::parallel_for(threads, keys.size(), [&](std::size_t i, std::size_t worker) {
-    if (claims.on(i).empty() || interior_alone(keys[i], claims.on(i))) return;
-    merge_brick(claims.on(i), workspace.edit_brick(keys[i]), settled[worker]);
+    if (rooms[i].mu_code != nullptr) merge_brick(claims.on(i), rooms[i], settled[worker]);
   });
 }
 

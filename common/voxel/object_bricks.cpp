@@ -61,7 +61,7 @@ const std::int8_t* ObjectBricks::orders(BrickKey key) const noexcept {
   return own ? own.get() : all_interior().data();
 }
 
-std::shared_ptr<const std::int8_t[]> ObjectBricks::share(BrickKey key) const noexcept {
+std::shared_ptr<std::int8_t[]> ObjectBricks::share(BrickKey key) const noexcept {
   const auto found = std::lower_bound(keys_.begin(), keys_.end(), key);
   return found == keys_.end() || *found != key ? nullptr
                                                : orders_[static_cast<std::size_t>(found - keys_.begin())];

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "common/voxel/large_pages.hpp"
-#include "common/voxel/object_voxels.hpp"
 #include "common/voxel/workspace.hpp"
 
 namespace phantom::voxel {
@@ -48,8 +47,8 @@ class ObjectBricks {
   const std::vector<BrickKey>& keys() const noexcept { return keys_; }
   /// kBrickVoxels orders, or null where the object has nothing. Time: log of the bricks.
   const std::int8_t* orders(BrickKey key) const noexcept;
-  /// The same as a share in the memory; null too where the brick is interior throughout.
-  std::shared_ptr<const std::int8_t[]> share(BrickKey key) const noexcept;
+  /// The same as a share in the memory, not to be changed; null too where the brick is interior throughout.
+  std::shared_ptr<std::int8_t[]> share(BrickKey key) const noexcept;
   /// Whether the brick is interior throughout, and known to be.
   bool is_interior(BrickKey key) const noexcept;
   /// The same as orders(), to be changed (not once share() was called); null where the object has nothing.

@@ -7,7 +7,6 @@
 
 #include "common/voxel/grid.hpp"
 #include "common/voxel/large_pages.hpp"
-#include "common/voxel/orders_by_code.hpp"
 #include "common/voxel/voxel_box.hpp"
 
 namespace phantom::voxel {
@@ -48,6 +47,19 @@ constexpr VoxelBox box_of(BrickKey key) noexcept {
   return {{key.x * kBrickEdge, key.y * kBrickEdge, key.z * kBrickEdge}, {kBrickEdge, kBrickEdge, kBrickEdge}};
 }
 
+/// What a brick says of its voxels besides their μ, each kBrickVoxels long in brick_offset order. Shared by
+/// objects, workspaces and their versions; who holds one alone may change it.
+struct BrickLabels {
+  std::shared_ptr<std::int8_t[]> orders;
+  std::shared_ptr<std::uint16_t[]>
+      objects;  ///< null: every voxel with a μ belongs to `object`, no other does
+  std::uint16_t object = 0;
+
+  std::size_t bytes() const noexcept {
+    return (orders ? kBrickVoxels : 0) + (objects ? kBrickVoxels * sizeof(objects[0]) : 0);
+  }
+};
+
 /// The workspace voxel array (WVA): all objects of a cell merged, in bricks of which only those that hold
 /// something exist. One whole version; treated as immutable once it is shared (std::shared_ptr<const
 /// Workspace>).
@@ -74,15 +86,12 @@ class Workspace {
   std::int8_t order(Index3 v) const noexcept {
     if (!grid_.contains(v)) return kOrderFree;
     const std::size_t at = address(v);
-    return view(static_cast<std::uint32_t>(at / kBrickVoxels)).order_of(at % kBrickVoxels);
+    return slots_[at / kBrickVoxels].labels.orders[static_cast<std::ptrdiff_t>(at % kBrickVoxels)];
   }
   std::uint16_t object(Index3 v) const noexcept {
     if (!grid_.contains(v)) return 0;
-    const std::size_t at = address(v), slot = at / kBrickVoxels;
-    const std::uint32_t list = slots_[slot].object_list;
-    return list != 0            ? objects_[list * kBrickVoxels + at % kBrickVoxels]
-           : mu_codes_[at] != 0 ? slots_[slot].object
-                                : std::uint16_t{0};
+    const std::size_t at = address(v);
+    return view(static_cast<std::uint32_t>(at / kBrickVoxels)).object_of(at % kBrickVoxels);
   }
 
   /// Bricks along x, y, z.
@@ -90,23 +99,19 @@ class Workspace {
   bool has_brick(BrickKey key) const noexcept { return directory_[directory_index(key)] != 0; }
   std::vector<BrickKey> bricks() const;  ///< those that exist, in z, y, x order
   std::size_t brick_count() const noexcept { return brick_count_; }
-  std::size_t bytes() const noexcept;  ///< orders shared with objects among them
+  std::size_t bytes() const noexcept;  ///< labels shared with objects and other workspaces among them
 
   /// One brick's arrays, kBrickVoxels long, in brick_offset order; the empty brick's if it does not exist.
   struct BrickView {
     const std::uint8_t* mu_code;
-    const std::int8_t* order;     ///< null: the tables and `second` tell it (order_by_code)
+    const std::int8_t* order;
     const std::uint16_t* object;  ///< null: every voxel with a μ belongs to `sole_object`
     std::uint16_t sole_object = 0;
-    const OrderTables* tables = nullptr;
-    const std::uint64_t* second = nullptr;
 
-    /// The voxel's order, by brick_offset. Real-time safe: yes.
-    std::int8_t order_of(std::size_t voxel) const noexcept {
-      return order != nullptr ? order[voxel] : order_by_code(*tables, second, voxel, mu_code[voxel]);
+    /// The voxel's object, by brick_offset; 0: none. Real-time safe: yes.
+    std::uint16_t object_of(std::size_t voxel) const noexcept {
+      return object != nullptr ? object[voxel] : mu_code[voxel] != 0 ? sole_object : std::uint16_t{0};
     }
-    /// Orders of all voxels, to kBrickVoxels elements.
-    void copy_orders(std::int8_t* to) const;
     /// Object ids of all voxels, to kBrickVoxels elements; 0 where there is none.
     void copy_objects(std::uint16_t* to) const;
   };
@@ -116,32 +121,23 @@ class Workspace {
     std::uint16_t* object;
   };
   BrickView brick(BrickKey key) const noexcept { return view(directory_[directory_index(key)]); }
-  /// Makes the brick if need be (zeroed). Pointers last until the next call that makes one. Not real-time
-  /// safe.
-  MutableBrick make_brick(BrickKey key);
-  /// Makes the brick anew for one object, to which every voxel with a μ belongs; half the memory of
-  /// make_brick()'s. Its codes and orders are for the caller to fill, all of them; `object` is null. With
-  /// `orders` it shares the object's (kBrickVoxels of them, not changed from now on), and `order` is null
-  /// too.
-  MutableBrick make_brick_of(BrickKey key, std::uint16_t object,
-                             std::shared_ptr<const std::int8_t[]> orders = nullptr);
-  /// The same; the codes tell the orders if there are tables for them, and `order` is null then.
-  MutableBrick make_brick_of(BrickKey key, std::uint16_t object, OrdersByCode orders);
-  /// Makes the brick anew for several objects; codes, orders (unless there are tables for them, as above) and
-  /// objects are for the caller to fill, all of them.
-  MutableBrick make_brick_of_several(BrickKey key, OrdersByCode orders = {});
+  /// Makes the brick anew. Its μ codes are for the caller to fill, all of them; the pointer lasts until a
+  /// brick is made for which reserve_bricks() made no room. Not real-time safe.
+  std::uint8_t* make_brick(BrickKey key, BrickLabels labels);
   /// Makes the brick anew with all voxels alike; such bricks share their memory.
   void fill_brick(BrickKey key, std::uint8_t mu_code, std::int8_t order, std::uint16_t object);
-  /// A brick that exists, to be changed as it was made: not one of fill_brick()'s.
-  MutableBrick edit_brick(BrickKey key) noexcept;
+  /// Makes the brick what it is in `from`, whose grid and palette are alike; labels are shared.
+  void copy_brick(const Workspace& from, BrickKey key);
+  /// The brick to be changed, made of free space if need be; what it shares with others is copied first.
+  /// Pointers last until the next call that makes or edits one. Not real-time safe.
+  MutableBrick edit_brick(BrickKey key);
   void remove_brick(BrickKey key);
-  /// Makes room for `count` bricks' codes in all, so that making them neither moves nor over-allocates.
+  /// Makes room for `count` bricks in all, so that making them neither moves nor over-allocates.
   void reserve_bricks(std::size_t count);
-  /// The same for so many bricks more than there are, `of_several` of them with object ids of their own; room
-  /// that removed bricks left counts.
-  void reserve_for(std::size_t more_bricks, std::size_t of_several);
-
-  std::size_t object_lists() const noexcept { return objects_.size() / kBrickVoxels; }  ///< for reserve_for()
+  /// The same for so many bricks more than there are; room that removed bricks left counts.
+  void reserve_more(std::size_t bricks) {
+    if (bricks > free_slots_.size()) reserve_bricks(slots_.size() - 1 + bricks - free_slots_.size());
+  }
 
   /// Hash of grid, palette and all bricks, independent of the order in which they were made.
   std::uint64_t content_hash() const;
@@ -168,43 +164,25 @@ class Workspace {
 
   /// What there is to say of one brick's memory.
   struct Slot {
-    std::uint32_t users = 0;        ///< bricks whose memory it is; 0: free
-    std::uint32_t object_list = 0;  ///< where the object ids stand, in bricks; 0: nowhere, all are `object`
-    std::uint16_t object = 0;
-    bool uniform = false;         ///< made by fill_brick(): never changed
-    OrdersByCode orders_by_code;  ///< if it has tables, these are the orders
-    std::shared_ptr<const std::int8_t[]> shared_orders;
-    LargeVector<std::int8_t> own_orders;  ///< if neither; stays when the slot is free
-
-    const std::int8_t* orders() const noexcept {
-      return orders_by_code.tables ? nullptr : shared_orders ? shared_orders.get() : own_orders.data();
-    }
+    std::uint32_t users = 0;  ///< bricks whose memory it is; 0: free
+    bool uniform = false;     ///< made by fill_brick(): never changed
+    BrickLabels labels;
   };
   BrickView view(std::uint32_t slot) const noexcept {
-    const std::size_t first = slot * kBrickVoxels;
-    const Slot& about = slots_[slot];
-    const std::vector<std::uint64_t>& second = about.orders_by_code.second;
-    return {mu_codes_.data() + first,
-            about.orders(),
-            about.object_list == 0 ? nullptr : objects_.data() + about.object_list * kBrickVoxels,
-            about.object,
-            about.orders_by_code.tables.get(),
-            second.empty() ? nullptr : second.data()};
+    const BrickLabels& labels = slots_[slot].labels;
+    return {mu_codes_.data() + slot * kBrickVoxels, labels.orders.get(), labels.objects.get(), labels.object};
   }
-  std::uint32_t take_slot();
-  std::uint32_t make_slot(BrickKey key, std::uint16_t object);
-  std::uint32_t take_object_list();
-  MutableBrick arrays(std::uint32_t slot) noexcept;
+  std::uint8_t* codes_at(std::uint32_t slot) noexcept { return mu_codes_.data() + slot * kBrickVoxels; }
+  std::uint32_t make_slot(BrickKey key, BrickLabels labels);
 
   GridSpec grid_;
   std::vector<float> palette_{0.0F};
   std::array<std::int32_t, 3> size_bricks_{0, 0, 0};
   std::vector<std::uint32_t> directory_;  // slot of each brick; 0: the empty brick
   LargeVector<std::uint8_t> mu_codes_;
-  LargeVector<std::uint16_t> objects_;  // lists of bricks that hold several objects; the first is never used
   std::vector<Slot> slots_;
   std::size_t brick_count_ = 0;
-  std::vector<std::uint32_t> free_slots_, free_object_lists_, uniform_slots_;
+  std::vector<std::uint32_t> free_slots_, uniform_slots_;
 };
 
 }  // namespace phantom::voxel

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <stdexcept>
 #include <string>
 
@@ -47,11 +46,13 @@ void store_brick(BrickKey key, const BrickContent& content, Workspace& workspace
   const bool several = facts.object == BrickFacts::kSeveral;
   if (!several && facts.uniform)
     return workspace.fill_brick(key, brick.mu_code[0], brick.order[0], facts.object);
-  const Workspace::MutableBrick to = several ? workspace.make_brick_of_several(key, facts.orders)
-                                             : workspace.make_brick_of(key, facts.object, facts.orders);
-  std::memcpy(to.mu_code, brick.mu_code.data(), kBrickVoxels);
-  if (to.order != nullptr) std::memcpy(to.order, brick.order.data(), kBrickVoxels);
-  if (to.object != nullptr) std::copy(brick.object.begin(), brick.object.end(), to.object);
+  BrickLabels labels{std::make_shared_for_overwrite<std::int8_t[]>(kBrickVoxels), nullptr, facts.object};
+  std::copy(brick.order.begin(), brick.order.end(), labels.orders.get());
+  if (several) {
+    labels.objects = std::make_shared_for_overwrite<std::uint16_t[]>(kBrickVoxels);
+    std::copy(brick.object.begin(), brick.object.end(), labels.objects.get());
+  }
+  std::copy(brick.mu_code.begin(), brick.mu_code.end(), workspace.make_brick(key, std::move(labels)));
 }
 
 constexpr std::size_t kMostReserved =
@@ -90,13 +91,12 @@ core::Status WorkspaceAssembler::put_brick(BrickKey key, std::uint64_t version,
     return core::Status::ok();
   }
   BrickContent& content = *scratch_;
-  if (core::Status decoded = decode_brick(bytes, order_packer_, content); !decoded) return decoded;
+  if (core::Status decoded = decode_brick(bytes, content); !decoded) return decoded;
   forget(key);
   Held held{version,
             brick_hash(key, content.voxels.view()),
             {},
             forming_ && within(forming_->grid(), key),
-            content.facts.object == BrickFacts::kSeveral,
             content.facts.greatest_code,
             content.facts.greatest_fluid_code};
   if (held.formed) {
@@ -151,7 +151,7 @@ void WorkspaceAssembler::begin_forming(const VersionDescription& description) {
   if (forming_ && is_like(*forming_, description.grid, description.palette_Pa_s_per_m)) return;
   end_forming();
   forming_ = std::make_shared<Workspace>(description.grid, description.palette_Pa_s_per_m);
-  forming_->reserve_for(with_room(std::min<std::size_t>(description.brick_count, kMostReserved)), 0);
+  forming_->reserve_more(with_room(std::min<std::size_t>(description.brick_count, kMostReserved)));
 }
 
 void WorkspaceAssembler::end_forming() {
@@ -217,20 +217,8 @@ void WorkspaceAssembler::write_brick(Workspace& to, BrickKey key) {
   if (found == held_.end()) return to.remove_brick(key);
   ++bricks_written_;
   const std::vector<std::uint8_t>& packed = found->second.packed;
-  if (packed.empty()) return copy_brick(key, to);
-  if (!decode_brick(packed, order_packer_, *scratch_))
-    throw std::logic_error("a brick that was checked does not decode");
-  store_brick(key, *scratch_, to);
-}
-
-/// As it is in current_.
-void WorkspaceAssembler::copy_brick(BrickKey key, Workspace& to) {
-  const Workspace::BrickView from = current_->brick(key);
-  BrickData& voxels = scratch_->voxels;
-  std::memcpy(voxels.mu_code.data(), from.mu_code, kBrickVoxels);
-  from.copy_orders(voxels.order.data());
-  from.copy_objects(voxels.object.data());
-  scratch_->facts = facts_of(voxels, order_packer_);
+  if (packed.empty()) return to.copy_brick(*current_, key);
+  if (!decode_brick(packed, *scratch_)) throw std::logic_error("a brick that was checked does not decode");
   store_brick(key, *scratch_, to);
 }
 
@@ -249,9 +237,7 @@ void WorkspaceAssembler::build(const VersionDescription& description) {
     for (const BrickKey key : spare_behind_) write_brick(*built, key);
   } else {
     built = std::make_shared<Workspace>(description.grid, description.palette_Pa_s_per_m);
-    const auto several =
-        std::count_if(held_.begin(), held_.end(), [](const auto& entry) { return entry.second.several; });
-    built->reserve_for(with_room(held_.size()), static_cast<std::size_t>(several));
+    built->reserve_more(with_room(held_.size()));
     for (const auto& [key, held] : held_) write_brick(*built, key);
   }
   built->version = description.version;
@@ -274,18 +260,11 @@ void WorkspaceAssembler::prepare() {
   if (!spare_usable(current_->grid(), current_->palette())) {
     if (spare_ && spare_.use_count() > 1) return;
     spare_ = std::make_shared<Workspace>(current_->grid(), current_->palette());
-    spare_->reserve_for(with_room(current_->brick_count()),
-                        current_->object_lists());  // first, or all would be moved
+    spare_->reserve_more(with_room(current_->brick_count()));  // first, or all would be moved
     *spare_ = *current_;
   } else {
     // Not from held_: what came since is not known to be whole.
-    for (const BrickKey key : spare_behind_) {
-      if (current_->has_brick(key)) {
-        copy_brick(key, *spare_);
-      } else {
-        spare_->remove_brick(key);
-      }
-    }
+    for (const BrickKey key : spare_behind_) spare_->copy_brick(*current_, key);
   }
   spare_behind_.clear();
 }

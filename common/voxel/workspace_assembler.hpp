@@ -69,7 +69,6 @@ class WorkspaceAssembler {
     std::uint64_t hash;
     std::vector<std::uint8_t> packed;  // encoded; empty: as in forming_ or else in current_
     bool formed;
-    bool several;  // objects
     std::uint8_t greatest_code;
     std::uint8_t greatest_fluid_code;  // of layers and guard
   };
@@ -87,7 +86,6 @@ class WorkspaceAssembler {
   void end_forming();
   bool spare_usable(const GridSpec& grid, const std::vector<float>& palette_Pa_s_per_m) const;
   void write_brick(Workspace& to, BrickKey key);
-  void copy_brick(BrickKey key, Workspace& to);
 
   std::map<BrickKey, Held> held_;
   std::map<std::uint64_t, Tally> tallies_;  // by version
@@ -101,7 +99,6 @@ class WorkspaceAssembler {
   std::shared_ptr<Workspace> spare_;   // the version before, or a copy
   std::set<BrickKey> spare_behind_;    // where spare_ differs from current_
   std::size_t bricks_written_ = 0;
-  OrderPacker order_packer_;
   std::unique_ptr<BrickContent> scratch_ = std::make_unique<BrickContent>();
 };
 

@@ -52,9 +52,7 @@ std::uint64_t brick_hash(BrickKey key, const Workspace::BrickView& brick) {
   const auto place = static_cast<std::uint64_t>(key.x) | static_cast<std::uint64_t>(key.y) << 20 |
                      static_cast<std::uint64_t>(key.z) << 40;
   std::uint64_t hash = hash_words(brick.mu_code, kBrickVoxels, mix(place));
-  std::array<std::int8_t, kBrickVoxels> orders;
-  if (brick.order == nullptr) brick.copy_orders(orders.data());
-  hash = hash_words(brick.order != nullptr ? brick.order : orders.data(), kBrickVoxels, hash);
+  hash = hash_words(brick.order, kBrickVoxels, hash);
   if (brick.object != nullptr) return hash_words(brick.object, 2 * kBrickVoxels, hash);
   std::array<std::uint16_t, kBrickVoxels> objects;
   brick.copy_objects(objects.data());

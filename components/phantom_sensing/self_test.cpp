@@ -148,9 +148,7 @@ std::string check_brick(voxel::BrickKey key, const voxel::Workspace& workspace,
                         const runtime::CellConfig& cell, Samples& samples) {
   const voxel::Workspace::BrickView brick = workspace.brick(key);
   for (std::uint32_t i = 0; i < voxel::kBrickVoxels; ++i) {
-    const std::uint16_t object = brick.object != nullptr ? brick.object[i]
-                                 : brick.mu_code[i] != 0 ? brick.sole_object
-                                                         : std::uint16_t{0};
+    const std::uint16_t object = brick.object_of(i);
     if (object == 0 && brick.mu_code[i] == 0) continue;
     if (object > cell.objects.size()) continue;
     // Inverse of brick_offset().
@@ -159,13 +157,13 @@ std::string check_brick(voxel::BrickKey key, const voxel::Workspace& workspace,
         static_cast<std::int32_t>((i >> 9 & 7) << 2 | (i >> 2 & 3)) + key.y * voxel::kBrickEdge,
         static_cast<std::int32_t>((i >> 12 & 7) << 2 | (i >> 4 & 3)) + key.z * voxel::kBrickEdge};
     if (object == 0) return name_of(v) + " has a viscosity and belongs to no object";
-    const auto expected = mu_of(cell.objects[object - 1U].profile, brick.order_of(i));
+    const auto expected = mu_of(cell.objects[object - 1U].profile, brick.order[i]);
     if (!expected || workspace.palette()[brick.mu_code[i]] != *expected) {
       return text(name_of(v), " of ", cell.objects[object - 1U].name, ", order ",
-                  static_cast<int>(brick.order_of(i)), ", has ", workspace.palette()[brick.mu_code[i]],
+                  static_cast<int>(brick.order[i]), ", has ", workspace.palette()[brick.mu_code[i]],
                   " Pa·s/m, which its profile does not give it");
     }
-    if (workspace.grid().contains(v)) samples.try_emplace({object, brick.order_of(i)}, v);
+    if (workspace.grid().contains(v)) samples.try_emplace({object, brick.order[i]}, v);
   }
   return "";
 }

@@ -39,7 +39,7 @@ std::uint8_t code_of(std::uint32_t x, std::uint32_t y, std::uint32_t z, std::siz
 }
 
 void fill(voxel::Workspace& workspace, voxel::BrickKey key) {
-  const auto brick = workspace.make_brick(key);
+  const auto brick = workspace.edit_brick(key);
   const std::size_t codes = workspace.palette().size();
   for (std::uint32_t z = 0; z < voxel::kBrickEdge; ++z) {
     for (std::uint32_t y = 0; y < voxel::kBrickEdge; ++y) {

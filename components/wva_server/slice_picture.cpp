@@ -93,7 +93,7 @@ Index3 middle_of(const Workspace& workspace) {
     for (std::uint32_t i = 0; i < voxel::kBrickVoxels; ++i) {
       const std::int32_t x = static_cast<std::int32_t>(i & 31), y = static_cast<std::int32_t>(i >> 5 & 31),
                          z = static_cast<std::int32_t>(i >> 10);
-      const std::int8_t order = brick.order_of(voxel::brick_offset(i & 31, i >> 5 & 31, i >> 10));
+      const std::int8_t order = brick.order[voxel::brick_offset(i & 31, i >> 5 & 31, i >> 10)];
       if (order != voxel::kOrderBoundary && order != voxel::kOrderInterior) continue;
       const std::array<std::int32_t, 3> v{box.min.x + x, box.min.y + y, box.min.z + z};
       for (std::size_t axis = 0; axis < 3; ++axis) {

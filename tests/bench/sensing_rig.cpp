@@ -33,11 +33,10 @@ voxel::Workspace make_mixed(int edge_vox) {
   for (voxel::BrickKey key{0, 0, 0}; key.z < nz; ++key.z) {
     for (key.y = 0; key.y < ny; ++key.y) {
       for (key.x = 0; key.x < nx; ++key.x) {
-        const auto brick = workspace.make_brick_of(key, 1);
-        for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i) {
-          brick.mu_code[i] = static_cast<std::uint8_t>(1 + random() % 7);
-          brick.order[i] = 1;
-        }
+        const auto orders = std::make_shared<std::int8_t[]>(voxel::kBrickVoxels, std::int8_t{1});
+        std::uint8_t* const mu_code = workspace.make_brick(key, {orders, nullptr, 1});
+        for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i)
+          mu_code[i] = static_cast<std::uint8_t>(1 + random() % 7);
       }
     }
   }
@@ -56,7 +55,7 @@ voxel::Workspace make_balls(int edge_vox) {
         const double distance = (p - ball).norm() - 0.08;
         const int code = distance <= 0.0 ? 7 : 6 - static_cast<int>(distance / 0.02);
         if (code <= 0) continue;
-        const auto brick = workspace.make_brick({x >> 5, y >> 5, z >> 5});
+        const auto brick = workspace.edit_brick({x >> 5, y >> 5, z >> 5});
         brick.mu_code[voxel::brick_offset(
             static_cast<std::uint32_t>(x) & 31U, static_cast<std::uint32_t>(y) & 31U,
             static_cast<std::uint32_t>(z) & 31U)] = static_cast<std::uint8_t>(code);

@@ -33,7 +33,7 @@ Voxels voxels_of(const voxel::Workspace& workspace, std::uint16_t object) {
     brick.copy_objects(objects.data());
     for (std::uint32_t i = 0; i < voxel::kBrickVoxels; ++i) {
       if (objects[i] != object) continue;
-      const std::int8_t order = brick.order_of(i);
+      const std::int8_t order = brick.order[i];
       voxels.solid += order == voxel::kOrderBoundary || order == voxel::kOrderInterior;
       voxels.guard += order == voxel::kOrderGuard;
     }

@@ -56,10 +56,11 @@ void code(TeleopSetup& setup, Coding coding, double error_m, const Settings& set
   setup.workspace = phantom_sensing::build_workspace(setup.cell);
   if (coding != Coding::kFreeInside) return;
   for (const voxel::BrickKey key : setup.workspace.bricks()) {
-    std::uint8_t* mu_code = setup.workspace.edit_brick(key).mu_code;
-    const auto brick = setup.workspace.brick(key);
+    const auto brick = setup.workspace.edit_brick(key);
     for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i) {
-      if (brick.order_of(i) == voxel::kOrderInterior) mu_code[i] = 0;
+      if (brick.order[i] != voxel::kOrderInterior) continue;
+      brick.mu_code[i] = 0;
+      brick.object[i] = 0;
     }
   }
 }

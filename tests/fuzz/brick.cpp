@@ -13,27 +13,24 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
   using namespace phantom;
-  voxel::OrderPacker packer;
   const auto brick = std::make_unique<voxel::BrickContent>(), again = std::make_unique<voxel::BrickContent>();
   const auto expect_again =
       [&](const core::Status& status) {  // as it was, and so must be what is known of it
         const auto& [voxels, facts] = *brick;
-        voxel::OrderPacker other;
-        const voxel::BrickFacts literal = voxel::facts_of(voxels, other);
+        const voxel::BrickFacts literal = voxel::facts_of(voxels);
         if (!status || std::memcmp(&voxels, &again->voxels, sizeof voxels) != 0 ||
             facts.object != literal.object || facts.uniform != literal.uniform ||
             facts.greatest_code != literal.greatest_code ||
-            facts.greatest_fluid_code != literal.greatest_fluid_code ||
-            !facts.orders.tables != !literal.orders.tables)
+            facts.greatest_fluid_code != literal.greatest_fluid_code)
           std::abort();
       };
-  if (voxel::decode_brick({bytes, size}, packer, *brick))
-    expect_again(voxel::decode_brick(voxel::encode_brick(brick->voxels.view()), packer, *again));
-  if (voxel::untile_brick({bytes, size}, packer, *brick)) {  // what lies behind the checksum
+  if (voxel::decode_brick({bytes, size}, *brick))
+    expect_again(voxel::decode_brick(voxel::encode_brick(brick->voxels.view()), *again));
+  if (voxel::untile_brick({bytes, size}, *brick)) {  // what lies behind the checksum
     std::vector<std::uint8_t> tiled(voxel::kMostTiledBytes);
     tiled.resize(
         voxel::tile_brick(brick->voxels.view(), std::span<std::uint8_t, voxel::kMostTiledBytes>(tiled)));
-    expect_again(voxel::untile_brick(tiled, packer, *again));
+    expect_again(voxel::untile_brick(tiled, *again));
   }
   if (size < 8) return 0;
   std::uint32_t counts[2];

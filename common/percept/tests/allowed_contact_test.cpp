@@ -34,7 +34,7 @@ TEST(AllowedContact, IsBounded) {
 /// Fluid of object 1 for x < 16 and of object 2 for x ≥ 16, thicker the farther from there.
 voxel::Workspace two_objects() {
   voxel::Workspace workspace({Eigen::Vector3d::Zero(), 0.01, {32, 32, 32}}, {0.0F, 9.0F, 13.0F, 32.0F});
-  const auto brick = workspace.make_brick({0, 0, 0});
+  const auto brick = workspace.edit_brick({0, 0, 0});
   for (std::uint32_t z = 0; z < 32; ++z) {
     for (std::uint32_t y = 0; y < 32; ++y) {
       for (std::uint32_t x = 0; x < 32; ++x) {

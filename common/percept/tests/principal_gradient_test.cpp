@@ -19,7 +19,7 @@ voxel::Workspace world(const std::function<int(voxel::Index3)>& code_at) {
       for (std::int32_t x = 0; x < 64; ++x) {
         const int code = code_at({x, y, z});
         if (code == 0) continue;
-        const auto brick = workspace.make_brick({x >> 5, y >> 5, z >> 5});
+        const auto brick = workspace.edit_brick({x >> 5, y >> 5, z >> 5});
         const std::size_t at =
             voxel::brick_offset(static_cast<std::uint32_t>(x) & 31U, static_cast<std::uint32_t>(y) & 31U,
                                 static_cast<std::uint32_t>(z) & 31U);

@@ -132,7 +132,7 @@ TEST(ClusterSensor, ReadsTheSameWithAPaletteTooLargeToCount) {
   voxel::Workspace workspace({Eigen::Vector3d::Zero(), 0.01, {64, 64, 64}}, many);
   std::mt19937 random(2);
   for (const voxel::BrickKey key : {voxel::BrickKey{0, 0, 0}, {1, 0, 0}, {1, 1, 1}}) {
-    auto brick = workspace.make_brick(key);
+    auto brick = workspace.edit_brick(key);
     for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i)
       brick.mu_code[i] = static_cast<std::uint8_t>(random() % 60);
   }

@@ -201,7 +201,7 @@ TEST(SensingKernel, LargePalettesAreLookedUpRight) {
   for (const std::size_t palette_size :
        {std::size_t{16}, std::size_t{32}, std::size_t{64}, std::size_t{256}}) {
     for (const voxel::BrickKey key : c.world.bricks()) {
-      auto brick = c.world.make_brick(key);
+      auto brick = c.world.edit_brick(key);
       for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i)
         brick.mu_code[i] = static_cast<std::uint8_t>(random() % palette_size);
     }

@@ -24,7 +24,7 @@ inline voxel::Workspace make(const std::function<std::uint8_t(const Eigen::Vecto
       for (std::int32_t x = 0; x < n; ++x) {
         const std::uint8_t code = code_at(grid.centre_of({x, y, z}));
         if (code == 0) continue;
-        const auto brick = workspace.make_brick({x >> 5, y >> 5, z >> 5});
+        const auto brick = workspace.edit_brick({x >> 5, y >> 5, z >> 5});
         const std::size_t at =
             voxel::brick_offset(static_cast<std::uint32_t>(x) & 31U, static_cast<std::uint32_t>(y) & 31U,
                                 static_cast<std::uint32_t>(z) & 31U);

@@ -59,8 +59,8 @@ TEST(WorkspaceAssembler, KeepsTheLastWholeVersionWhileTheNextIsIncomplete) {
   Workspace second = first;
   second.version = 6;
   const auto keys = second.bricks();
-  second.make_brick(keys[0]).mu_code[9] ^= 1;
-  second.make_brick(keys[1]).order[9] ^= 1;
+  second.edit_brick(keys[0]).mu_code[9] ^= 1;
+  second.edit_brick(keys[1]).order[9] ^= 1;
   second.remove_brick(keys[2]);
 
   WorkspaceAssembler assembler;
@@ -116,7 +116,7 @@ Change change_some(Workspace& workspace, std::mt19937& random) {
           workspace.remove_brick(key);
           change.removed.push_back(key);
         } else if (choice == 1) {
-          const auto brick = workspace.make_brick(key);
+          const auto brick = workspace.edit_brick(key);
           for (int i = 0; i < 50; ++i) {
             const std::size_t at = random() % kBrickVoxels;
             brick.mu_code[at] = static_cast<std::uint8_t>(random() % 4);
@@ -192,7 +192,7 @@ TEST(WorkspaceAssembler, AChangeCostsItsBricksOnly) {
   EXPECT_EQ(assembler.bricks_written(), keys.size());
   assembler.prepare();
   const auto change = [&](std::size_t i) {
-    server.make_brick(keys[i]).mu_code[9] ^= 1;
+    server.edit_brick(keys[i]).mu_code[9] ^= 1;
     ++server.version;
     put(assembler, server, keys[i]);
     ASSERT_TRUE(assembler.commit(describe(server)));
@@ -216,7 +216,7 @@ TEST(WorkspaceAssembler, TakesAnotherPaletteAndGrid) {
   const Workspace first = random_workspace(5);
   Workspace second({{0, 0, 0}, 0.01, {64, 32, 32}}, {0.0F, 1.0F, 2.0F});
   second.version = 6;
-  second.make_brick({1, 0, 0}).mu_code[7] = 2;
+  second.edit_brick({1, 0, 0}).mu_code[7] = 2;
   WorkspaceAssembler assembler;
   for (const BrickKey key : first.bricks()) put(assembler, first, key);
   ASSERT_TRUE(assembler.commit(describe(first)));
@@ -226,7 +226,7 @@ TEST(WorkspaceAssembler, TakesAnotherPaletteAndGrid) {
   ASSERT_TRUE(assembler.commit(describe(second)));
   expect_same(assembler.current().get(), second);
   assembler.prepare();
-  second.make_brick({0, 0, 0}).mu_code[7] = 1;
+  second.edit_brick({0, 0, 0}).mu_code[7] = 1;
   ++second.version;
   put(assembler, second, {0, 0, 0});
   ASSERT_TRUE(assembler.commit(describe(second)));
@@ -268,14 +268,14 @@ TEST(WorkspaceAssembler, TheGridMayChangeBeforeTheFirstVolumeIsWhole) {
   ASSERT_TRUE(assembler.commit(describe(small)));
   for (std::size_t i = 1; i < keys.size(); ++i) {
     put(assembler, small, keys[i]);
-    const auto made = large.make_brick(keys[i]);
+    const auto made = large.edit_brick(keys[i]);
     const auto from = small.brick(keys[i]);
     std::copy_n(from.mu_code, kBrickVoxels, made.mu_code);
     std::copy_n(from.order, kBrickVoxels, made.order);
     from.copy_objects(made.object);
   }
   const BrickKey beyond{grid.size_vox[0] / kBrickEdge - 1, 0, 0};
-  large.make_brick(beyond).mu_code[0] = static_cast<std::uint8_t>(palette.size() - 1);
+  large.edit_brick(beyond).mu_code[0] = static_cast<std::uint8_t>(palette.size() - 1);
   put(assembler, large, beyond);
   EXPECT_EQ(assembler.current(), nullptr);
   ASSERT_TRUE(assembler.commit(describe(large)));
@@ -286,7 +286,7 @@ TEST(WorkspaceAssembler, TheGridMayChangeBeforeTheFirstVolumeIsWhole) {
   ASSERT_TRUE(other.commit(describe(small)));
   ASSERT_TRUE(other.commit(describe(large)));
   Workspace next = small;
-  next.make_brick(keys[0]).mu_code[5] ^= 1;
+  next.edit_brick(keys[0]).mu_code[5] ^= 1;
   next.version = large.version + 1;
   put(other, next, keys[0]);
   expect_same(other.current().get(), small);
@@ -352,7 +352,7 @@ TEST(WorkspaceAssembler, RefusesCodesThatThePaletteDoesNotHave) {
   Workspace workspace = random_workspace(5);
   Workspace narrow(workspace.grid(), {0.0F, 9.0F});
   for (const BrickKey key : workspace.bricks()) {
-    std::memcpy(narrow.make_brick(key).mu_code, workspace.brick(key).mu_code, kBrickVoxels);
+    std::memcpy(narrow.edit_brick(key).mu_code, workspace.brick(key).mu_code, kBrickVoxels);
   }
   WorkspaceAssembler assembler;
   for (const BrickKey key : narrow.bricks()) put(assembler, narrow, key);

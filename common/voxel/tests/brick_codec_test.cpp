@@ -76,18 +76,11 @@ Bytes compressed(const void* content, std::size_t size) {
 
 void expect_same(const BrickContent& got, const BrickData& want) {
   EXPECT_EQ(std::memcmp(&got.voxels, &want, sizeof want), 0);
-  OrderPacker packer;
-  const BrickFacts facts = facts_of(want, packer);
+  const BrickFacts facts = facts_of(want);
   EXPECT_EQ(got.facts.object, facts.object);
   EXPECT_EQ(got.facts.uniform, facts.uniform);
   EXPECT_EQ(got.facts.greatest_code, facts.greatest_code);
   EXPECT_EQ(got.facts.greatest_fluid_code, facts.greatest_fluid_code);
-  ASSERT_EQ(got.facts.orders.tables == nullptr, facts.orders.tables == nullptr);
-  if (!got.facts.orders.tables) return;
-  const auto& [tables, second] = got.facts.orders;
-  std::array<std::int8_t, kBrickVoxels> told;
-  orders_by_code(*tables, second.empty() ? nullptr : second.data(), want.mu_code.data(), told.data());
-  EXPECT_EQ(told, want.order);
 }
 
 /// `kinds` kinds at random, at most `in_a_tile` of them in each tile; a share of the tiles has one.
@@ -120,14 +113,13 @@ void for_each_instruction_set(const std::function<void()>& test) {
 
 TEST(BrickTiles, AreWhatTheLiteralTwinWritesWithEveryInstructionSet) {
   for_each_instruction_set([] {
-    OrderPacker packer;
     auto content = std::make_unique<BrickContent>();
     for (const std::size_t kinds : {1U, 2U, 3U, 9U, 100U, 256U}) {
       for (const std::size_t in_a_tile : {1U, 2U, 3U, 10U}) {
         const auto brick = patchy_brick(static_cast<unsigned>(kinds + in_a_tile), kinds, in_a_tile);
         const Bytes bytes = tiled(brick->view());
         ASSERT_EQ(bytes, tiled_literally(*brick));
-        ASSERT_TRUE(untile_brick(bytes, packer, *content));
+        ASSERT_TRUE(untile_brick(bytes, *content));
         expect_same(*content, *brick);
       }
     }
@@ -141,9 +133,8 @@ TEST(BrickTiles, TileMayHave64Kinds) {
   brick->object.fill(0);
   const Bytes bytes = tiled(brick->view());
   ASSERT_EQ(bytes, tiled_literally(*brick));
-  OrderPacker packer;
   auto content = std::make_unique<BrickContent>();
-  ASSERT_TRUE(untile_brick(bytes, packer, *content));
+  ASSERT_TRUE(untile_brick(bytes, *content));
   expect_same(*content, *brick);
 }
 
@@ -160,9 +151,8 @@ TEST(BrickTiles, SayWhatDoesNotFit) {
 TEST(BrickTiles, RefuseWhatIsNotAsTold) {
   const auto brick = patchy_brick(4, 3, 3);
   const Bytes good = tiled(brick->view());
-  OrderPacker packer;
   auto content = std::make_unique<BrickContent>();
-  ASSERT_TRUE(untile_brick(good, packer, *content));
+  ASSERT_TRUE(untile_brick(good, *content));
   const std::size_t counts = 2 + 4 * 3, named = counts + 512;
   const std::size_t masks =
       named + std::accumulate(good.begin() + counts, good.begin() + named, std::size_t{0});
@@ -173,7 +163,7 @@ TEST(BrickTiles, RefuseWhatIsNotAsTold) {
   const auto expect_refused = [&](const std::function<void(Bytes&)>& damage, const std::string& why) {
     Bytes bytes = good;
     damage(bytes);
-    const core::Status status = untile_brick(bytes, packer, *content);
+    const core::Status status = untile_brick(bytes, *content);
     EXPECT_FALSE(status) << why;
     EXPECT_NE(status.message().find(why), std::string::npos) << status.message();
   };
@@ -200,13 +190,12 @@ TEST(BrickTiles, RefuseWhatIsNotAsTold) {
 
 TEST(BrickCodec, RoundTripOfNoise) {
   const Workspace workspace = random_workspace(3);
-  OrderPacker packer;
   auto back = std::make_unique<BrickContent>();
   for (const BrickKey key : workspace.bricks()) {
     const auto brick = workspace.brick(key);
     const Bytes bytes = encode_brick(brick);
     ASSERT_EQ(ZSTD_getFrameContentSize(bytes.data(), bytes.size()), sizeof(BrickData));  // too many kinds
-    ASSERT_TRUE(decode_brick(bytes, packer, *back));
+    ASSERT_TRUE(decode_brick(bytes, *back));
     EXPECT_EQ(std::memcmp(back->voxels.mu_code.data(), brick.mu_code, kBrickVoxels), 0);
     EXPECT_EQ(std::memcmp(back->voxels.order.data(), brick.order, kBrickVoxels), 0);
     EXPECT_EQ(std::memcmp(back->voxels.object.data(), brick.object, 2 * kBrickVoxels), 0);
@@ -215,72 +204,67 @@ TEST(BrickCodec, RoundTripOfNoise) {
 }
 
 TEST(BrickCodec, RoundTripOfAnyNumberOfKinds) {
-  OrderPacker packer;
   auto back = std::make_unique<BrickContent>();
   std::mt19937 random(7);
   for (unsigned round = 0; round < 60; ++round) {
     const auto brick = patchy_brick(round, 1 + random() % (round % 2 == 0 ? 12 : 300), 1 + random() % 70);
-    ASSERT_TRUE(decode_brick(encode_brick(brick->view()), packer, *back));
+    ASSERT_TRUE(decode_brick(encode_brick(brick->view()), *back));
     expect_same(*back, *brick);
   }
 }
 
 TEST(BrickCodec, BytesDoNotDependOnHowAWorkspaceKeepsTheBrick) {
-  // Of one object, orders told by codes; the same with all arrays.
+  // Of one object; the same with all arrays.
   const LayerProfile profile{{2, 3}, {30.0F, 10.0F}, 100.0F, 1};
   const auto made = activate_alone({"sphere", 1, geometry::make_sphere(0.4, 4), profile}, 0.01);
   ASSERT_TRUE(made) << made.status().message();
   Workspace kept(made->first.grid(), made->first.palette());
-  OrderPacker packer;
   auto back = std::make_unique<BrickContent>();
-  bool any_told = false;
   for (const BrickKey key : made->first.bricks()) {
     const Bytes bytes = encode_brick(made->first.brick(key));
     EXPECT_LT(bytes.size(), 8000U);
-    ASSERT_TRUE(decode_brick(bytes, packer, *back));
+    ASSERT_TRUE(decode_brick(bytes, *back));
     EXPECT_EQ(encode_brick(back->voxels.view()), bytes);
-    const auto to = kept.make_brick_of(key, back->facts.object, back->facts.orders);
+    const auto to = kept.edit_brick(key);
     std::copy_n(back->voxels.mu_code.data(), kBrickVoxels, to.mu_code);
-    ASSERT_EQ(to.order, nullptr);
+    std::copy_n(back->voxels.order.data(), kBrickVoxels, to.order);
+    std::copy_n(back->voxels.object.data(), kBrickVoxels, to.object);
+    ASSERT_EQ(made->first.brick(key).object, nullptr);
     EXPECT_EQ(encode_brick(kept.brick(key)), bytes);
-    any_told |= kept.brick(key).second != nullptr;
   }
-  EXPECT_TRUE(any_told);
 }
 
 TEST(BrickCodec, ReadsThePlainFormOfOlderRecordings) {
-  OrderPacker packer;
   auto back = std::make_unique<BrickContent>();
   for (const std::size_t kinds : {1U, 5U, 200U}) {
     const auto brick = patchy_brick(8, kinds, 3);
-    ASSERT_TRUE(decode_brick(compressed(brick.get(), sizeof *brick), packer, *back));
+    ASSERT_TRUE(decode_brick(compressed(brick.get(), sizeof *brick), *back));
     expect_same(*back, *brick);
   }
 }
 
 TEST(BrickCodec, RefusesWhatIsNoBrick) {
-  OrderPacker packer;
   auto content = std::make_unique<BrickContent>();
   const Workspace noise = random_workspace(3);
   const auto patchy = patchy_brick(2, 7, 3);
   for (const Bytes& bytes :
        {encode_brick(noise.brick(noise.bricks().front())), encode_brick(patchy->view())}) {
-    EXPECT_FALSE(decode_brick({}, packer, *content));
-    EXPECT_FALSE(decode_brick(Bytes(100, 0x42), packer, *content));
-    EXPECT_FALSE(decode_brick(std::span(bytes).first(bytes.size() / 2), packer, *content));
-    EXPECT_FALSE(decode_brick(std::span(bytes).first(bytes.size() - 1), packer, *content));
+    EXPECT_FALSE(decode_brick({}, *content));
+    EXPECT_FALSE(decode_brick(Bytes(100, 0x42), *content));
+    EXPECT_FALSE(decode_brick(std::span(bytes).first(bytes.size() / 2), *content));
+    EXPECT_FALSE(decode_brick(std::span(bytes).first(bytes.size() - 1), *content));
     std::mt19937 random(5);
     for (int round = 0; round < 200; ++round) {  // the checksum finds what decompression lets pass
       auto damaged = bytes;
       damaged[random() % damaged.size()] ^= static_cast<std::uint8_t>(1 + random() % 255);
-      if (!decode_brick(damaged, packer, *content)) continue;
+      if (!decode_brick(damaged, *content)) continue;
       EXPECT_EQ(encode_brick(content->voxels.view()), bytes);
     }
   }
   const Bytes nothing(kMostTiledBytes + 1);
   for (const std::size_t size :
        {std::size_t{0}, std::size_t{1}, std::size_t{600}, kMostTiledBytes, nothing.size()}) {
-    const core::Status status = decode_brick(compressed(nothing.data(), size), packer, *content);
+    const core::Status status = decode_brick(compressed(nothing.data(), size), *content);
     EXPECT_FALSE(status) << size;
     EXPECT_NE(status.message().find("brick: "), std::string::npos);
   }

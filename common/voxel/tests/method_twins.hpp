@@ -4,8 +4,8 @@
 
 #include "common/geometry/point_triangle.hpp"
 #include "common/voxel/dilation.hpp"
-#include "common/voxel/object_voxels.hpp"
 #include "common/voxel/tests/literal_twins.hpp"
+#include "common/voxel/tests/object_voxels.hpp"
 
 namespace phantom::voxel::twin {
 

@@ -25,7 +25,7 @@ inline Workspace random_workspace(unsigned seed, bool backwards = false) {
   for (const BrickKey key : keys) {
     std::mt19937 noise(seed + static_cast<unsigned>(key.x + 10 * key.y + 100 * key.z));
     const bool by_code = noise() % 2 == 0;
-    const auto brick = workspace.make_brick(key);
+    const auto brick = workspace.edit_brick(key);
     for (std::size_t i = 0; i < kBrickVoxels; ++i) {
       brick.mu_code[i] = static_cast<std::uint8_t>(noise() % 4);
       const std::uint8_t code = brick.mu_code[i];

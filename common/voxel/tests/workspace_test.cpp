@@ -40,7 +40,7 @@ TEST(Workspace, IsFreeWhereNothingIs) {
 
 TEST(Workspace, KeepsWhatIsWrittenWhereItIsWritten) {
   Workspace workspace({Eigen::Vector3d::Zero(), 0.01, {70, 40, 33}}, {0.0F, 5.0F, 9.0F});
-  const auto brick = workspace.make_brick({2, 1, 1});
+  const auto brick = workspace.edit_brick({2, 1, 1});
   const std::size_t at = brick_offset(69 - 64, 39 - 32, 0);
   brick.mu_code[at] = 2;
   brick.order[at] = kOrderInterior;
@@ -56,13 +56,13 @@ TEST(Workspace, KeepsWhatIsWrittenWhereItIsWritten) {
 
 TEST(Workspace, ForgetsRemovedBricksAndReusesTheirRoom) {
   Workspace workspace({Eigen::Vector3d::Zero(), 0.01, {128, 32, 32}}, {0.0F, 5.0F});
-  workspace.make_brick({0, 0, 0}).mu_code[5] = 1;
-  workspace.make_brick({1, 0, 0}).mu_code[5] = 1;
+  workspace.edit_brick({0, 0, 0}).mu_code[5] = 1;
+  workspace.edit_brick({1, 0, 0}).mu_code[5] = 1;
   const std::size_t bytes = workspace.bytes();
   workspace.remove_brick({0, 0, 0});
   EXPECT_FALSE(workspace.has_brick({0, 0, 0}));
   EXPECT_EQ(workspace.brick_count(), 1U);
-  EXPECT_EQ(workspace.make_brick({3, 0, 0}).mu_code[5], 0);
+  EXPECT_EQ(workspace.edit_brick({3, 0, 0}).mu_code[5], 0);
   EXPECT_EQ(workspace.bytes(), bytes);
   EXPECT_EQ(workspace.brick_count(), 2U);
 }
@@ -71,7 +71,7 @@ TEST(Workspace, BricksOfOneObjectAndBricksOfOneValueReadLikeAnyOther) {
   const GridSpec grid{{}, 0.01, {96, 32, 32}};
   Workspace plain(grid, {0.0F, 5.0F, 9.0F}), lean = plain;
   for (const BrickKey key : {BrickKey{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}) {
-    const auto to = plain.make_brick(key);
+    const auto to = plain.edit_brick(key);
     for (std::size_t i = 0; i < kBrickVoxels; ++i) {
       const bool there = key.x != 0 || i % 3 == 0;
       to.mu_code[i] = there ? 2 : 0;
@@ -79,11 +79,12 @@ TEST(Workspace, BricksOfOneObjectAndBricksOfOneValueReadLikeAnyOther) {
       to.object[i] = there ? 7 : 0;
     }
   }
-  const auto sole = lean.make_brick_of({0, 0, 0}, 7);
-  EXPECT_EQ(sole.object, nullptr);
+  const auto orders = std::make_shared<std::int8_t[]>(kBrickVoxels);
+  std::uint8_t* const codes = lean.make_brick({0, 0, 0}, {orders, nullptr, 7});
+  EXPECT_EQ(lean.brick({0, 0, 0}).object, nullptr);
   for (std::size_t i = 0; i < kBrickVoxels; ++i) {
-    sole.mu_code[i] = i % 3 == 0 ? 2 : 0;
-    sole.order[i] = i % 3 == 0 ? kOrderInterior : kOrderFree;
+    codes[i] = i % 3 == 0 ? 2 : 0;
+    orders[static_cast<std::ptrdiff_t>(i)] = i % 3 == 0 ? kOrderInterior : kOrderFree;
   }
   const std::size_t before = lean.bytes();
   lean.fill_brick({1, 0, 0}, 2, kOrderInterior, 7);
@@ -96,10 +97,10 @@ TEST(Workspace, BricksOfOneObjectAndBricksOfOneValueReadLikeAnyOther) {
   EXPECT_EQ(lean.bricks(), plain.bricks());
   for (int x = 0; x < 96; ++x) EXPECT_EQ(lean.object({x, 5, 6}), plain.object({x, 5, 6}));
   // To write into one of them leaves its twin alone.
-  lean.make_brick({1, 0, 0}).object[3] = 8;
-  plain.make_brick({1, 0, 0}).object[3] = 8;
-  lean.make_brick({0, 0, 0}).mu_code[0] = 1;
-  plain.make_brick({0, 0, 0}).mu_code[0] = 1;
+  lean.edit_brick({1, 0, 0}).object[3] = 8;
+  plain.edit_brick({1, 0, 0}).object[3] = 8;
+  lean.edit_brick({0, 0, 0}).mu_code[0] = 1;
+  plain.edit_brick({0, 0, 0}).mu_code[0] = 1;
   EXPECT_EQ(lean.content_hash(), plain.content_hash());
   lean.remove_brick({1, 0, 0});
   plain.remove_brick({1, 0, 0});
@@ -115,18 +116,16 @@ TEST(Workspace, SharedOrdersStayAsTheyAreWhateverIsWritten) {
   const std::shared_ptr<std::int8_t[]> orders(new std::int8_t[kBrickVoxels]);
   std::fill_n(orders.get(), kBrickVoxels, std::int8_t{3});
   Workspace one({Eigen::Vector3d::Zero(), 0.01, {64, 32, 32}}, {0.0F, 5.0F});
-  const auto made = one.make_brick_of({1, 0, 0}, 7, orders);
-  EXPECT_EQ(made.order, nullptr);
-  std::fill_n(made.mu_code, kBrickVoxels, std::uint8_t{1});
+  std::fill_n(one.make_brick({1, 0, 0}, {orders, nullptr, 7}), kBrickVoxels, std::uint8_t{1});
   EXPECT_EQ(one.brick({1, 0, 0}).order, orders.get());
   Workspace other = one;
   EXPECT_EQ(other.content_hash(), one.content_hash());
-  one.make_brick({1, 0, 0}).order[0] = 4;
+  one.edit_brick({1, 0, 0}).order[0] = 4;
   EXPECT_EQ(one.order({32, 0, 0}), 4);
   EXPECT_EQ(one.object({32, 0, 0}), 7);
   EXPECT_EQ(orders[0], 3);
-  Workspace twin = one;  // its own orders are copied
-  twin.make_brick({1, 0, 0}).order[0] = 5;
+  Workspace twin = one;  // shares orders that were one's own
+  twin.edit_brick({1, 0, 0}).order[0] = 5;
   EXPECT_EQ(one.order({32, 0, 0}), 4);
   EXPECT_EQ(other.order({32, 0, 0}), 3);
 }
@@ -137,9 +136,9 @@ TEST(Workspace, HashTellsContentNotHistory) {
   EXPECT_EQ(one.content_hash(), backwards.content_hash());
   Workspace changed = one;
   const BrickKey key = changed.bricks().front();
-  changed.make_brick(key).object[17] ^= 1;
+  changed.edit_brick(key).object[17] ^= 1;
   EXPECT_NE(changed.content_hash(), one.content_hash());
-  changed.make_brick(key).object[17] ^= 1;
+  changed.edit_brick(key).object[17] ^= 1;
   EXPECT_EQ(changed.content_hash(), one.content_hash());
   changed.remove_brick(key);
   EXPECT_NE(changed.content_hash(), one.content_hash());
@@ -151,8 +150,8 @@ TEST(Workspace, HashTellsContentNotHistory) {
 
 TEST(Workspace, HashTellsWhereABrickIs) {
   Workspace here({Eigen::Vector3d::Zero(), 0.01, {64, 32, 32}}, {0.0F, 5.0F}), there = here;
-  here.make_brick({0, 0, 0}).mu_code[3] = 1;
-  there.make_brick({1, 0, 0}).mu_code[3] = 1;
+  here.edit_brick({0, 0, 0}).mu_code[3] = 1;
+  there.edit_brick({1, 0, 0}).mu_code[3] = 1;
   EXPECT_NE(here.content_hash(), there.content_hash());
 }
 

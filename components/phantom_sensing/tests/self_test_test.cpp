@@ -65,7 +65,7 @@ std::pair<voxel::BrickKey, std::size_t> layer_voxel(const voxel::Workspace& work
 TEST(SelfTest, FailsOnAVoxelOfAnotherViscosity) {
   voxel::Workspace broken = bench_workspace();
   const auto [key, at] = layer_voxel(broken, 2);
-  broken.make_brick(key).mu_code[at] -= 1;
+  broken.edit_brick(key).mu_code[at] -= 1;
   const SelfTestResult result = test_workspace(broken, bench(), {});
   EXPECT_FALSE(result.passed);
   EXPECT_THAT(result.message, HasSubstr("order 2"));
@@ -74,14 +74,14 @@ TEST(SelfTest, FailsOnAVoxelOfAnotherViscosity) {
 TEST(SelfTest, FailsOnAVoxelOfAnotherOrder) {
   voxel::Workspace broken = bench_workspace();
   const auto [key, at] = layer_voxel(broken, 2);
-  broken.make_brick(key).order[at] = 98;
+  broken.edit_brick(key).order[at] = 98;
   EXPECT_FALSE(test_workspace(broken, bench(), {}).passed);
 }
 
 TEST(SelfTest, FailsOnFluidOfNobody) {
   voxel::Workspace broken = bench_workspace();
   const auto [key, at] = layer_voxel(broken, 3);
-  broken.make_brick(key).object[at] = 0;
+  broken.edit_brick(key).object[at] = 0;
   EXPECT_THAT(test_workspace(broken, bench(), {}).message, HasSubstr("belongs to no object"));
 }
 
