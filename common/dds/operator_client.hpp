@@ -44,20 +44,20 @@ class OperatorClient {
   /// Stamps and sends `command`, and again for at most `repeat_s`; a stop until it is confirmed. Returns its
   /// number, for wait(). May block for some milliseconds, as any write.
   std::uint64_t send(msg::OperatorCommand command, double repeat_s);
-  /// Waits until every side has answered (a stop: has done it) or the time is up; what they have said by
-  /// then.
+  /// Waits until every side has answered (to a stop: has stopped) or `timeout_s` is over. Returns the answers
+  /// so far.
   core::CommandAnswers wait(std::uint64_t number, double timeout_s);
-  /// Both: what the sides have answered within the time.
+  /// send(), then wait().
   core::CommandAnswers ask(const msg::OperatorCommand& command, double timeout_s) {
     return wait(send(command, timeout_s), timeout_s);
   }
 
-  /// From the caller's readers of master_state and slave_state, for each sample of the source that they keep
-  /// to: the side's own word. `stop`: the stop in force, 0 for none. Replies of another process in its place
-  /// do not count from then on. Without such readers replies count whoever sends them under the side's name.
+  /// To be called by the caller's readers of master_state and slave_state for each sample of the source that
+  /// they follow. `stop`: the stop in force there, 0 for none. From then on replies of another process do not
+  /// count as this side's. Without such readers every reply under the side's name counts.
   void take_state(core::Side side, std::uint64_t session, std::uint64_t stop, core::Nanoseconds received_ns);
 
-  /// The stop that was asked for and is not confirmed by all; none if there is none.
+  /// The answers to a requested stop that not all sides have confirmed; nothing if there is no such stop.
   std::optional<core::CommandAnswers> unconfirmed_stop() const;
 
  private:

@@ -17,7 +17,7 @@
 
 namespace phantom::dds {
 
-/// Who asks, for the log of who is asked: "NAME, process 4711 on host".
+/// This process's name in the logs of components that it sends commands to: "NAME, process 4711 on host".
 inline std::string requester_name(const std::string& name) {
   char host[65] = {};
   gethostname(host, sizeof host - 1);
@@ -43,10 +43,10 @@ class Requester {
           changed_.notify_one();
         }) {}
 
-  /// Stamps and sends the command, again and again until it is answered (who carries it out does so once),
-  /// and at once when another process that may answer joins. Hands each new word to `is_last`, once, which
-  /// says whether all that was waited for is said: where several components answer, it keeps account of who
-  /// has. False if no new word came for `timeout_s`.
+  /// Stamps and sends the command. Sends it again until it is answered (a CommandService carries it out once),
+  /// and at once when another process joins that may answer. Each new reply goes to `is_last`, once, which
+  /// returns true when no further reply is expected: where several components answer, it counts them.
+  /// Returns false if no new reply came for `timeout_s`.
   bool ask(Command command, double timeout_s, const std::function<bool(const Reply&)>& is_last) {
     command.stamp(stamper_.next());
     const auto timeout =

@@ -112,7 +112,7 @@ class BandedDistance {
   LineVector<std::uint8_t> closeness;     // [z][y][x]: B + 1 − distance along z, 0 for "farther than B"
   std::vector<std::uint64_t> solid_bits;  // [z]: 64 voxels of a row, in each slice of the surroundings
   std::vector<SolidSpan> solid_in;        // [y]: what the row holds, along x; if nothing, its closeness is 0
-  BrickBlock last;                        // block that closeness is of; nx == 0: of none
+  BrickBlock last;                        // the block whose closeness is held; nx == 0: none
   LineVector<std::uint16_t>
       squares;  // [y][x] of one z: squared distance along z, some rows more before and behind
   LineVector<std::uint16_t>

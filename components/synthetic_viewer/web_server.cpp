@@ -60,7 +60,7 @@ struct WebServer::Impl {
   void add_states();
   void command(const httplib::Request& request, httplib::Response& response);
   void view_request(const httplib::Request& request, httplib::Response& response);
-  /// Whether a request that may change something may be carried out; if not, it is answered.
+  /// Whether a request that may change something is allowed. If not, the response is filled with the refusal.
   bool permitted(const httplib::Request& request, httplib::Response& response) const;
   /// Why a request that may change something is not the page's own; empty if it is.
   std::string foreign(const httplib::Request& request) const;
