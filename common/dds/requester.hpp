@@ -43,9 +43,9 @@ class Requester {
           changed_.notify_one();
         }) {}
 
-  /// Stamps and sends the command. Sends it again until it is answered (a CommandService carries it out once),
-  /// and at once when another process joins that may answer. Each new reply goes to `is_last`, once, which
-  /// returns true when no further reply is expected: where several components answer, it counts them.
+  /// Stamps and sends the command. Sends it again until it is answered (a CommandService carries it out
+  /// once), and at once when another process joins that may answer. Each new reply goes to `is_last`, once,
+  /// which returns true when no further reply is expected: where several components answer, it counts them.
   /// Returns false if no new reply came for `timeout_s`.
   bool ask(Command command, double timeout_s, const std::function<bool(const Reply&)>& is_last) {
     command.stamp(stamper_.next());
