@@ -1,17 +1,17 @@
 // The real executable on a userspace bus: killed, frozen, and with faults of its own; on the real clock, with
 // times that a busy machine can keep.
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <cstdlib>
+#include <optional>
 #include <sstream>
 #include <thread>
 
 #include "common/can/user_bus.hpp"
 #include "tests/can/rig.hpp"
+#include "tests/support/child_process.hpp"
 
 namespace phantom {
 namespace {
@@ -40,24 +40,11 @@ class DriveProcess : public testing::Test {
   }
   void TearDown() override { end(); }
 
-  void start(std::initializer_list<const char*> more = {}) {
-    pid_ = fork();
-    ASSERT_GE(pid_, 0);
-    if (pid_ > 0) return;
-    std::vector<char*> args{const_cast<char*>("simulated_drive"), const_cast<char*>("--bus"),
-                            const_cast<char*>(drive_address_.c_str()), const_cast<char*>("--nodes"),
-                            const_cast<char*>("1,2")};
-    for (const char* arg : more) args.push_back(const_cast<char*>(arg));
-    args.push_back(nullptr);
-    execv(PHANTOM_SIMULATED_DRIVE, args.data());
-    _exit(127);
+  void start(std::vector<std::string> more = {}) {
+    more.insert(more.begin(), {PHANTOM_SIMULATED_DRIVE, "--bus", drive_address_, "--nodes", "1,2"});
+    process_.emplace(more, test::new_file("", ".log"));
   }
-  void end() {
-    if (pid_ <= 0) return;
-    kill(pid_, SIGKILL);
-    waitpid(pid_, nullptr, 0);
-    pid_ = 0;
-  }
+  void end() { process_.reset(); }
   bool reaches(DriveGroupState state, double most_s = 20.0) {
     const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(most_s);
     while (std::chrono::steady_clock::now() < until) {
@@ -78,7 +65,7 @@ class DriveProcess : public testing::Test {
   std::unique_ptr<can::UserBusHub> hub_;
   std::unique_ptr<can::DriveGroup> group_;
   can::DriveCommand command_{.enable = true};
-  pid_t pid_ = 0;
+  std::optional<test::Process> process_;
 };
 
 TEST_F(DriveProcess, FollowsAndIsFoundWhenKilledAndWhenItComesBack) {
@@ -98,10 +85,10 @@ TEST_F(DriveProcess, FollowsAndIsFoundWhenKilledAndWhenItComesBack) {
 TEST_F(DriveProcess, AFrozenProcessIsFoundAndTakenBackAfterAReset) {
   start();
   ASSERT_TRUE(reaches(DriveGroupState::kEnabled)) << group_->sentence();
-  kill(pid_, SIGSTOP);
+  process_->signal(SIGSTOP);
   ASSERT_TRUE(reaches(DriveGroupState::kFault));
   EXPECT_EQ(group_->report().drives[0].fault, DriveFault::kFeedbackMissing);
-  kill(pid_, SIGCONT);
+  process_->signal(SIGCONT);
   reaches(DriveGroupState::kEnabled,
           0.5);  // what had piled up goes over the bus; nothing follows without a reset
   EXPECT_EQ(group_->report().state, DriveGroupState::kFault);
@@ -126,10 +113,7 @@ TEST_F(DriveProcess, AFaultOfItsOwnComesAsAskedFor) {
 
 TEST_F(DriveProcess, WrongArgumentsEndWithTwo) {
   start({"--fault", "explode@1"});
-  int status = 0;
-  ASSERT_EQ(waitpid(pid_, &status, 0), pid_);
-  pid_ = 0;
-  EXPECT_EQ(WEXITSTATUS(status), 2);
+  EXPECT_EQ(process_->wait(), 2);
 }
 
 // The same over SocketCAN; interfaces as in the contract suite of the buses.
@@ -152,10 +136,10 @@ TEST_P(DriveOnSocketCan, FollowsAndIsFoundWhenFrozenAndWhenKilled) {
   for (int i = 0; i < 400 && std::abs(group_->report().position[0] - 0.2) > 1e-3; ++i)
     reaches(DriveGroupState::kFault, 0.01);
   EXPECT_NEAR(group_->report().position[0], 0.2, 1e-3);
-  kill(pid_, SIGSTOP);
+  process_->signal(SIGSTOP);
   ASSERT_TRUE(reaches(DriveGroupState::kFault));
   EXPECT_EQ(group_->report().drives[0].fault, DriveFault::kFeedbackMissing);
-  kill(pid_, SIGCONT);
+  process_->signal(SIGCONT);
   reaches(DriveGroupState::kEnabled, 0.5);
   ASSERT_TRUE(recovers()) << group_->sentence();
   end();

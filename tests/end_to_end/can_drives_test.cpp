@@ -1,8 +1,6 @@
 // The system with the arm's drives on CAN buses: simulated_drive processes in place of hardware.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <csignal>
@@ -14,6 +12,7 @@
 #include "common/dds/endpoint.hpp"
 #include "common/dds/stamp.hpp"
 #include "tests/end_to_end/running_system.hpp"
+#include "tests/support/child_process.hpp"
 
 namespace phantom::end_to_end {
 namespace {
@@ -76,20 +75,11 @@ class CanDrives : public testing::Test {
 
   // The drives of bus b as somebody else's process, as real ones are: they may die without the session.
   void start_drives() {
-    const std::string config = (system_->folder() / "hot_cell_drives_b.yaml").string();
-    const std::string executable = PHANTOM_BIN_DIR "/simulated_drive";
-    drives_ = fork();
-    ASSERT_GE(drives_, 0);
-    if (drives_ > 0) return;
-    execl(executable.c_str(), executable.c_str(), "--config", config.c_str(), static_cast<char*>(nullptr));
-    _exit(127);
+    const std::vector<std::string> words{PHANTOM_BIN_DIR "/simulated_drive", "--config",
+                                         (system_->folder() / "hot_cell_drives_b.yaml").string()};
+    drives_.emplace(words, system_->folder() / "drives_b.log");
   }
-  void end_drives() {
-    if (drives_ <= 0) return;
-    kill(drives_, SIGKILL);
-    waitpid(drives_, nullptr, 0);
-    drives_ = 0;
-  }
+  void end_drives() { drives_.reset(); }
   void reset() {
     if (!commands_) commands_.emplace(*participant_, dds::kOperatorCommand);
     if (!stamper_) stamper_.emplace(*participant_);
@@ -112,8 +102,8 @@ class CanDrives : public testing::Test {
   std::optional<msg::MasterState> master_;
   double greatest_drag_power_W_ = -1.0;         // while coupled, of any joint
   double greatest_step_ = 0.0, fastest_ = 0.0;  // between two samples; of any joint
-  pid_t drives_ = 0;
   std::optional<RunningSystem> system_;
+  std::optional<test::Process> drives_;
   std::optional<dds::Participant> participant_;
   std::optional<dds::Reader<msg::ComponentStatus>> statuses_;
   std::optional<dds::Reader<msg::SlaveState>> slaves_;

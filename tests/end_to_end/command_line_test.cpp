@@ -21,8 +21,6 @@ test::Said run(const std::string& executable, const std::string& arguments) {
 
 class Executable : public testing::TestWithParam<const char*> {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
   std::string file(const std::string& name, const std::string& text) {
     std::ofstream(folder_ / name) << text;
     return (folder_ / name).string();
@@ -33,8 +31,7 @@ class Executable : public testing::TestWithParam<const char*> {
     const std::string text = test::all_replaced(shipped, "../", PHANTOM_SOURCE_DIR "/deploy/");
     return file("topology.yaml", test::replaced(text, from, to));
   }
-  std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / ("phantom_cli_" + std::to_string(getpid()));
+  const std::filesystem::path folder_ = test::new_folder();
 };
 
 TEST_P(Executable, HelpTeachesAndVersionIsTold) {
@@ -107,7 +104,6 @@ class BrokenCell : public testing::Test {
   void SetUp() override {
     std::filesystem::copy(PHANTOM_SOURCE_DIR "/deploy", folder_, std::filesystem::copy_options::recursive);
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
   void replace_in_cell(const std::string& from, const std::string& to) {
     const auto path = folder_ / "cells/hot_cell/cell.yaml";
     const std::string cell = test::replaced(test::text_of(path), from, to);
@@ -116,8 +112,7 @@ class BrokenCell : public testing::Test {
   test::Said check(const std::string& executable) {
     return run(executable, "--check --deployment " + (folder_ / "topologies/single_host.yaml").string());
   }
-  std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / ("phantom_deploy_" + std::to_string(getpid()));
+  const std::filesystem::path folder_ = test::new_folder();
 };
 
 TEST_F(BrokenCell, AMissingMesh) {

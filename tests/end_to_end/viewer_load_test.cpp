@@ -1,15 +1,14 @@
 // The viewer, however overloaded, never slows the haptic loop (4.2): the servo loops with and without it, in
 // turn, in one run on one host, by the stamps that they put on their samples themselves.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
 #include <fstream>
 #include <iostream>
-#include <iterator>
 #include <mutex>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -17,6 +16,7 @@
 #include "common/core/clock.hpp"
 #include "common/dds/endpoint.hpp"
 #include "tests/end_to_end/running_system.hpp"
+#include "tests/support/child_process.hpp"
 
 namespace phantom::end_to_end {
 namespace {
@@ -65,21 +65,15 @@ class OverloadedViewer {
                                  system.folder().string() +
                                  "}\n"
                                  "page: {port: 0}\n";
-    const std::string domain = std::to_string(system.network().domain), file = config.string();
-    pid_ = fork();
-    if (pid_ != 0) return;
-    execl(PHANTOM_BIN_DIR "/synthetic_viewer", "synthetic_viewer", "--config", file.c_str(), "--domain",
-          domain.c_str(), "--log-level", "warning", static_cast<char*>(nullptr));
-    _exit(127);
+    const std::vector<std::string> words{
+        PHANTOM_BIN_DIR "/synthetic_viewer",     "--config",    config.string(), "--domain",
+        std::to_string(system.network().domain), "--log-level", "warning"};
+    process_.emplace(words, system.folder() / "overloaded.log");
   }
-  ~OverloadedViewer() {
-    kill(pid_, SIGTERM);
-    waitpid(pid_, nullptr, 0);
-  }
+  ~OverloadedViewer() { process_->end(SIGTERM); }
   /// Processor time that it has used so far.
   double cpu_s() const {
-    std::ifstream file("/proc/" + std::to_string(pid_) + "/stat");
-    std::string text((std::istreambuf_iterator<char>(file)), {});
+    const std::string text = read_text("/proc/" + std::to_string(process_->pid()) + "/stat");
     std::istringstream fields(text.substr(std::min(text.size(), text.rfind(')') + 2)));
     std::string skipped;
     for (int i = 0; i < 11; ++i) fields >> skipped;
@@ -89,7 +83,7 @@ class OverloadedViewer {
   }
 
  private:
-  pid_t pid_;
+  std::optional<test::Process> process_;
 };
 
 double quantile(const std::vector<double>& sorted, double share) {

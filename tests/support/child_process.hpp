@@ -51,6 +51,7 @@ class Process {
     if (pid_ > 0 && code_ < 0) end(SIGKILL);
   }
   Process(const Process&) = delete;
+  pid_t pid() const { return pid_; }
   void signal(int number) const { kill(pid_, number); }
   int wait() {
     int status = 0;

@@ -13,6 +13,7 @@
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell.hpp"
 #include "common/runtime/config_reader.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::runtime {
 namespace {
@@ -82,23 +83,15 @@ TEST(ShippedArms, TheTestArmMeetsTheBarAtFortyDegrees) {
 class ArmFile : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() / ("phantom_arms_" + std::to_string(getpid()));
-    std::filesystem::create_directories(folder_);
     std::ofstream(folder_ / "cell.yaml")
         << "name: bench\n"
            "workspace: {min_m: [-1, -1, 0], max_m: [1, 1, 1.5], voxel_size_m: 0.01}\n"
            "profile: {thickness_vox: [4], mu_Pa_s_per_m: [32]}\n"
            "arms: [{name: arm, file: arm.yaml, mount: {xyz_m: [0, 0, 0.5]}}]\n";
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   ArmConfig load(const std::string& from = "", const std::string& to = "") {
-    std::string text = kArm;
-    if (!from.empty()) {
-      const auto at = text.find(from);
-      EXPECT_NE(at, std::string::npos) << from;
-      text.replace(at, from.size(), to);
-    }
+    const std::string text = from.empty() ? kArm : test::replaced(kArm, from, to);
     std::ofstream(folder_ / "arm.yaml") << text;
     const CellConfig cell = load_cell(folder_ / "cell.yaml");
     const robot::SerialArm arm = load_arm(cell.arm());
@@ -124,7 +117,7 @@ skin:
     axes: [{from_m: [0, 0, 0], to_m: [0, 0, 0.2], count: 30, cluster: {reach_vox: 3, shape: fraction}, tip_reach_vox: 1}]
 interest_points: [{name: end, link: slide, position_m: [0, 0, 0.2]}]
 )";
-  std::filesystem::path folder_;
+  const std::filesystem::path folder_ = test::new_folder();
 };
 
 TEST_F(ArmFile, LoadsWithUnits) {

@@ -10,6 +10,7 @@
 #include "common/geometry/primitives.hpp"
 #include "common/runtime/cell_bodies.hpp"
 #include "common/runtime/config_reader.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::runtime {
 namespace {
@@ -24,8 +25,6 @@ using testing::ThrowsMessage;
 class CellObjects : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() / ("phantom_cell_objects_" + std::to_string(getpid()));
-    std::filesystem::create_directories(folder_);
     cell_.file = folder_ / "cell.yaml";
     cell_.min_m = Eigen::Vector3d::Constant(-1);
     cell_.max_m = Eigen::Vector3d::Constant(1);
@@ -33,7 +32,6 @@ class CellObjects : public testing::Test {
     cell_.profile.thickness_vox = {4, 4};
     cell_.profile.mu_Pa_s_per_m = {32, 20};
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   ObjectConfig read(const std::string& shape) const {
     return read_object_text("name: part\n" + shape + "\n", cell_);
@@ -57,7 +55,7 @@ class CellObjects : public testing::Test {
     return object.solid_O->value({x, y, z}) < 0.0;
   }
 
-  std::filesystem::path folder_;
+  const std::filesystem::path folder_ = test::new_folder();
   CellConfig cell_;
 };
 

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "common/runtime/config_reader.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::runtime {
 namespace {
@@ -18,20 +19,12 @@ using testing::ThrowsMessage;
 class CellFile : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() / ("phantom_cell_" + std::to_string(getpid()));
-    std::filesystem::create_directories(folder_);
     std::ofstream(folder_ / "drum.stl") << "solid drum\nendsolid drum\n";
     std::ofstream(folder_ / "arm.urdf") << "<robot name='a'/>\n";
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   CellConfig load(const std::string& from = "", const std::string& to = "") {
-    std::string text = kCell;
-    if (!from.empty()) {
-      const auto at = text.find(from);
-      EXPECT_NE(at, std::string::npos) << from;
-      text.replace(at, from.size(), to);
-    }
+    const std::string text = from.empty() ? kCell : test::replaced(kCell, from, to);
     std::ofstream(folder_ / "cell.yaml") << text;
     return load_cell(folder_ / "cell.yaml");
   }
@@ -58,7 +51,7 @@ arms:
         segments: [{from_m: [0, 0, 0], to_m: [0, 0, 0.4], from_radius_m: 0.05, to_radius_m: 0.04, sides: 32}]
     interest_points: [{name: elbow, link: upper, position_m: [0, 0, 0.4]}]
 )";
-  std::filesystem::path folder_;
+  const std::filesystem::path folder_ = test::new_folder();
 };
 
 TEST_F(CellFile, LoadsWithUnitsFramesAndDefaults) {

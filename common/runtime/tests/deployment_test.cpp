@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "common/runtime/config_reader.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::runtime {
 namespace {
@@ -54,41 +55,31 @@ TEST(Deployment, AProcessMayHaveANameAndAConfigurationOfItsOwn) {
 
 TEST(Deployment, TwoProcessesOfOneNameAreRefused) {
   ProcessOptions options;
-  options.deployment =
-      std::filesystem::temp_directory_path() / ("phantom_twice_" + std::to_string(getpid()) + ".yaml");
-  std::ofstream(options.deployment)
-      << "name: x\ndomain: 5\nqos_profiles: q.xml\ncell: c.yaml\nhosts:\n- name: a\n  processes:\n"
-         "  - {component: simulated_drive}\n  - {component: simulated_drive}\n";
+  options.deployment = test::new_file(
+      "name: x\ndomain: 5\nqos_profiles: q.xml\ncell: c.yaml\nhosts:\n- name: a\n  processes:\n"
+      "  - {component: simulated_drive}\n  - {component: simulated_drive}\n");
   EXPECT_THAT([&] { load_deployment(options); },
               testing::ThrowsMessage<ConfigError>(testing::HasSubstr("'simulated_drive' is there already")));
-  std::filesystem::remove(options.deployment);
 }
 
 TEST(Deployment, FaultsAreNamed) {
   ProcessOptions options;
-  options.deployment =
-      std::filesystem::temp_directory_path() / ("phantom_topology_" + std::to_string(getpid()) + ".yaml");
-  std::ofstream(options.deployment) << "name: x\ndomain: 500\nqos_profiles: q.xml\ncell: c.yaml\n";
+  options.deployment = test::new_file("name: x\ndomain: 500\nqos_profiles: q.xml\ncell: c.yaml\n");
   EXPECT_THAT([&] { load_deployment(options); },
               testing::ThrowsMessage<ConfigError>(
                   testing::HasSubstr(":2: domain: '500' is out of range; allowed: 0 to 232")));
-  std::filesystem::remove(options.deployment);
 }
 
 // A topology from text, in a file of this process's own.
 class NetworkText : public testing::Test {
  protected:
   Deployment load(const std::string& text, ProcessOptions options = {}) {
-    options.deployment = file_;
-    std::ofstream(file_) << "name: x\ndomain: 5\nqos_profiles: q.xml\ncell: c.yaml\n" << text;
+    options.deployment = test::new_file("name: x\ndomain: 5\nqos_profiles: q.xml\ncell: c.yaml\n" + text);
     return load_deployment(options);
   }
   void refuses(const std::string& text, const std::string& message) {
     EXPECT_THAT([&] { load(text); }, testing::ThrowsMessage<ConfigError>(testing::HasSubstr(message)));
   }
-  ~NetworkText() override { std::filesystem::remove(file_); }
-  const std::filesystem::path file_ =
-      std::filesystem::temp_directory_path() / ("phantom_network_" + std::to_string(getpid()) + ".yaml");
 };
 
 constexpr const char* kTwoHosts =
@@ -122,7 +113,7 @@ TEST_F(NetworkText, PeersServersAndSecurityAreRead) {
       "network: {initial_peers: [192.0.2.1, 192.0.2.2], participants_per_host: 12, security: ../keys}\n");
   EXPECT_THAT(deployment.network.initial_peers, testing::ElementsAre("192.0.2.1", "192.0.2.2"));
   EXPECT_EQ(deployment.network.participants_per_host, 12);
-  EXPECT_EQ(deployment.network.security, file_.parent_path() / "../keys");
+  EXPECT_EQ(deployment.network.security, test::own_folder() / "../keys");
   EXPECT_THAT(load("network: {discovery_servers: ['192.0.2.1:11811']}\n").network.discovery_servers,
               testing::ElementsAre("192.0.2.1:11811"));
 }

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "common/core/errors.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::phantom_session {
 namespace {
@@ -17,8 +18,6 @@ using testing::ThrowsMessage;
 /// A folder with components that are shell scripts.
 class ArgumentCheck : public testing::Test {
  protected:
-  void SetUp() override { std::filesystem::create_directories(bin_); }
-  void TearDown() override { std::filesystem::remove_all(bin_); }
   PlannedProcess component(const std::string& name, const std::string& script, bool own_arguments = true) {
     const auto path = bin_ / name;
     std::ofstream(path) << "#!/bin/sh\n" << script << '\n';
@@ -30,8 +29,7 @@ class ArgumentCheck : public testing::Test {
     planned.own_arguments = own_arguments;
     return planned;
   }
-  std::filesystem::path bin_ =
-      std::filesystem::temp_directory_path() / ("phantom_check_" + std::to_string(getpid()));
+  const std::filesystem::path bin_ = test::new_folder();
 };
 
 TEST_F(ArgumentCheck, AsksWithTheArgumentsThatItWillGet) {

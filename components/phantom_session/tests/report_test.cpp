@@ -8,17 +8,13 @@
 #include <sstream>
 
 #include "components/phantom_session/report_page.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::phantom_session {
 namespace {
 
 class Report : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() / ("phantom_report_" + std::to_string(getpid()));
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
   void leave(const std::string& name, const std::string& text) { std::ofstream(folder_ / name) << text; }
   nlohmann::json summary() {
     return nlohmann::json::parse(summary_json(
@@ -31,7 +27,7 @@ class Report : public testing::Test {
     collector_.on_slave({.t_s = t_s_ += 1, .contact = true, .contact_object = object, .clearance_m = 0.0});
   }
 
-  std::filesystem::path folder_;
+  const std::filesystem::path folder_ = test::new_folder();
   Collector collector_{0.05, 0.01, {}};
   double t_s_ = 0.0;
 };

@@ -6,6 +6,7 @@
 #include <csignal>
 
 #include "common/core/errors.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::phantom_session {
 namespace {
@@ -23,9 +24,7 @@ class SupervisorTest : public testing::Test {
       usleep(1000);
     }
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / ("phantom_sup_" + std::to_string(getpid()));
+  const std::filesystem::path folder_ = test::new_folder();
 };
 
 TEST_F(SupervisorTest, TellsOnceWhoDiedWithWhatCodeAndKeepsItsWords) {

@@ -183,9 +183,9 @@ TEST_F(Loop, AnUnwritableRecordingIsSaidInTheStatusAndThePicturesGoOn) {
   for (MeshChunkSample& chunk : test::chunks_of(box, 1 << 17)) inbox_.put(std::move(chunk));
   ASSERT_TRUE(eventually([&] {
     send_pose();
-    return loop_->health().state == core::ComponentState::kRunning;
+    const core::Health health = loop_->health();
+    return health.state == core::ComponentState::kRunning && health.message.empty();
   })) << loop_->health().message;
-  EXPECT_EQ(loop_->health().message, "");
   inbox_.put(ViewRequest{.view = View::kMain, .record = true});
   ASSERT_TRUE(eventually([&] {
     send_pose();

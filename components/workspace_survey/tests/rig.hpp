@@ -11,6 +11,7 @@
 #include "common/survey/visible.hpp"
 #include "components/workspace_survey/commands.hpp"
 #include "components/workspace_survey/library.hpp"
+#include "tests/support/files.hpp"
 
 namespace phantom::workspace_survey {
 
@@ -40,8 +41,6 @@ std::string refusal(const Act& act) {
 /// A folder of the test's own.
 class InFolder : public testing::Test {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
   std::filesystem::path write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name) << text;
     return folder_ / name;
@@ -52,8 +51,7 @@ class InFolder : public testing::Test {
     text << stream.rdbuf();
     return text.str();
   }
-  std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / ("phantom_survey_" + std::to_string(getpid()));
+  const std::filesystem::path folder_ = test::new_folder();
 };
 
 }  // namespace phantom::workspace_survey
