@@ -68,19 +68,32 @@ function(phantom_library NAME)
   add_library(phantom::${NAME} ALIAS phantom_${NAME})
 endfunction()
 
+# Makes FILE, a table of parameters, the text phantom::NAMESPACE::VARIABLE of TARGET (common/runtime/fields.hpp).
+function(phantom_parameters TARGET FILE NAMESPACE VARIABLE)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${FILE}")
+  file(READ "${FILE}" TEXT)
+  string(STRIP "${TEXT}" TEXT)
+  set(source "${CMAKE_CURRENT_BINARY_DIR}/${VARIABLE}.cpp")
+  file(CONFIGURE OUTPUT "${source}" @ONLY CONTENT "namespace phantom::@NAMESPACE@ {
+extern const char* const @VARIABLE@;
+const char* const @VARIABLE@ = R\"yaml(@TEXT@)yaml\";
+}
+")
+  target_sources(${TARGET} PRIVATE "${source}")
+endfunction()
+
 function(phantom_component NAME)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
   add_library(${NAME}_core STATIC ${ARG_SOURCES})
   target_include_directories(${NAME}_core PUBLIC "${PROJECT_SOURCE_DIR}")
   target_link_libraries(${NAME}_core PUBLIC ${ARG_LIBRARIES} phantom::runtime PRIVATE phantom_options)
+  phantom_parameters(${NAME}_core ${NAME}.yaml ${NAME} kParameters)
   add_executable(${NAME} main.cpp)
   target_link_libraries(${NAME} PRIVATE ${NAME}_core phantom_options)
   set_property(GLOBAL APPEND PROPERTY PHANTOM_COMPONENT_NAMES ${NAME})
   install(TARGETS ${NAME} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${NAME})
-  if(EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/${NAME}.yaml")
-    file(CREATE_LINK "${CMAKE_CURRENT_SOURCE_DIR}/${NAME}.yaml" "${PHANTOM_SHARE_DIR}/config/${NAME}.yaml" SYMBOLIC)
-    install(FILES ${NAME}.yaml DESTINATION ${CMAKE_INSTALL_DATADIR}/phantom/config COMPONENT ${NAME})
-  endif()
+  file(CREATE_LINK "${CMAKE_CURRENT_SOURCE_DIR}/${NAME}.yaml" "${PHANTOM_SHARE_DIR}/config/${NAME}.yaml" SYMBOLIC)
+  install(FILES ${NAME}.yaml DESTINATION ${CMAKE_INSTALL_DATADIR}/phantom/config COMPONENT ${NAME})
 endfunction()
 
 # What a component's package and systemd unit are called: phantom-slave-io; phantom_sensing is phantom-sensing.

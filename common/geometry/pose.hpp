@@ -24,8 +24,8 @@ Eigen::Matrix3d rotation_from_rpy(double roll_rad, double pitch_rad, double yaw_
 /// Rotation by `angle_rad` about the unit vector `axis` (Rodrigues). Real-time safe: yes.
 Eigen::Matrix3d rotation_about(const Eigen::Vector3d& axis, double angle_rad);
 
-/// The least rotation that turns the direction of `from` into that of `to`; opposite ones by half a turn about
-/// some axis across them. Neither may be zero. Real-time safe: yes.
+/// The least rotation that turns the direction of `from` into that of `to`; opposite ones by half a turn
+/// about some axis across them. Neither may be zero. Real-time safe: yes.
 Eigen::Matrix3d rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
 /// Unit quaternion (x, y, z, w) of a rotation matrix, w ≥ 0. Real-time safe: yes.

@@ -69,6 +69,10 @@ Option Command::option(const std::string& name, std::function<void(const std::st
 void Command::flag(const std::string& name, bool& value, const std::string& help) {
   app_->add_flag(name, value, help);
 }
+void Command::text_flag(const std::string& name, const std::string& text, const std::string& help) {
+  app_->add_flag_callback(
+      name, [text] { throw CLI::CallForVersion(text, 0); }, help);
+}
 Command Command::subcommand(const std::string& name, const std::string& summary) {
   return Command(*app_->add_subcommand(name, summary)->fallthrough());
 }

@@ -50,6 +50,8 @@ class Command {
   Option option(const std::string& name, std::function<void(const std::string&)> take,
                 const std::string& help);
   void flag(const std::string& name, bool& value, const std::string& help);
+  /// A flag that prints `text` and ends the parsing, as --version does.
+  void text_flag(const std::string& name, const std::string& text, const std::string& help);
   Command subcommand(const std::string& name, const std::string& summary);
   /// At least `least` and at most `most` of the subcommands must be given.
   void require_subcommand(int least, int most);

@@ -190,7 +190,7 @@ std::string ConfigReader::text(const std::string& key, const std::string& fallba
 }
 
 std::string ConfigReader::choice(const std::string& key, const std::string& fallback,
-                                 std::initializer_list<const char*> allowed) const {
+                                 const std::vector<const char*>& allowed) const {
   std::string value = text(key, fallback);
   std::string list;
   for (const char* candidate : allowed) {

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <filesystem>
-#include <initializer_list>
 #include <limits>
 #include <memory>
 #include <string>
@@ -48,7 +47,7 @@ class ConfigReader {
   std::string text(const std::string& key, const std::string& fallback) const;
   /// One of `allowed`.
   std::string choice(const std::string& key, const std::string& fallback,
-                     std::initializer_list<const char*> allowed) const;
+                     const std::vector<const char*>& allowed) const;
   std::vector<double> numbers(const std::string& key, Range range = {}) const;
   std::vector<int> integers(const std::string& key, Range range = {}) const;
   std::vector<std::string> texts(const std::string& key) const;

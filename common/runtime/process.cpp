@@ -1,6 +1,7 @@
 #include "common/runtime/process.hpp"
 
 #include <poll.h>
+#include <spdlog/fmt/fmt.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
@@ -42,8 +43,10 @@ void install_signal_handlers() {
   std::signal(SIGPIPE, SIG_IGN);
 }
 
-void add_common_options(Command app, ProcessOptions& options) {
+void add_common_options(Command app, ProcessOptions& options, const std::vector<const char*>& parameters) {
   app.option("--config", options.config, "parameters of this component (YAML); default: the shipped ones");
+  app.text_flag("--help-config", fmt::format("{}", fmt::join(parameters, "\n\n")),
+                "print every parameter with its default, range and meaning: the shipped file");
   app.option("--deployment", options.deployment, "topology: domain, hosts, transports, cell (YAML)");
   app.option("--domain", options.domain, "DDS domain, instead of the topology's").between(0, 232);
   app.option("--host", options.host,
@@ -134,7 +137,7 @@ int process_main(int argc, char** argv, const ProcessDescription& description) {
   ProcessOptions options;
   options.component = description.name;
   CommandLine line(description.name, description.summary, std::string("phantom ") + core::version());
-  add_common_options(line.root(), options);
+  add_common_options(line.root(), options, description.parameters);
   if (description.add_options) description.add_options(line.root());
   line.root().details(
       description.details +

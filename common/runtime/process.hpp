@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "common/core/errors.hpp"
 #include "common/core/operator_request.hpp"
@@ -45,6 +46,7 @@ struct ProcessDescription {
   std::string details;  ///< what a new user should know: topics, examples; printed after the options
   std::function<void(Command)> add_options;
   std::function<int(const ProcessOptions&)> run;
+  std::vector<const char*> parameters;  ///< the table of those in --config (YAML), for --help-config
 };
 
 /// Parses the command line, sets up logging and signals, runs, and maps exceptions to exit codes:

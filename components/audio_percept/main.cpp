@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
     render = app.subcommand("render", "make the sound of a CSV file or a recording, without DDS");
     audio_percept::add_options(render, request);
   };
+  description.parameters = {audio_percept::kParameters};
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto config = audio_percept::load_config(options.config);
     if (render.given()) return audio_percept::run_render(request, config);

@@ -1,56 +1,42 @@
 #include "components/dds_recorder/config.hpp"
 
-#include "common/runtime/config_reader.hpp"
+#include "common/runtime/fields.hpp"
 
 namespace phantom::dds_recorder {
 namespace {
 
-constexpr double kMega = 1e6;
-
-std::size_t megabytes(const runtime::ConfigReader& section, const char* key, double fallback_MB,
-                      runtime::Range range) {
-  return static_cast<std::size_t>(section.number(key, fallback_MB, range) * kMega);
-}
-
-core::Nanoseconds duration(const runtime::ConfigReader& section, const char* key, double fallback_s,
-                           runtime::Range range) {
-  return core::from_seconds(section.number(key, fallback_s, range));
-}
-
-void read_event(const runtime::ConfigReader& file, RecorderSettings& settings) {
-  settings.on_event = file.choice("mode", "continuous", {"continuous", "on_event"}) == "on_event";
-  const auto window = file.optional_section("window");
-  settings.before_ns = duration(window, "before_s", 30, {0, 3600, "s"});
-  settings.after_ns = duration(window, "after_s", 10, {0, 3600, "s"});
-  settings.window_bytes = megabytes(window, "memory_MB", 256, {1, 1e6, "MB"});
-  const auto triggers = file.optional_section("triggers");
-  settings.triggers.hit_alert = triggers.flag("hit_alert", true);
-  settings.triggers.degraded = triggers.flag("degraded", true);
-  settings.triggers.emergency_stop = triggers.flag("emergency_stop", true);
-}
+constexpr double kKilo = 1e3, kMega = 1e6, kNanoseconds = 1e9;
 
 }  // namespace
 
 Config load_config(const std::filesystem::path& path) {
-  const auto file = runtime::ConfigReader::from_file(path);
+  const runtime::Fields file(path, {kParameters});
   Config config;
-  RecorderSettings& settings = config.recorder;
-  settings.folder = file.text("folder", "recordings");
-  settings.name = file.text("name", "phantom");
-  if (settings.name.empty() || settings.name.find('/') != std::string::npos)
-    throw file.error("name", "'" + settings.name + "' cannot begin a file's name; allowed: text without /");
+  RecorderSettings& recorder = config.recorder;
+  file.text("folder", recorder.folder);
+  file.text("name", recorder.name);
+  file.check(!recorder.name.empty() && recorder.name.find('/') == std::string::npos, "name",
+             "'" + recorder.name + "' cannot begin a file's name; allowed: text without /");
   if (file.has("topics")) config.topics = file.texts("topics");
-  read_event(file, settings);
-  const auto split = file.optional_section("split");
-  settings.split_bytes = megabytes(split, "size_MB", 1024, {0.1, 1e7, "MB"});
-  settings.split_ns = duration(split, "duration_s", 600, {1, 1e6, "s"});
-  settings.margin_bytes = megabytes(file.optional_section("disk"), "margin_MB", 1024, {0, 1e9, "MB"});
-  settings.chunk_bytes = static_cast<std::size_t>(file.number("chunk_kB", 1024, {4, 65536, "kB"}) * 1e3);
-  settings.flush_ns = duration(file, "flush_interval_s", 1.0, {0.01, 60, "s"});
-  settings.sync_ns = duration(file, "sync_interval_s", 5.0, {0.1, 3600, "s"});
-  settings.zstd_level = file.integer("compression_level", 1, {0, 19, ""});
-  config.queue_bytes = megabytes(file, "queue_MB", 64, {1, 1e5, "MB"});
-  settings.durable_bytes = megabytes(file, "durable_memory_MB", 512, {1, 1e6, "MB"});
+  file.choice("mode", recorder.on_event, {{"continuous", false}, {"on_event", true}});
+  const auto window = file.section("window");
+  window.number("before_s", recorder.before_ns, kNanoseconds);
+  window.number("memory_MB", recorder.window_bytes, kMega);
+  window.number("after_s", recorder.after_ns, kNanoseconds);
+  const auto triggers = file.section("triggers");
+  triggers.flag("hit_alert", recorder.triggers.hit_alert);
+  triggers.flag("degraded", recorder.triggers.degraded);
+  triggers.flag("emergency_stop", recorder.triggers.emergency_stop);
+  const auto split = file.section("split");
+  split.number("size_MB", recorder.split_bytes, kMega);
+  split.number("duration_s", recorder.split_ns, kNanoseconds);
+  file.section("disk").number("margin_MB", recorder.margin_bytes, kMega);
+  file.number("chunk_kB", recorder.chunk_bytes, kKilo);
+  file.number("flush_interval_s", recorder.flush_ns, kNanoseconds);
+  file.number("sync_interval_s", recorder.sync_ns, kNanoseconds);
+  file.number("compression_level", recorder.zstd_level);
+  file.number("queue_MB", config.queue_bytes, kMega);
+  file.number("durable_memory_MB", recorder.durable_bytes, kMega);
   file.finish();
   return config;
 }

@@ -15,6 +15,8 @@ struct Config {
   std::size_t queue_bytes = 64'000'000;
 };
 
+extern const char* const kParameters;  ///< the shipped dds_recorder.yaml: their table
+
 /// Reads and checks the parameters. Throws ConfigError (file, line, key, value, what is allowed).
 Config load_config(const std::filesystem::path& file);
 

@@ -1,4 +1,5 @@
 #include "components/dds_recorder/command_line.hpp"
+#include "components/dds_recorder/config.hpp"
 
 int main(int argc, char** argv) {
   using namespace phantom;
@@ -20,6 +21,7 @@ int main(int argc, char** argv) {
       "  dds_recorder convert recordings --from 10 --until 20 --out part.mcap\n"
       "`dds_recorder record --help` and so on tell the options of each.";
   description.add_options = [&](runtime::Command app) { command_line.add_to(app); };
+  description.parameters = {dds_recorder::kParameters};
   description.run = [&](const runtime::ProcessOptions& options) { return command_line.run(options); };
   return runtime::process_main(argc, argv, description);
 }

@@ -14,6 +14,8 @@ struct Config {
   std::size_t most_events = 1000;
 };
 
+extern const char* const kParameters;  ///< the shipped dds_spy.yaml: their table
+
 /// Reads and checks a configuration. Throws runtime::ConfigError (file, line, key, value, what is allowed).
 Config load_config(const std::filesystem::path& path);
 

@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
       "two ends do not communicate. It looks on and disturbs nobody.";
   description.details = dds_spy::help_text();
   description.add_options = [&](runtime::Command app) { dds_spy::add_options(app, request); };
+  description.parameters = {dds_spy::kParameters};
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto config = dds_spy::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);

@@ -64,11 +64,7 @@ struct Choices {
   std::string operator_model, law, driver, desk_device;
 };
 
-/// The joints' names, as the URDF has them.
-std::vector<std::string> joint_names(const robot::SerialArm& arm);
-
-/// The name of the arm that the file asks for (empty: the cell's only one). Throws ConfigError.
-std::string arm_name(const std::filesystem::path& file);
+extern const char* const kParameters;  ///< the shipped master_io.yaml: their table
 
 /// Reads and checks the file for `arm`, with the slave's inertia taken at `home`, and the reaches (by default
 /// reaches.yaml beside `cell_file`). Throws ConfigError naming file, line, key, value and what is allowed.

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/runtime/drives_config.hpp"
+
 namespace phantom::master_io {
 namespace {
 
@@ -27,7 +29,7 @@ void set(core::JointArray& values, std::int32_t joint, double value) {
 }  // namespace
 
 GainRules gain_rules(const Config& config, const robot::SerialArm& arm) {
-  return {joint_names(arm), config.feedback.limits, config.feedback.contact_gain_ratio};
+  return {runtime::joint_names(arm), config.feedback.limits, config.feedback.contact_gain_ratio};
 }
 
 std::string set_percept_gain(double gain, std::int32_t joint, const GainRules& rules, Settings& settings) {

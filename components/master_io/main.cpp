@@ -47,11 +47,12 @@ int main(int argc, char** argv) {
     app.option("--desk-device", choices.desk_device,
                "driver desk: auto (first gamepad or joystick), a file of /dev/input, or terminal (keys)");
   };
+  description.parameters = {master_io::kParameters, runtime::kDriveParameters};
   description.run = [&](const runtime::ProcessOptions& options) {
     std::optional<runtime::EndsAtOnce> starting(std::in_place);
     const auto deployment = runtime::load_deployment(options);
     const auto cell = runtime::load_cell(deployment.cell);
-    const auto model = master_io::load_arm(cell, master_io::arm_name(options.config));
+    const auto model = master_io::load_arm(cell, runtime::arm_name(options.config));
     if (command.given()) {
       starting.emplace(runtime::kExitFailed);  // a command that is cut short has failed
       request.joint = master_io::joint_index(model, request.joint_name);

@@ -43,6 +43,7 @@ int main(int argc, char** argv) {
     command = add("command", "tell the running phantom_sensing what may be touched, or to test itself",
                   command_arguments);
   };
+  description.parameters = {phantom_sensing::kParameters};
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto config = phantom_sensing::load_config(options.config);
     std::optional<runtime::EndsAtOnce> batch;

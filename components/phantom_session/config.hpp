@@ -12,6 +12,8 @@ struct Config {
   double row_interval_s = 0.01;
 };
 
+extern const char* const kParameters;  ///< the shipped phantom_session.yaml: their table
+
 /// Throws ConfigError.
 Config load_config(const std::filesystem::path& path);
 

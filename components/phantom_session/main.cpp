@@ -26,6 +26,7 @@ int main(int argc, char** argv) {
         "--without", request.without,
         "a component not to start, because you run it yourself (e.g. master_io in a terminal of its own)");
   };
+  description.parameters = {phantom_session::kParameters};
   description.run = [&](const runtime::ProcessOptions& given) {
     runtime::ProcessOptions options = given;
     if (options.report_dir.empty()) options.report_dir = "phantom-report";

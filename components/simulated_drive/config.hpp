@@ -15,6 +15,8 @@ struct Config {
   std::vector<DriveOptions> drives;
 };
 
+extern const char* const kParameters;  ///< the shipped simulated_drive.yaml: their table
+
 /// Throws ConfigError naming file, line, key, value and what is allowed.
 Config load_config(const std::filesystem::path& file);
 

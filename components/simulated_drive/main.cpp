@@ -124,6 +124,7 @@ int main(int argc, char** argv) {
       "A userspace bus is served by the first process that names it. Faults (--fault):\n" +
       simulated_drive::fault_help();
   description.add_options = [&own](runtime::Command app) { add_options(app, own); };
+  description.parameters = {simulated_drive::kParameters};
   description.run = [&own](const runtime::ProcessOptions& options) { return run(options, own); };
   return runtime::process_main(argc, argv, description);
 }

@@ -41,8 +41,7 @@ struct Config {
   std::optional<runtime::DrivesConfig> can;  ///< always there for driver can
 };
 
-/// The name of the arm that the file asks for (empty: the cell's only one). Throws ConfigError.
-std::string arm_name(const std::filesystem::path& file);
+extern const char* const kParameters;  ///< the shipped slave_io.yaml: their table
 
 /// Reads and checks the file for `arm`, whose inertia is taken at `home`. Throws ConfigError naming file,
 /// line, key, value and what is allowed.

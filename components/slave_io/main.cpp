@@ -32,6 +32,7 @@ int main(int argc, char** argv) {
     command = app.subcommand("command", "ask something of the running master_io and slave_io");
     runtime::add_operator_options(command, request, false);
   };
+  description.parameters = {slave_io::kParameters, runtime::kDriveParameters};
   description.run = [&](const runtime::ProcessOptions& options) {
     std::optional<runtime::EndsAtOnce> starting(std::in_place);
     const auto deployment = runtime::load_deployment(options);
@@ -41,7 +42,7 @@ int main(int argc, char** argv) {
           dds::run_operator_request(deployment.network, "slave_io command", request, std::cout)));
     }
     const auto cell = runtime::load_cell(deployment.cell);
-    const auto model = slave_io::load_arm(cell, slave_io::arm_name(options.config));
+    const auto model = slave_io::load_arm(cell, runtime::arm_name(options.config));
     const auto config = slave_io::load_config(options.config, model.arm, model.home);
     const bool simulated = config.driver == slave_io::Driver::kSimulated;
     if (simulated) slave_io::contact_points(model, config.contact.point_pitch_m, config.contact.max_points);

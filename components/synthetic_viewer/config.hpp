@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "common/core/units.hpp"
 #include "components/synthetic_viewer/recorder.hpp"
 #include "components/synthetic_viewer/renderer.hpp"
 #include "components/synthetic_viewer/state.hpp"
@@ -13,25 +14,25 @@ namespace phantom::synthetic_viewer {
 
 struct MainViewConfig {
   PictureFormat format{1280, 720, 1, true};
-  double azimuth_rad = 0.0;        ///< of the camera, from x towards y, seen from the workspace's middle
-  double elevation_rad = 0.0;      ///< of the camera above the floor
-  double field_of_view_rad = 0.0;  ///< vertical
-  double margin = 1.0;             ///< 1: the workspace's corners touch the picture's border
+  double azimuth_rad = -50 * core::kRadPerDegree;  ///< of the camera, seen from the workspace's middle
+  double elevation_rad = 26 * core::kRadPerDegree;
+  double field_of_view_rad = 34 * core::kRadPerDegree;  ///< vertical
+  double margin = 0.8;  ///< 1: the workspace's corners touch the picture's border
 };
 
 struct HitZoneViewConfig {
   PictureFormat format{640, 360, 1, true};
   HitViewConfig rule;
-  double field_of_view_rad = 0.0;
+  double field_of_view_rad = 42 * core::kRadPerDegree;
 };
 
 /// Camera on the arm's last link.
 struct ToolViewConfig {
   bool enabled = true;
   PictureFormat format{640, 360, 1, true};
-  Eigen::Vector3d eye_m = Eigen::Vector3d::Zero();      ///< in the tip link's frame
-  Eigen::Vector3d look_at_m = Eigen::Vector3d::Zero();  ///< likewise
-  double field_of_view_rad = 0.0;
+  Eigen::Vector3d eye_m{0.16, 0.0, 0.06};      ///< in the tip link's frame
+  Eigen::Vector3d look_at_m{0.0, 0.0, -0.12};  ///< likewise
+  double field_of_view_rad = 60 * core::kRadPerDegree;
 };
 
 struct PageConfig {
@@ -65,6 +66,8 @@ struct ViewerConfig {
   int report_pictures = 200;  ///< hit pictures at most
   std::string arm;            ///< of the cell; empty: the only one
 };
+
+extern const char* const kParameters;  ///< the shipped synthetic_viewer.yaml: their table
 
 /// Reads and checks a configuration. Throws core::ConfigError (file, line, key, value, what is allowed).
 ViewerConfig load_config(const std::filesystem::path& path);

@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
     app.flag("--window", window, "open a window on this host's desktop as well");
     sheet_command = add_sheet_command(app, sheet);
   };
+  description.parameters = {kParameters};
   description.run = [&](const runtime::ProcessOptions& options) {
     ViewerConfig config = load_config(options.config);
     std::optional<runtime::EndsAtOnce> starting;

@@ -47,8 +47,9 @@ geometry::Pose pose_of(const Request& request) {
 void spoil(const std::vector<std::string>& range_errors, std::vector<survey::Targeting>& targetings) {
   for (const std::string& text : range_errors) {
     const auto at = text.find('=');
-    const double error_mm =
-        at == std::string::npos ? std::nan("") : runtime::number_of(text.substr(at + 1)).value_or(std::nan(""));
+    const double error_mm = at == std::string::npos
+                                ? std::nan("")
+                                : runtime::number_of(text.substr(at + 1)).value_or(std::nan(""));
     const auto hit = std::find_if(targetings.begin(), targetings.end(),
                                   [&](const auto& t) { return t.node == text.substr(0, at) && t.reading; });
     if (!(std::abs(error_mm) < 1e5) || hit == targetings.end())

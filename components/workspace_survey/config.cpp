@@ -1,47 +1,43 @@
 #include "components/workspace_survey/config.hpp"
 
 #include "common/core/units.hpp"
-#include "common/runtime/config_reader.hpp"
+#include "common/runtime/fields.hpp"
 
 namespace phantom::workspace_survey {
 namespace {
 
+using runtime::Fields;
+
 constexpr double kMillimetre = 1e-3;
-
-void read_head(const runtime::ConfigReader& reader, survey::RangeHead& head) {
-  head.X_WH = reader.pose("pose");
-  head.beam_offset_m = kMillimetre * reader.number("beam_offset_mm", 0.0, {0, 500, "mm"});
-  head.min_range_m = reader.number("min_range_m", {0.001, 1000, "m"});
-  head.max_range_m = reader.number("max_range_m", {head.min_range_m, 1000, "m, min_range_m at least"});
-}
-
-void read_errors(const runtime::ConfigReader& reader, survey::HeadErrors& errors) {
-  errors.range_m = kMillimetre * reader.number("range_mm", {0.01, 1000, "mm"});
-  errors.range_per_m = kMillimetre * reader.number("range_mm_per_m", 0.0, {0, 100, "mm/m"});
-  errors.pan_rad = core::kRadPerDegree * reader.number("pan_deg", {1e-5, 10, "deg"});
-  errors.tilt_rad = core::kRadPerDegree * reader.number("tilt_deg", {1e-5, 10, "deg"});
-  errors.targeting_m = kMillimetre * reader.number("targeting_mm", 0.0, {0, 100, "mm"});
-  const std::string law = reader.choice("law", "uniform", {"uniform", "normal", "extreme"});
-  errors.law = law == "normal"    ? survey::ErrorLaw::kNormal
-               : law == "extreme" ? survey::ErrorLaw::kExtreme
-                                  : survey::ErrorLaw::kUniform;
-}
 
 }  // namespace
 
 Config load_config(const std::filesystem::path& path) {
-  const auto file = runtime::ConfigReader::from_file(path);
+  const runtime::Fields file(path, {kParameters});
   Config config;
-  read_head(file.section("head"), config.head);
-  read_errors(file.section("errors"), config.errors);
-  const auto identify = file.optional_section("identify");
-  config.options.identify.gate_sigmas = identify.number("gate_sigmas", 4.0, {1, 20, ""});
-  config.options.identify.tolerance_m = kMillimetre * identify.number("tolerance_mm", 0.5, {0, 100, "mm"});
-  const auto accept = file.optional_section("accept");
-  config.options.confidence = accept.number("confidence", 0.99, {0.5, 0.999, ""});
-  config.options.largest_displacement_m =
-      kMillimetre * accept.number("largest_displacement_mm", 20.0, {0.1, 1000, "mm"});
-  config.options.least_fit_probability = accept.number("least_fit_probability", 0.001, {0, 0.5, ""});
+  const Fields head = file.section("head");
+  config.head.X_WH = head.pose("pose");
+  head.number("beam_offset_mm", config.head.beam_offset_m, kMillimetre);
+  head.number("min_range_m", config.head.min_range_m);
+  head.number("max_range_m", config.head.max_range_m);
+  head.check(config.head.max_range_m >= config.head.min_range_m, "max_range_m",
+             "is below min_range_m; allowed: that or more");
+  const Fields errors = file.section("errors");
+  errors.number("range_mm", config.errors.range_m, kMillimetre);
+  errors.number("range_mm_per_m", config.errors.range_per_m, kMillimetre);
+  errors.number("pan_deg", config.errors.pan_rad, core::kRadPerDegree);
+  errors.number("tilt_deg", config.errors.tilt_rad, core::kRadPerDegree);
+  errors.number("targeting_mm", config.errors.targeting_m, kMillimetre);
+  using enum survey::ErrorLaw;
+  errors.choice("law", config.errors.law,
+                {{"uniform", kUniform}, {"normal", kNormal}, {"extreme", kExtreme}});
+  const auto identify = file.section("identify");
+  identify.number("gate_sigmas", config.options.identify.gate_sigmas);
+  identify.number("tolerance_mm", config.options.identify.tolerance_m, kMillimetre);
+  const auto accept = file.section("accept");
+  accept.number("confidence", config.options.confidence);
+  accept.number("largest_displacement_mm", config.options.largest_displacement_m, kMillimetre);
+  accept.number("least_fit_probability", config.options.least_fit_probability);
   file.finish();
   return config;
 }

@@ -13,6 +13,8 @@ struct Config {
   survey::SurveyOptions options;
 };
 
+extern const char* const kParameters;  ///< the shipped workspace_survey.yaml: their table
+
 /// Reads and checks a configuration. Throws core::ConfigError (file, line, key, value, what is allowed).
 Config load_config(const std::filesystem::path& path);
 

@@ -28,6 +28,7 @@ int main(int argc, char** argv) {
       "      workspace_survey fit --measurements wedge.csv --picture wedge.png\n"
       "      workspace_survey fit --measurements wedge.csv --send            (while the demo runs)";
   description.add_options = [&](runtime::Command app) { workspace_survey::add_options(app, request); };
+  description.parameters = {workspace_survey::kParameters};
   description.run = [&](const runtime::ProcessOptions& options) {
     const auto config = workspace_survey::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);

@@ -14,9 +14,11 @@ struct WvaServerConfig {
   std::size_t mesh_chunk_bytes = 256 * 1024;
   double status_rate_hz = 2.0;
   bool accept_commands = true;
-  int threads = 1;                             ///< of an activation
-  std::uint64_t max_voxel_bytes = UINT64_MAX;  ///< above it commands add no more objects
+  int threads = 0;                    ///< of an activation; 1 or more once read
+  std::uint64_t max_voxel_bytes = 0;  ///< above it commands add no more objects; above 0 once read
 };
+
+extern const char* const kParameters;  ///< the shipped wva_server.yaml: their table
 
 /// Reads and checks a configuration. Throws runtime::ConfigError (file, line, key, value, what is allowed).
 WvaServerConfig load_config(const std::filesystem::path& path);

@@ -42,6 +42,7 @@ int main(int argc, char** argv) {
         "tell the running wva_server of the deployment to add, move or remove an object, or what it has");
     wva_server::add_options(command, change);
   };
+  description.parameters = {wva_server::kParameters};
   description.run = [&](const runtime::ProcessOptions& options) {
     voxel::keep_freed_memory(256 << 20);
     const auto config = wva_server::load_config(options.config);

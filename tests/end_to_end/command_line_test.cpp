@@ -98,6 +98,22 @@ INSTANTIATE_TEST_SUITE_P(Every, Executable,
                                          "dds_recorder", "dds_spy", "workspace_survey"),
                          [](const auto& name) { return std::string(name.param); });
 
+class Parameters : public Executable {};
+
+// The shipped file is the table that the executable reads by; of arms behind it the table of drives.
+TEST_P(Parameters, HelpConfigIsTheShippedFile) {
+  const Result help = run(GetParam(), "--help-config");
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_THAT(help.output, testing::StartsWith(text_of(std::string(PHANTOM_SOURCE_DIR "/components/") +
+                                                       GetParam() + "/" + GetParam() + ".yaml")));
+}
+
+INSTANTIATE_TEST_SUITE_P(Every, Parameters,
+                         testing::Values("wva_server", "slave_io", "phantom_sensing", "master_io",
+                                         "audio_percept", "synthetic_viewer", "phantom_session",
+                                         "dds_recorder", "dds_spy", "workspace_survey", "simulated_drive"),
+                         [](const auto& name) { return std::string(name.param); });
+
 // A cell whose mesh, URDF or unit is wrong ends everyone who needs it, with its place named.
 class BrokenCell : public testing::Test {
  protected:

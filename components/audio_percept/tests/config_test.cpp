@@ -84,7 +84,7 @@ TEST(Config, EveryLayoutViewAndLawCanBeChosen) {
   }
   EXPECT_EQ(with("law: exponential", "law: power").law.pitch, percept::PitchLaw::kPower);
   EXPECT_EQ(with("law: exponential", "law: linear").law.pitch, percept::PitchLaw::kLinear);
-  EXPECT_EQ(with("law: power                   # power, exponential", "law: power  #").law.level,
+  EXPECT_EQ(with("law: power               # [power, exponential", "law: power  #").law.level,
             percept::LevelLaw::kPower);
 }
 TEST(Config, RefusesAnExponentThatDoesNothing) {

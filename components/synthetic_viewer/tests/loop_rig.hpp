@@ -33,11 +33,13 @@ class TwoPlates : public ::testing::Test {
     config_.main_view.azimuth_rad = -0.9;
     config_.main_view.elevation_rad = 0.4;
     config_.main_view.field_of_view_rad = 0.6;
+    config_.main_view.margin = 1.0;
     config_.hit_view.format = {320, 180, 1, false};
     config_.hit_view.field_of_view_rad = 0.7;
     config_.tool_view.format = {320, 180, 1, false};
     config_.tool_view.field_of_view_rad = 1.0;
     config_.tool_view.eye_m = {0.1, 0, 0.1};
+    config_.tool_view.look_at_m = {0, 0, 0};
     folder_ = std::filesystem::path(::testing::TempDir()) / ("viewer_loop_" + std::to_string(getpid()));
     config_.recording.folder = folder_;
   }

@@ -31,7 +31,7 @@ TEST_F(ConfigTest, FaultsAreNamed) {
   EXPECT_THAT(with("law: uniform", "law: triangular"),
               AllOf(HasSubstr("law"), HasSubstr("uniform, normal, extreme")));
   EXPECT_THAT(with("confidence: 0.99", "confidence: 99"), HasSubstr("confidence"));
-  EXPECT_THAT(with("max_range_m: 10.0", "max_range_m: 0.1"), HasSubstr("max_range_m"));
+  EXPECT_THAT(with("max_range_m: 10", "max_range_m: 0.1"), HasSubstr("max_range_m"));
   EXPECT_THAT(with("pan_deg: 0.02", "pan_degrees: 0.02"), HasSubstr("pan_deg"));
 }
 
