@@ -3,7 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+
+#include "common/geometry/box_tree.hpp"
 
 namespace phantom::geometry::detail {
 namespace {
@@ -87,101 +88,6 @@ bool overlap_in_plane(const Corners& s, const Corners& t) {
   return false;
 }
 
-/// Boxes around groups of triangles; the left child is the next node.
-class Boxes {
- public:
-  explicit Boxes(const TriangleMesh& mesh) : order_(mesh.triangles.size()) {
-    std::iota(order_.begin(), order_.end(), 0U);
-    corners_.reserve(mesh.triangles.size());
-    boxes_.reserve(mesh.triangles.size());
-    for (const auto& t : mesh.triangles) {
-      Corners corners;
-      BoundingBox box;
-      for (std::size_t i = 0; i < 3; ++i) {
-        corners[i] = mesh.vertices_m[t[i]].cast<double>();
-        box.extend(mesh.vertices_m[t[i]]);
-      }
-      corners_.push_back(corners);
-      boxes_.push_back(box);
-    }
-    if (!order_.empty()) build(0, static_cast<std::uint32_t>(order_.size()));
-  }
-
-  TrianglePairs count(std::size_t max_pairs) {
-    pairs_ = {};
-    left_ = max_pairs;
-    if (!nodes_.empty()) meet(0, 0);
-    return pairs_;
-  }
-
- private:
-  struct Node {
-    BoundingBox box;
-    std::uint32_t first, count, right;  // right 0: leaf
-  };
-
-  std::uint32_t build(std::uint32_t first, std::uint32_t count) {
-    const auto name = static_cast<std::uint32_t>(nodes_.size());
-    Node node{{}, first, count, 0};
-    for (std::uint32_t i = first; i < first + count; ++i) {
-      node.box.extend(boxes_[order_[i]].min_m);
-      node.box.extend(boxes_[order_[i]].max_m);
-    }
-    nodes_.push_back(node);
-    if (count > 4) {
-      int axis = 0;
-      (node.box.max_m - node.box.min_m).maxCoeff(&axis);
-      const auto begin = order_.begin() + first;
-      std::nth_element(begin, begin + count / 2, begin + count, [&](std::uint32_t a, std::uint32_t b) {
-        return boxes_[a].min_m[axis] + boxes_[a].max_m[axis] < boxes_[b].min_m[axis] + boxes_[b].max_m[axis];
-      });
-      build(first, count / 2);
-      nodes_[name].right = build(first + count / 2, count - count / 2);
-    }
-    return name;
-  }
-
-  /// All pairs between two groups, or within one.
-  void meet(std::uint32_t a, std::uint32_t b) {
-    if (!pairs_.complete || !nodes_[a].box.intersects(nodes_[b].box)) return;
-    const Node &s = nodes_[a], &t = nodes_[b];
-    if (s.right == 0 && t.right == 0) return test_all(s, t, a == b);
-    if (a == b) {
-      meet(a + 1, a + 1);
-      meet(s.right, s.right);
-      meet(a + 1, s.right);
-    } else if (t.right == 0 || (s.right != 0 && s.count >= t.count)) {
-      meet(a + 1, b);
-      meet(s.right, b);
-    } else {
-      meet(a, b + 1);
-      meet(a, t.right);
-    }
-  }
-
-  void test_all(const Node& s, const Node& t, bool same) {
-    for (std::uint32_t i = s.first; i < s.first + s.count; ++i) {
-      for (std::uint32_t k = same ? i + 1 : t.first; k < t.first + t.count; ++k) {
-        if (left_ == 0) {
-          pairs_.complete = false;
-          return;
-        }
-        --left_;
-        const std::uint32_t p = order_[i], q = order_[k];
-        if (boxes_[p].intersects(boxes_[q]) && triangles_cross(corners_[p], corners_[q]))
-          ++pairs_.intersecting;
-      }
-    }
-  }
-
-  std::vector<std::uint32_t> order_;
-  std::vector<Corners> corners_;
-  std::vector<BoundingBox> boxes_;
-  std::vector<Node> nodes_;
-  TrianglePairs pairs_;
-  std::size_t left_ = 0;
-};
-
 }  // namespace
 
 bool triangles_cross(const Corners& s, const Corners& t) {
@@ -193,7 +99,24 @@ bool triangles_cross(const Corners& s, const Corners& t) {
 }
 
 TrianglePairs crossing_pairs(const TriangleMesh& mesh, std::size_t max_pairs) {
-  return Boxes(mesh).count(max_pairs);
+  const std::vector<BoundingBox> boxes = triangle_boxes(mesh);
+  const BoxTree tree(boxes);
+  const auto corners_of = [&](std::uint32_t triangle) {
+    Corners corners;
+    for (std::size_t i = 0; i < 3; ++i)
+      corners[i] = mesh.vertices_m[mesh.triangles[triangle][i]].cast<double>();
+    return corners;
+  };
+  TrianglePairs pairs;
+  std::size_t left = max_pairs;
+  pairs.complete = tree.pairs([&](std::uint32_t place, std::uint32_t other_place) {
+    if (left == 0) return false;
+    --left;
+    const std::uint32_t p = tree.items()[place], q = tree.items()[other_place];
+    if (boxes[p].intersects(boxes[q]) && triangles_cross(corners_of(p), corners_of(q))) ++pairs.intersecting;
+    return true;
+  });
+  return pairs;
 }
 
 }  // namespace phantom::geometry::detail

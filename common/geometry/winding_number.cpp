@@ -35,8 +35,10 @@ double winding_number(const TriangleMesh& mesh, const Eigen::Vector3d& p_m) {
 }
 
 WindingTree::WindingTree(const TriangleMesh& mesh) {
+  tree_ = BoxTree(triangle_boxes(mesh), kLeafTriangles);
   triangles_.reserve(mesh.triangles.size());
-  for (const auto& t : mesh.triangles) {
+  for (const std::uint32_t item : tree_.items()) {
+    const auto& t = mesh.triangles[item];
     Corners corners{mesh.vertices_m[t[0]].cast<double>(),
                     mesh.vertices_m[t[1]].cast<double>(),
                     mesh.vertices_m[t[2]].cast<double>(),
@@ -49,77 +51,61 @@ WindingTree::WindingTree(const TriangleMesh& mesh) {
       corners.radius_2 = std::max(corners.radius_2, (corner - corners.centre).squaredNorm());
     triangles_.push_back(corners);
   }
-  nodes_.reserve(mesh.triangles.size() / 2 + 1);
-  if (!triangles_.empty()) build(0, static_cast<std::uint32_t>(triangles_.size()));
+  struct Range {
+    std::uint32_t first, count;
+  };
+  const auto& nodes = tree_.nodes();
+  std::vector<Range> below(nodes.size());
+  groups_.resize(nodes.size());
+  for (std::size_t i = nodes.size(); i-- > 0;) {  // children first
+    const BoxTree::Node& node = nodes[i];
+    below[i] = node.count > 0 ? Range{node.first, node.count}
+                              : Range{below[i + 1].first, below[i + 1].count + below[node.first].count};
+    groups_[i] = group_of(below[i].first, below[i].count);
+  }
 }
 
-std::uint32_t WindingTree::build(std::uint32_t first, std::uint32_t count) {
-  const auto name = static_cast<std::uint32_t>(nodes_.size());
-  nodes_.emplace_back();
-  Node node;
-  node.first = first;
-  node.count = count;
-  node.centre = node.normal = Eigen::Vector3d::Zero();
-  node.moment = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d low = Eigen::Vector3d::Constant(INFINITY), high = -low, mean = Eigen::Vector3d::Zero();
+WindingTree::Group WindingTree::group_of(std::uint32_t first, std::uint32_t count) const {
+  Group group{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero()};
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   double area = 0.0;
   for (std::uint32_t i = first; i < first + count; ++i) {
     const Eigen::Vector3d &m = triangles_[i].centre, &n = triangles_[i].area_normal;
-    low = low.cwiseMin(m);
-    high = high.cwiseMax(m);
     mean += m / count;
     area += n.norm();
-    node.centre += n.norm() * m;
-    node.normal += n;
+    group.centre += n.norm() * m;
+    group.normal += n;
   }
-  node.centre = area > 0.0 ? Eigen::Vector3d(node.centre / area) : mean;
+  group.centre = area > 0.0 ? Eigen::Vector3d(group.centre / area) : mean;
   for (std::uint32_t i = first; i < first + count; ++i) {
     const Corners& t = triangles_[i];
-    node.moment += (t.centre - node.centre) * t.area_normal.transpose();
+    group.moment += (t.centre - group.centre) * t.area_normal.transpose();
     for (const Eigen::Vector3d& corner : {t.a, t.b, t.c})
-      node.radius = std::max(node.radius, (corner - node.centre).norm());
+      group.radius = std::max(group.radius, (corner - group.centre).norm());
   }
-  if (count > kLeafTriangles) {
-    int axis = 0;
-    (high - low).maxCoeff(&axis);
-    const auto begin = triangles_.begin() + first;
-    std::nth_element(begin, begin + count / 2, begin + count,
-                     [&](const Corners& s, const Corners& t) { return s.centre[axis] < t.centre[axis]; });
-    build(first, count / 2);
-    node.right = build(first + count / 2, count - count / 2);
-  }
-  nodes_[name] = node;
-  return name;
+  return group;
 }
 
 double WindingTree::at(const Eigen::Vector3d& p_m) const {
   double half_angles = 0.0;
-  std::uint32_t waiting[64];  // the tree is balanced: depth ≤ 32
-  int depth = 0;
-  if (!nodes_.empty()) waiting[depth++] = 0;
-  while (depth > 0) {
-    const std::uint32_t name = waiting[--depth];
-    const Node& node = nodes_[name];
-    const Eigen::Vector3d d = node.centre - p_m;
+  const auto is_near = [&](std::uint32_t node) {
+    const Group& group = groups_[node];
+    const Eigen::Vector3d d = group.centre - p_m;
     const double square = d.squaredNorm();
-    if (square > kFar * kFar * node.radius * node.radius) {
-      const double per_cube = 1.0 / (square * std::sqrt(square));
-      half_angles +=
-          0.5 * per_cube * (node.normal.dot(d) + node.moment.trace() - 3.0 * d.dot(node.moment * d) / square);
-    } else if (node.right != 0) {
-      waiting[depth++] = node.right;
-      waiting[depth++] = name + 1;
-    } else {
-      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-        const Corners& t = triangles_[i];
-        const Eigen::Vector3d to = t.centre - p_m;
-        const double distance_2 = to.squaredNorm();
-        half_angles += distance_2 > kTriangleFar * kTriangleFar * t.radius_2
-                           ? 0.5 * t.area_normal.dot(to) / (distance_2 * std::sqrt(distance_2))
-                           : half_solid_angle(t.a - p_m, t.b - p_m, t.c - p_m);
-      }
-    }
-  }
+    if (square <= kFar * kFar * group.radius * group.radius) return true;
+    const double per_cube = 1.0 / (square * std::sqrt(square));
+    half_angles += 0.5 * per_cube *
+                   (group.normal.dot(d) + group.moment.trace() - 3.0 * d.dot(group.moment * d) / square);
+    return false;
+  };
+  tree_.walk(is_near, [&](std::uint32_t place) {
+    const Corners& t = triangles_[place];
+    const Eigen::Vector3d to = t.centre - p_m;
+    const double distance_2 = to.squaredNorm();
+    half_angles += distance_2 > kTriangleFar * kTriangleFar * t.radius_2
+                       ? 0.5 * t.area_normal.dot(to) / (distance_2 * std::sqrt(distance_2))
+                       : half_solid_angle(t.a - p_m, t.b - p_m, t.c - p_m);
+  });
   return half_angles * kToWindings;
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/geometry/box_tree.hpp"
 #include "common/geometry/mesh.hpp"
 
 namespace phantom::geometry {
@@ -25,22 +26,21 @@ class WindingTree {
   double at(const Eigen::Vector3d& p_m) const;
 
  private:
-  struct Node {
-    Eigen::Vector3d centre;              ///< of area
-    Eigen::Vector3d normal;              ///< sum of area normals, m²
-    Eigen::Matrix3d moment;              ///< Σ (centre of triangle − centre) · area normalᵀ
-    double radius = 0;                   ///< of the ball around `centre` that holds the triangles
-    std::uint32_t first = 0, count = 0;  ///< of the triangles below
-    std::uint32_t right = 0;             ///< the left child is the next node; 0: leaf
+  struct Group {             // the triangles below a node of the tree, as they look from afar
+    Eigen::Vector3d centre;  ///< of area
+    Eigen::Vector3d normal;  ///< sum of area normals, m²
+    Eigen::Matrix3d moment;  ///< Σ (centre of triangle − centre) · area normalᵀ
+    double radius = 0;       ///< of the ball around `centre` that holds the triangles
   };
   struct Corners {  // of a triangle, and what stands for it from afar
     Eigen::Vector3d a, b, c, centre, area_normal;
     double radius_2;  ///< square of the farthest corner's distance from the centre
   };
-  std::uint32_t build(std::uint32_t first, std::uint32_t count);
+  Group group_of(std::uint32_t first, std::uint32_t count) const;
 
-  std::vector<Corners> triangles_;
-  std::vector<Node> nodes_;
+  BoxTree tree_;
+  std::vector<Corners> triangles_;  // in the order of the tree's places
+  std::vector<Group> groups_;       // per node of the tree
 };
 
 }  // namespace phantom::geometry

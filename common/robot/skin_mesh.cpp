@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <unordered_map>
 
+#include "common/geometry/weld.hpp"
 #include "common/robot/skin_parts.hpp"
 
 namespace phantom::robot::detail {
@@ -49,55 +49,6 @@ void cut(const std::array<Eigen::Vector3d, 3>& triangle, double edge_m, std::vec
     }
   }
 }
-
-/// Chosen points by cube of twice their least distance: all within that distance lie in eight cubes.
-class Neighbours {
- public:
-  explicit Neighbours(double apart_m) : apart_m_(apart_m) {}
-
-  void add(const Eigen::Vector3d& p, std::size_t index) {
-    const auto at = cell_of(p);
-    cells_[key(at[0], at[1], at[2])].push_back({p, index});
-  }
-
-  /// Index of the nearest point closer than the least distance.
-  std::optional<std::size_t> nearest(const Eigen::Vector3d& p) const {
-    const auto at = cell_of(p);
-    std::array<std::int64_t, 3> other;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double share =
-          p[static_cast<Eigen::Index>(axis)] / (2.0 * apart_m_) - static_cast<double>(at[axis]);
-      other[axis] = at[axis] + (share < 0.5 ? -1 : 1);
-    }
-    std::optional<std::size_t> best;
-    double best_square = apart_m_ * apart_m_;
-    for (unsigned corner = 0; corner < 8; ++corner) {
-      const auto found = cells_.find(
-          key(corner & 1 ? other[0] : at[0], corner & 2 ? other[1] : at[1], corner & 4 ? other[2] : at[2]));
-      if (found == cells_.end()) continue;
-      for (const auto& [point, index] : found->second) {
-        const double square = (point - p).squaredNorm();
-        if (square < best_square) best_square = square, best = index;
-      }
-    }
-    return best;
-  }
-
- private:
-  std::array<std::int64_t, 3> cell_of(const Eigen::Vector3d& p) const {
-    return {static_cast<std::int64_t>(std::floor(p.x() / (2.0 * apart_m_))),
-            static_cast<std::int64_t>(std::floor(p.y() / (2.0 * apart_m_))),
-            static_cast<std::int64_t>(std::floor(p.z() / (2.0 * apart_m_)))};
-  }
-  static std::uint64_t key(std::int64_t x, std::int64_t y, std::int64_t z) {
-    constexpr std::uint64_t mask = (1U << 21U) - 1U;
-    return (static_cast<std::uint64_t>(x) & mask) << 42U | (static_cast<std::uint64_t>(y) & mask) << 21U |
-           (static_cast<std::uint64_t>(z) & mask);
-  }
-
-  double apart_m_;
-  std::unordered_map<std::uint64_t, std::vector<std::pair<Eigen::Vector3d, std::size_t>>> cells_;
-};
 
 /// A number that looks random and is the same everywhere (splitmix64).
 std::uint64_t scrambled(std::uint64_t i) {
@@ -150,15 +101,16 @@ core::Expected<std::vector<PlacedSensor>> sensors_of(const MeshSensors& mesh, co
   if (!pieces) return pieces.status();
 
   std::vector<PlacedSensor> sensors;
-  Neighbours chosen(kApart * pitch);
+  const double apart_m = kApart * pitch;
+  geometry::PointGrid chosen(apart_m);
   for (const std::size_t i : shuffled(pieces->size())) {
     const Eigen::Vector3d& place = (*pieces)[i].centre_m;
-    if (chosen.nearest(place)) continue;
-    chosen.add(place, sensors.size());
+    if (const auto near = chosen.nearest(place); near && near->square_m2 < apart_m * apart_m) continue;
+    chosen.add(place, static_cast<std::uint32_t>(sensors.size()));
     sensors.push_back({place, 0.0, mesh.gain, mesh.cluster});
     if (const auto fault = check_room(static_cast<double>(sensors.size()), rules)) return *fault;
   }
-  for (const Piece& piece : *pieces) sensors[*chosen.nearest(piece.centre_m)].area_m2 += piece.area_m2;
+  for (const Piece& piece : *pieces) sensors[chosen.nearest(piece.centre_m)->index].area_m2 += piece.area_m2;
 
   // Neighbours in space become neighbours in memory, which is what the sensing tick's cache wants.
   const auto cell = [&](const PlacedSensor& sensor) {

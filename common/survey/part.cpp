@@ -8,45 +8,12 @@
 #include <numbers>
 #include <numeric>
 
+#include "common/geometry/weld.hpp"
+
 namespace phantom::survey {
 namespace {
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
-
-/// Points in cubes of a given size, to find what lies near.
-class PointGrid {
- public:
-  explicit PointGrid(double cell_m) : cell_m_(cell_m) {}
-  void add(const Eigen::Vector3d& p, std::uint32_t index) { cells_[cell(p)].push_back(index); }
-  /// Calls `take` with all that lie within a cell's size of p, and some farther ones; stops when it returns
-  /// true.
-  template <class Take>
-  bool any_near(const Eigen::Vector3d& p, const Take& take) const {
-    const auto c = cell(p);
-    for (std::int64_t x = c[0] - 1; x <= c[0] + 1; ++x) {
-      for (std::int64_t y = c[1] - 1; y <= c[1] + 1; ++y) {
-        for (std::int64_t z = c[2] - 1; z <= c[2] + 1; ++z) {
-          const auto found = cells_.find({x, y, z});
-          if (found == cells_.end()) continue;
-          for (const std::uint32_t index : found->second) {
-            if (take(index)) return true;
-          }
-        }
-      }
-    }
-    return false;
-  }
-
- private:
-  using Cell = std::array<std::int64_t, 3>;
-  Cell cell(const Eigen::Vector3d& p) const {
-    return {static_cast<std::int64_t>(std::floor(p.x() / cell_m_)),
-            static_cast<std::int64_t>(std::floor(p.y() / cell_m_)),
-            static_cast<std::int64_t>(std::floor(p.z() / cell_m_))};
-  }
-  double cell_m_;
-  std::map<Cell, std::vector<std::uint32_t>> cells_;
-};
 
 /// The mesh with vertices in one place joined, and without triangles that have no area.
 struct Welded {
@@ -58,21 +25,13 @@ struct Welded {
 
 Welded weld(const geometry::TriangleMesh& mesh, double join_m) {
   Welded welded;
-  PointGrid grid(join_m);
-  std::vector<std::uint32_t> point_of;
-  for (const Eigen::Vector3f& vertex : mesh.vertices_m) {
-    const Eigen::Vector3d p = vertex.cast<double>();
-    std::uint32_t point = 0;
-    const bool known = grid.any_near(p, [&](std::uint32_t other) {
-      point = other;
-      return (welded.points[other] - p).norm() <= join_m;
-    });
-    if (!known) {
-      point = static_cast<std::uint32_t>(welded.points.size());
-      welded.points.push_back(p);
-      grid.add(p, point);
-    }
-    point_of.push_back(point);
+  std::vector<Eigen::Vector3d> vertices_m;
+  for (const Eigen::Vector3f& vertex : mesh.vertices_m) vertices_m.push_back(vertex.cast<double>());
+  const std::vector<std::uint32_t> first = geometry::weld(vertices_m, join_m);
+  std::vector<std::uint32_t> point_of(first.size());
+  for (std::uint32_t i = 0; i < first.size(); ++i) {
+    if (first[i] == i) welded.points.push_back(vertices_m[i]);
+    point_of[i] = first[i] == i ? static_cast<std::uint32_t>(welded.points.size() - 1) : point_of[first[i]];
   }
   std::map<std::array<std::uint32_t, 3>, bool> seen;
   for (const auto& t : mesh.triangles) {
@@ -296,13 +255,10 @@ PartModel make_part(const std::string& name, const geometry::TriangleMesh& mesh_
 }
 
 bool is_symmetry(const PartModel& part, const geometry::Pose& D, double tolerance_m) {
-  PointGrid grid(tolerance_m);
+  geometry::PointGrid grid(tolerance_m);
   for (std::uint32_t i = 0; i < part.nodes_O_m.size(); ++i) grid.add(part.nodes_O_m[i], i);
-  return std::all_of(part.nodes_O_m.begin(), part.nodes_O_m.end(), [&](const Eigen::Vector3d& node) {
-    const Eigen::Vector3d moved = D * node;
-    return grid.any_near(
-        moved, [&](std::uint32_t other) { return (part.nodes_O_m[other] - moved).norm() <= tolerance_m; });
-  });
+  return std::all_of(part.nodes_O_m.begin(), part.nodes_O_m.end(),
+                     [&](const Eigen::Vector3d& node) { return grid.nearest(D * node).has_value(); });
 }
 
 }  // namespace phantom::survey

@@ -2,28 +2,13 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
+#include "common/geometry/weld.hpp"
 #include "common/geometry/winding_number.hpp"
 
 namespace phantom::voxel::detail {
 namespace {
-
-/// Per point the first one in the same place.
-std::vector<std::uint32_t> first_in_place(const std::vector<SnappedPoint>& points) {
-  std::vector<std::uint32_t> order(points.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return points[a] != points[b] ? points[a] < points[b] : a < b;
-  });
-  std::vector<std::uint32_t> first(points.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool again = i > 0 && points[order[i]] == points[order[i - 1]];
-    first[order[i]] = again ? first[order[i - 1]] : order[i];
-  }
-  return first;
-}
 
 geometry::TriangleMesh all_but(std::uint32_t shell, const geometry::TriangleMesh& mesh_W,
                                const MendedMesh& mended) {
@@ -37,7 +22,7 @@ geometry::TriangleMesh all_but(std::uint32_t shell, const geometry::TriangleMesh
 }  // namespace
 
 MendedMesh mend(const SnappedMesh& mesh) {
-  const std::vector<std::uint32_t> first = first_in_place(mesh.points);
+  const std::vector<std::uint32_t> first = geometry::weld(mesh.points);
   std::vector<Corners> joined;
   joined.reserve(mesh.triangles.size());
   for (const Corners& t : mesh.triangles) joined.push_back({first[t[0]], first[t[1]], first[t[2]]});

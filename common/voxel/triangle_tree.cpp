@@ -1,16 +1,23 @@
 #include "common/voxel/triangle_tree.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "common/geometry/point_triangle.hpp"
 
 namespace phantom::voxel::detail {
 namespace {
 
-constexpr std::size_t kLeaf = 4;
-constexpr int kDeepest = 64;  // halving 2³² triangles takes 32 levels
+/// The box of float numbers around corners of double precision: rounded outwards, so that nothing is cut off.
+geometry::BoundingBox box_around(const std::array<Eigen::Vector3d, 3>& corners) {
+  geometry::BoundingBox box;
+  for (const Eigen::Vector3d& corner : corners) box.extend(corner.cast<float>());
+  constexpr float kFar = std::numeric_limits<float>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    box.min_m[axis] = std::nextafter(box.min_m[axis], -kFar);
+    box.max_m[axis] = std::nextafter(box.max_m[axis], kFar);
+  }
+  return box;
+}
 
 }  // namespace
 
@@ -19,52 +26,15 @@ TriangleTree::TriangleTree(const geometry::TriangleMesh& mesh_W, const GridSpec&
   vertices.reserve(mesh_W.vertices_m.size());
   for (const Eigen::Vector3f& vertex : mesh_W.vertices_m)
     vertices.push_back((vertex.cast<double>() - grid.origin_m) / grid.voxel_size_m);
-  for (const auto& t : mesh_W.triangles) corners_.push_back({vertices[t[0]], vertices[t[1]], vertices[t[2]]});
-  if (corners_.empty()) return;
-  std::vector<std::uint32_t> order(corners_.size());
-  std::iota(order.begin(), order.end(), 0U);
-  nodes_.reserve(corners_.size());
-  build(order, 0, order.size());
-  std::vector<std::array<Eigen::Vector3d, 3>> sorted;
-  sorted.reserve(corners_.size());
-  for (const std::uint32_t i : order) sorted.push_back(corners_[i]);
-  corners_ = std::move(sorted);
-}
-
-std::uint32_t TriangleTree::build(std::vector<std::uint32_t>& order, std::size_t from, std::size_t to) {
-  const auto index = static_cast<std::uint32_t>(nodes_.size());
-  nodes_.emplace_back();
-  constexpr double kFar = std::numeric_limits<double>::infinity();
-  Eigen::Vector3d low = Eigen::Vector3d::Constant(kFar), high = -low, first_middle = low, last_middle = high;
-  const auto middle = [this](std::uint32_t i) {
-    return Eigen::Vector3d(corners_[i][0] + corners_[i][1] + corners_[i][2]);
+  const auto corners_of = [&](const std::array<std::uint32_t, 3>& t) {
+    return std::array{vertices[t[0]], vertices[t[1]], vertices[t[2]]};
   };
-  for (std::size_t i = from; i < to; ++i) {
-    for (const auto& corner : corners_[order[i]]) {
-      low = low.cwiseMin(corner);
-      high = high.cwiseMax(corner);
-    }
-    first_middle = first_middle.cwiseMin(middle(order[i]));
-    last_middle = last_middle.cwiseMax(middle(order[i]));
-  }
-  nodes_[index].low = low;
-  nodes_[index].high = high;
-  if (to - from <= kLeaf) {
-    nodes_[index].first = static_cast<std::uint32_t>(from);
-    nodes_[index].count = static_cast<std::uint32_t>(to - from);
-    return index;
-  }
-  int axis = 0;
-  (last_middle - first_middle).maxCoeff(&axis);
-  const std::size_t half = from + (to - from) / 2;
-  using Difference = std::vector<std::uint32_t>::difference_type;
-  std::nth_element(order.begin() + static_cast<Difference>(from),
-                   order.begin() + static_cast<Difference>(half), order.begin() + static_cast<Difference>(to),
-                   [&](std::uint32_t a, std::uint32_t b) { return middle(a)[axis] < middle(b)[axis]; });
-  build(order, from, half);
-  const std::uint32_t right = build(order, half, to);
-  nodes_[index].right = right;
-  return index;
+  std::vector<geometry::BoundingBox> boxes;
+  boxes.reserve(mesh_W.triangles.size());
+  for (const auto& t : mesh_W.triangles) boxes.push_back(box_around(corners_of(t)));
+  tree_ = geometry::BoxTree(boxes);
+  corners_.reserve(boxes.size());
+  for (const std::uint32_t item : tree_.items()) corners_.push_back(corners_of(mesh_W.triangles[item]));
 }
 
 NearestPoint TriangleTree::on_triangle(const Eigen::Vector3d& p_vox, std::uint32_t triangle) const {
@@ -79,34 +49,14 @@ NearestPoint TriangleTree::nearest_with_guess(const Eigen::Vector3d& p_vox, std:
 }
 
 NearestPoint TriangleTree::search(const Eigen::Vector3d& p_vox, double limit_vox, NearestPoint best) const {
-  if (nodes_.empty()) return best;
   constexpr double kRounding = 1.0 + 1e-12;  // never cut off what is as near
   double least = limit_vox * limit_vox * kRounding;
-  struct Waiting {
-    std::uint32_t node;
-    double square;
-  };
-  std::array<Waiting, kDeepest> waiting;
-  std::size_t count = 0;
-  waiting[count++] = {0, square_to(nodes_[0], p_vox)};
-  while (count > 0) {
-    const Waiting next = waiting[--count];
-    if (next.square > least * kRounding) continue;
-    const Node& node = nodes_[next.node];
-    if (node.count > 0) {
-      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-        const NearestPoint there = on_triangle(p_vox, i);
-        if (there.distance_vox > least) continue;
-        least = there.distance_vox;
-        best = there;
-      }
-      continue;
-    }
-    const Waiting left{next.node + 1, square_to(nodes_[next.node + 1], p_vox)};
-    const Waiting right{node.right, square_to(nodes_[node.right], p_vox)};
-    waiting[count++] = left.square < right.square ? right : left;  // the nearer one is looked at first
-    waiting[count++] = left.square < right.square ? left : right;
-  }
+  tree_.near(p_vox, least, [&](std::uint32_t triangle) {
+    const NearestPoint there = on_triangle(p_vox, triangle);
+    if (there.distance_vox > least) return;
+    least = there.distance_vox;
+    best = there;
+  });
   best.distance_vox = std::sqrt(best.distance_vox);
   return best;
 }

@@ -8,6 +8,7 @@
 #include <limits>
 #include <vector>
 
+#include "common/geometry/box_tree.hpp"
 #include "common/geometry/mesh.hpp"
 #include "common/voxel/grid.hpp"
 
@@ -20,7 +21,7 @@ struct NearestPoint {
   std::uint32_t triangle = 0;  ///< its place in the tree
 };
 
-/// A tree of boxes around the triangles of a mesh, in voxels of a grid (whole numbers are borders between
+/// The triangles of a mesh in a tree of boxes, in voxels of a grid (whole numbers are borders between
 /// voxels). Immutable; nearest() is thread-safe.
 class TriangleTree {
  public:
@@ -35,21 +36,12 @@ class TriangleTree {
   NearestPoint nearest_with_guess(const Eigen::Vector3d& p_vox, std::uint32_t guess) const;
 
  private:
-  struct Node {
-    Eigen::Vector3d low, high;           // of the box
-    std::uint32_t first = 0, count = 0;  // triangles of a leaf
-    std::uint32_t right = 0;             // else its second child; the first one stands next
-  };
   NearestPoint search(const Eigen::Vector3d& p_vox, double limit_vox, NearestPoint best) const;
   NearestPoint on_triangle(const Eigen::Vector3d& p_vox,
                            std::uint32_t triangle) const;  // with the distance squared
-  double square_to(const Node& node, const Eigen::Vector3d& p_vox) const {
-    return (node.low - p_vox).cwiseMax(p_vox - node.high).cwiseMax(0.0).squaredNorm();
-  }
-  std::uint32_t build(std::vector<std::uint32_t>& order, std::size_t from, std::size_t to);
 
-  std::vector<std::array<Eigen::Vector3d, 3>> corners_;  // in leaf order
-  std::vector<Node> nodes_;
+  geometry::BoxTree tree_;
+  std::vector<std::array<Eigen::Vector3d, 3>> corners_;  // in the order of the tree's places
 };
 
 }  // namespace phantom::voxel::detail

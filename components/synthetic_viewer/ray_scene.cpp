@@ -4,15 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include "common/geometry/ray_triangle.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr std::uint32_t kLeafTriangles = 4;
-constexpr int kMaxDepth = 64;
 constexpr double kSameCrossing_m = 1e-6;
 
 std::optional<double> hit_triangle(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
@@ -21,85 +18,19 @@ std::optional<double> hit_triangle(const Eigen::Vector3d& origin, const Eigen::V
                                       corners[2].cast<double>());
 }
 
-bool hit_box(const Eigen::Array3d& min_m, const Eigen::Array3d& max_m, const Eigen::Array3d& origin,
-             const Eigen::Array3d& inverse, double from, double to) noexcept {
-  for (int axis = 0; axis < 3; ++axis) {
-    const double near = (min_m[axis] - origin[axis]) * inverse[axis];
-    const double far = (max_m[axis] - origin[axis]) * inverse[axis];
-    if (std::isnan(near) || std::isnan(far)) continue;  // 0·∞: the ray runs in a face of the box
-    from = std::max(from, std::min(near, far));
-    to = std::min(to, std::max(near, far));
-  }
-  return from <= to;
-}
-
 }  // namespace
 
-RayMesh::RayMesh(const geometry::TriangleMesh& mesh) {
-  std::vector<std::uint32_t> order(mesh.triangles.size());
-  std::iota(order.begin(), order.end(), 0U);
-  if (order.empty()) return;
-  nodes_.reserve(2 * order.size() / kLeafTriangles + 1);
-  build(order, 0, static_cast<std::uint32_t>(order.size()), mesh);
-  corners_m_.reserve(3 * order.size());
-  for (const std::uint32_t triangle : order) {
+RayMesh::RayMesh(const geometry::TriangleMesh& mesh) : tree_(geometry::triangle_boxes(mesh)) {
+  corners_m_.reserve(3 * mesh.triangles.size());
+  for (const std::uint32_t triangle : tree_.items())
     for (const std::uint32_t vertex : mesh.triangles[triangle]) corners_m_.push_back(mesh.vertices_m[vertex]);
-  }
-}
-
-std::uint32_t RayMesh::build(std::vector<std::uint32_t>& order, std::uint32_t begin, std::uint32_t end,
-                             const geometry::TriangleMesh& mesh) {
-  const auto middle_of = [&mesh](std::uint32_t triangle) {
-    const auto& t = mesh.triangles[triangle];
-    return ((mesh.vertices_m[t[0]] + mesh.vertices_m[t[1]] + mesh.vertices_m[t[2]]) / 3.0F).eval();
-  };
-  geometry::BoundingBox box, middles;
-  for (std::uint32_t i = begin; i < end; ++i) {
-    for (const std::uint32_t vertex : mesh.triangles[order[i]]) box.extend(mesh.vertices_m[vertex]);
-    middles.extend(middle_of(order[i]));
-  }
-  const auto index = static_cast<std::uint32_t>(nodes_.size());
-  nodes_.push_back({box.min_m.array(), box.max_m.array(), begin, end - begin});
-  if (end - begin <= kLeafTriangles) return index;
-  int axis = 0;
-  (middles.max_m - middles.min_m).maxCoeff(&axis);
-  const std::uint32_t half = begin + (end - begin) / 2;
-  std::nth_element(order.begin() + begin, order.begin() + half, order.begin() + end,
-                   [&](std::uint32_t a, std::uint32_t b) { return middle_of(a)[axis] < middle_of(b)[axis]; });
-  build(order, begin, half, mesh);
-  const std::uint32_t right = build(order, half, end, mesh);
-  nodes_[index].first = right;
-  nodes_[index].count = 0;
-  return index;
-}
-
-template <class Visit>
-void RayMesh::walk(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction, double min_m,
-                   double& max_m, Visit&& visit) const noexcept {
-  if (nodes_.empty()) return;
-  const Eigen::Array3d inverse = direction.array().inverse();
-  std::array<std::uint32_t, kMaxDepth> stack;  // halving: the depth is at most the bits of a triangle index
-  std::size_t depth = 0;
-  stack[depth++] = 0;
-  while (depth > 0) {
-    const std::uint32_t index = stack[--depth];
-    const Node& node = nodes_[index];
-    if (!hit_box(node.min_m.cast<double>(), node.max_m.cast<double>(), origin_m.array(), inverse, min_m,
-                 max_m))
-      continue;
-    if (node.count == 0) {
-      stack[depth++] = node.first;
-      stack[depth++] = index + 1;
-      continue;
-    }
-    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) visit(&corners_m_[3 * i]);
-  }
 }
 
 std::optional<double> RayMesh::nearest(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction,
                                        double min_m, double max_m) const noexcept {
   std::optional<double> best;
-  walk(origin_m, direction, min_m, max_m, [&](const Eigen::Vector3f* corners) {
+  tree_.along_ray(origin_m, direction, min_m, max_m, [&](std::uint32_t place) {
+    const Eigen::Vector3f* corners = &corners_m_[3 * std::size_t{place}];
     const auto distance = hit_triangle(origin_m, direction, corners);
     if (!distance || *distance <= min_m || *distance >= max_m) return;
     best = distance;
@@ -110,7 +41,8 @@ std::optional<double> RayMesh::nearest(const Eigen::Vector3d& origin_m, const Ei
 
 void RayMesh::crossings(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction, double min_m,
                         double max_m, std::vector<Crossing>& found) const {
-  walk(origin_m, direction, min_m, max_m, [&](const Eigen::Vector3f* corners) {
+  tree_.along_ray(origin_m, direction, min_m, max_m, [&](std::uint32_t place) {
+    const Eigen::Vector3f* corners = &corners_m_[3 * std::size_t{place}];
     const auto distance = hit_triangle(origin_m, direction, corners);
     if (!distance || *distance <= min_m || *distance >= max_m) return;
     const Eigen::Vector3f normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);

@@ -6,12 +6,13 @@
 #include <optional>
 #include <vector>
 
+#include "common/geometry/box_tree.hpp"
 #include "common/geometry/mesh.hpp"
 #include "common/geometry/pose.hpp"
 
 namespace phantom::synthetic_viewer {
 
-/// A triangle mesh prepared for rays: a bounding-volume tree, built once. Constant afterwards, thread-safe.
+/// A triangle mesh prepared for rays: in a tree of boxes, built once. Constant afterwards, thread-safe.
 class RayMesh {
  public:
   explicit RayMesh(const geometry::TriangleMesh& mesh);
@@ -30,22 +31,8 @@ class RayMesh {
                  double max_m, std::vector<Crossing>& found) const;
 
  private:
-  struct Node {
-    Eigen::Array3f min_m, max_m;
-    std::uint32_t first =
-        0;  // leaf: first triangle; inner: index of the right child (the left one is the next node)
-    std::uint32_t count = 0;  // triangles of a leaf; 0: inner node
-  };
-  /// Calls visit(first corner of a triangle) for all whose boxes the ray meets within (min_m, max_m), which
-  /// visit may shorten.
-  template <class Visit>
-  void walk(const Eigen::Vector3d& origin_m, const Eigen::Vector3d& direction, double min_m, double& max_m,
-            Visit&& visit) const noexcept;
-  std::uint32_t build(std::vector<std::uint32_t>& order, std::uint32_t begin, std::uint32_t end,
-                      const geometry::TriangleMesh& mesh);
-
-  std::vector<Node> nodes_;
-  std::vector<Eigen::Vector3f> corners_m_;  // three per triangle, in leaf order
+  geometry::BoxTree tree_;
+  std::vector<Eigen::Vector3f> corners_m_;  // three per triangle, in the order of the tree's places
 };
 
 /// Everything that can stand between a camera and what it looks at.

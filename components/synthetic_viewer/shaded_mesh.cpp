@@ -2,11 +2,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <unordered_map>
 #include <unordered_set>
 #include <utility>
+
+#include "common/geometry/weld.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -23,13 +23,8 @@ struct KeyHash {
   }
 };
 
-Key key_of(const Eigen::Vector3f& v) {  // adding 0 makes −0 and +0 the same place
-  return {std::bit_cast<std::uint32_t>(v.x() + 0.0F), std::bit_cast<std::uint32_t>(v.y() + 0.0F),
-          std::bit_cast<std::uint32_t>(v.z() + 0.0F)};
-}
-
 /// Corners that meet at one place, in a list that runs through `next`.
-struct Places {
+struct CornersByPlace {
   std::vector<std::uint32_t> place_of_vertex;
   std::vector<std::uint32_t> first, next, size;  // first corner of a place; the next one of a corner
 };
@@ -38,18 +33,12 @@ constexpr std::uint32_t kEnd = ~0U;
 // the work of comparing each with each must not grow without bound.
 constexpr std::uint32_t kMaxCorners = 512;
 
-Places find_places(const geometry::TriangleMesh& mesh,
-                   const std::vector<std::array<std::uint32_t, 3>>& triangles) {
-  Places places;
-  std::unordered_map<Key, std::uint32_t, KeyHash> known;
-  known.reserve(mesh.vertices_m.size());
-  places.place_of_vertex.reserve(mesh.vertices_m.size());
-  for (const Eigen::Vector3f& v : mesh.vertices_m) {
-    places.place_of_vertex.push_back(
-        known.try_emplace(key_of(v), static_cast<std::uint32_t>(known.size())).first->second);
-  }
-  places.first.assign(known.size(), kEnd);
-  places.size.assign(known.size(), 0);
+CornersByPlace find_places(const geometry::TriangleMesh& mesh,
+                           const std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  CornersByPlace places;
+  places.place_of_vertex = geometry::weld(mesh.vertices_m);
+  places.first.assign(mesh.vertices_m.size(), kEnd);
+  places.size.assign(mesh.vertices_m.size(), 0);
   places.next.resize(3 * triangles.size());
   for (std::uint32_t corner = 0; corner < places.next.size(); ++corner) {
     const std::uint32_t place = places.place_of_vertex[triangles[corner / 3][corner % 3]];
@@ -78,7 +67,7 @@ ShadedMesh shade(const geometry::TriangleMesh& mesh, double crease_rad) {
     normals.push_back(cross / length);
     areas.push_back(length);
   }
-  const Places places = find_places(mesh, triangles);
+  const CornersByPlace places = find_places(mesh, triangles);
   const float least_cosine = static_cast<float>(std::cos(crease_rad));
   ShadedMesh shaded;
   std::vector<std::uint32_t> made(places.next.size());  // index of the vertex that a corner got
@@ -116,20 +105,20 @@ ShadedMesh shade(const geometry::TriangleMesh& mesh, double crease_rad) {
 
 geometry::TriangleMesh coarsen(const geometry::TriangleMesh& mesh, double pitch_m) {
   geometry::TriangleMesh coarse;
-  std::unordered_map<Key, std::uint32_t, KeyHash> cubes;
+  std::vector<Eigen::Vector3f> cubes;
+  geometry::Places<Eigen::Vector3f> known_cubes(cubes);
   std::vector<std::uint32_t> cube_of_vertex;
   std::vector<float> members;
   cube_of_vertex.reserve(mesh.vertices_m.size());
   for (const Eigen::Vector3f& v : mesh.vertices_m) {
-    const Eigen::Vector3f cube = (v / static_cast<float>(pitch_m)).array().floor();
-    const auto [found, fresh] = cubes.try_emplace(key_of(cube), static_cast<std::uint32_t>(cubes.size()));
-    if (fresh) {
+    const std::uint32_t cube = known_cubes.number_of((v / static_cast<float>(pitch_m)).array().floor());
+    if (cube == members.size()) {
       coarse.vertices_m.emplace_back(Eigen::Vector3f::Zero());
       members.push_back(0.0F);
     }
-    coarse.vertices_m[found->second] += v;
-    members[found->second] += 1.0F;
-    cube_of_vertex.push_back(found->second);
+    coarse.vertices_m[cube] += v;
+    members[cube] += 1.0F;
+    cube_of_vertex.push_back(cube);
   }
   for (std::size_t i = 0; i < members.size(); ++i) coarse.vertices_m[i] /= members[i];
   std::unordered_set<Key, KeyHash> known;

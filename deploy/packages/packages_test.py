@@ -114,7 +114,7 @@ def main():
         run(whole / "usr/bin/wva_server", "--check")
         # An OBJ is read by the importer, which stands below the prefix, too.
         run(whole / "usr/bin/wva_server", "activate", "--mesh", whole / "usr/share/phantom/deploy/parts/wedge.obj", "--scale", "0.001",
-            "--voxel-size-m", "0.01", "--export", folder / "wedge.nrrd")
+            "--voxel-size-m", "0.01", "--layers", "2,2", "--mu", "2,1", "--export", folder / "wedge.nrrd")
         print(f"{len(debs)} packages, {len(owner)} files, {units}")
 
 
