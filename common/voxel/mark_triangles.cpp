@@ -206,29 +206,6 @@ class Marks {
   std::size_t offsets_[kTile * kTile];  // words from a tile's first row to its others
 };
 
-/// Cells along y, never too few, that the triangle can meet in the layers [z, z + 4).
-Range rows_in_layers(const std::array<SnappedPoint, 3>& t, std::int32_t z, const Range& y) {
-  const double bottom = static_cast<double>(z) * kSub - 2,
-               top = bottom + static_cast<double>(kTile * kSub) + 4;
-  double low = INFINITY, high = -INFINITY;
-  for (int i = 0; i < 3; ++i) {
-    const SnappedPoint &a = t[i], &b = t[(i + 1) % 3];
-    const double az = a[2], bz = b[2];
-    if (std::max(az, bz) < bottom || std::min(az, bz) > top) continue;
-    const double per = bz == az ? 0.0 : 1.0 / (bz - az);
-    const double from = bz == az ? 0.0 : std::clamp((bottom - az) * per, 0.0, 1.0);
-    const double to = bz == az ? 1.0 : std::clamp((top - az) * per, 0.0, 1.0);
-    for (const double share : {from, to}) {
-      const double at = a[1] + share * (static_cast<double>(b[1]) - a[1]);
-      low = std::min(low, at);
-      high = std::max(high, at);
-    }
-  }
-  if (!(low <= high)) return {0, -1};
-  return {std::max(y.first, static_cast<std::int32_t>(std::floor(low / kSub)) - 1),
-          std::min(y.last, static_cast<std::int32_t>(std::floor(high / kSub)) + 1)};
-}
-
 /// A triangle within one layer of voxels across `flat`: its shadow along that axis decides.
 void mark_flat(const std::array<SnappedPoint, 3>& t, const Range* range, int flat, Marks& boundary) {
   const int u = flat == 0 ? 1 : 0, v = flat == 2 ? 1 : 2;
@@ -249,11 +226,9 @@ void mark_flat(const std::array<SnappedPoint, 3>& t, const Range* range, int fla
 void mark_steep(const std::array<SnappedPoint, 3>& t, const Range* range, Marks& boundary) {
   const Shadow xy(t, 0, 1), yz(t, 1, 2), xz(t, 0, 2);
   const Plane plane(t);
-  const bool many_rows = range[1].last - range[1].first > 4 * kTile;
   const bool long_rows = range[0].last - range[0].first > 4 * kTile;
   for (std::int32_t z = range[2].first; z <= range[2].last; z += kTile) {
-    const Range rows = many_rows ? rows_in_layers(t, z, range[1]) : range[1];
-    for (std::int32_t y = rows.first; y <= rows.last; y += kTile) {
+    for (std::int32_t y = range[1].first; y <= range[1].last; y += kTile) {
       const std::uint32_t m_yz = yz.tile(y, z, rows_from(z, range[2]));
       if (m_yz == 0) continue;
       const Range cells = long_rows ? plane.above(y, z, range[0]) : range[0];
