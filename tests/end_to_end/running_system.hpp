@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/core/network.hpp"
+#include "tests/support/eventually.hpp"
 
 namespace phantom::end_to_end {
 
@@ -42,8 +43,7 @@ class RunningSystem {
   int exit_code_ = -1;
 };
 
-/// Calls `probe` until it is true; the limit only bounds a failing test.
-bool eventually(const std::function<bool()>& probe, double limit_s = 30.0);
+using phantom::test::eventually;
 
 std::string read_text(const std::filesystem::path& file);
 
