@@ -114,13 +114,4 @@ int RunningSystem::wait() {
   return exit_code_;
 }
 
-bool eventually(const std::function<bool()>& probe, double limit_s) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(limit_s);
-  while (!probe()) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    usleep(20'000);
-  }
-  return true;
-}
-
 }  // namespace phantom::end_to_end

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/core/network.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/files.hpp"
 
 namespace phantom::end_to_end {
@@ -43,8 +44,7 @@ class RunningSystem {
   int exit_code_ = -1;
 };
 
-/// Calls `probe` until it is true; the limit only bounds a failing test.
-bool eventually(const std::function<bool()>& probe, double limit_s = 30.0);
+using phantom::test::eventually;
 
 using test::read_text;
 

@@ -9,21 +9,14 @@
 
 #include "common/dds/endpoint.hpp"
 #include "tests/processes/running_process.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/own_domain.hpp"
 
 namespace phantom::processes {
 namespace {
 
-template <class Probe>
-bool eventually(const Probe& probe, double limit_s = 60.0) {
-  const auto until_ns = core::monotonic_ns() + core::from_seconds(limit_s);
-  while (!probe()) {
-    if (core::monotonic_ns() > until_ns) return false;
-    usleep(20'000);
-  }
-  return true;
-}
+using phantom::test::eventually;
 
 class FullStderr : public testing::Test {
  protected:

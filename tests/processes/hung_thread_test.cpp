@@ -14,6 +14,7 @@
 #include "common/core/progress.hpp"
 #include "common/dds/endpoint.hpp"
 #include "tests/processes/running_process.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/own_domain.hpp"
 
@@ -37,15 +38,7 @@ class FrozenThread {
   pid_t thread_;
 };
 
-template <class Probe>
-bool eventually(const Probe& probe, double limit_s = 60.0) {
-  const auto until_ns = core::monotonic_ns() + core::from_seconds(limit_s);
-  while (!probe()) {
-    if (core::monotonic_ns() > until_ns) return false;
-    usleep(20'000);
-  }
-  return true;
-}
+using phantom::test::eventually;
 
 struct Case {
   const char* component;

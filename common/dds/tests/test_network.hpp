@@ -7,6 +7,7 @@
 #include <mutex>
 
 #include "common/core/network.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/own_domain.hpp"
 
 namespace phantom::dds {
@@ -42,15 +43,6 @@ class Waiter {
   std::condition_variable changed_;
 };
 
-/// Calls `probe` until it is true or the limit has passed.
-template <class Probe>
-bool eventually(Probe&& probe, std::chrono::seconds limit = std::chrono::seconds(30)) {
-  const auto end = std::chrono::steady_clock::now() + limit;
-  while (!probe()) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    usleep(2000);
-  }
-  return true;
-}
+using phantom::test::eventually;
 
 }  // namespace phantom::dds

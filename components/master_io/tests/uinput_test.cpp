@@ -15,18 +15,12 @@
 #include <thread>
 
 #include "components/master_io/desk_input.hpp"
+#include "tests/support/eventually.hpp"
 
 namespace phantom::master_io {
 namespace {
 
-bool eventually(const std::function<bool()>& holds) {
-  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-  while (!holds()) {
-    if (std::chrono::steady_clock::now() > until) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  }
-  return true;
-}
+using phantom::test::eventually;
 
 class Gamepad {
  public:

@@ -12,6 +12,7 @@
 
 #include "common/voxel/brick_codec.hpp"
 #include "components/phantom_sensing/tests/rig.hpp"
+#include "tests/support/eventually.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {
@@ -53,16 +54,7 @@ void send(const voxel::Workspace& world, std::uint64_t version, WorkspaceKeeper&
                          static_cast<std::uint32_t>(world.brick_count()), world.content_hash()});
 }
 
-/// Waits for the keeper's thread; the deadline is only there so that a broken build ends.
-template <class Condition>
-bool eventually(const Condition& condition) {
-  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > until) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return true;
-}
+using phantom::test::eventually;
 
 class Loop : public testing::Test {
  protected:

@@ -12,17 +12,11 @@
 
 #include "common/runtime/arm_model.hpp"
 #include "components/synthetic_viewer/viewer_loop.hpp"
+#include "tests/support/eventually.hpp"
 
 namespace phantom::synthetic_viewer::test {
 
-template <class Condition>
-bool eventually(const Condition& condition) {
-  for (int k = 0; k < 6000; ++k) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  return false;
-}
+using phantom::test::eventually;
 
 class TwoPlates : public ::testing::Test {
  protected:

@@ -11,16 +11,12 @@
 #include <opencv2/videoio.hpp>
 #include <thread>
 
+#include "tests/support/eventually.hpp"
+
 namespace phantom::synthetic_viewer {
 namespace {
 
-bool eventually(const std::function<bool()>& condition) {
-  for (int k = 0; k < 3000; ++k) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  return false;
-}
+using phantom::test::eventually;
 
 /// Time that passes when a test says so.
 std::atomic<core::Nanoseconds> g_now_ns{core::kNsPerSecond};
