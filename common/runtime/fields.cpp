@@ -40,12 +40,8 @@ FieldTable::FieldTable(std::initializer_list<const char*> yaml) {
   for (const char* text : yaml) {
     std::istringstream lines(text);
     std::smatch match;
-    std::size_t comment_at = 0;
     for (std::string line; std::getline(lines, line);) {
-      const std::size_t first = line.find('#');
-      const bool goes_on = comment_at > 0 && first == comment_at && line.find_first_not_of(' ') == first;
-      if (goes_on || !std::regex_match(line, match, key_line)) continue;
-      comment_at = line.rfind(" # ") == std::string::npos ? 0 : line.find(" # ", match.position(5)) + 1;
+      if (!std::regex_match(line, match, key_line)) continue;
       std::size_t indent = static_cast<std::size_t>(match.length(1) + match.length(3));
       if (match[4].matched) {
         const std::string list = leave(indent);
