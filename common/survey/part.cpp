@@ -33,7 +33,8 @@ Welded weld(const geometry::TriangleMesh& mesh, double join_m) {
     if (first[i] == i) welded.points.push_back(vertices_m[i]);
     point_of[i] = first[i] == i ? static_cast<std::uint32_t>(welded.points.size() - 1) : point_of[first[i]];
   }
-  std::map<std::array<std::uint32_t, 3>, bool> seen;
+  std::vector<std::array<std::uint32_t, 3>> distinct;
+  geometry::Places<std::array<std::uint32_t, 3>> seen(distinct);
   for (const auto& t : mesh.triangles) {
     const std::array<std::uint32_t, 3> w{point_of[t[0]], point_of[t[1]], point_of[t[2]]};
     if (w[0] == w[1] || w[1] == w[2] || w[2] == w[0]) continue;
@@ -45,7 +46,7 @@ Welded weld(const geometry::TriangleMesh& mesh, double join_m) {
     if (twice.norm() < join_m * longest) continue;  // its corners are in line
     std::array<std::uint32_t, 3> key = w;
     std::rotate(key.begin(), std::min_element(key.begin(), key.end()), key.end());
-    if (!seen.try_emplace(key, true).second) continue;
+    if (seen.number_of(key) < welded.triangles.size()) continue;
     welded.triangles.push_back(w);
     welded.normals.push_back(twice.normalized());
     welded.areas.push_back(0.5 * twice.norm());

@@ -3,25 +3,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <unordered_set>
 #include <utility>
 
 #include "common/geometry/weld.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
-
-using Key = std::array<std::uint32_t, 3>;
-struct KeyHash {
-  std::size_t operator()(const Key& key) const noexcept {
-    std::uint64_t hash = 0x9E3779B97F4A7C15ULL;
-    for (const std::uint32_t word : key) {
-      hash = (hash ^ word) * 0xD6E8FEB86659FD93ULL;
-      hash ^= hash >> 32;
-    }
-    return hash;
-  }
-};
 
 /// Corners that meet at one place, in a list that runs through `next`.
 struct CornersByPlace {
@@ -121,13 +108,15 @@ geometry::TriangleMesh coarsen(const geometry::TriangleMesh& mesh, double pitch_
     cube_of_vertex.push_back(cube);
   }
   for (std::size_t i = 0; i < members.size(); ++i) coarse.vertices_m[i] /= members[i];
-  std::unordered_set<Key, KeyHash> known;
+  using Corners = std::array<std::uint32_t, 3>;
+  std::vector<Corners> distinct;
+  geometry::Places<Corners> known(distinct);
   for (const auto& t : mesh.triangles) {
-    const Key corners{cube_of_vertex[t[0]], cube_of_vertex[t[1]], cube_of_vertex[t[2]]};
+    const Corners corners{cube_of_vertex[t[0]], cube_of_vertex[t[1]], cube_of_vertex[t[2]]};
     if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
-    Key sorted = corners;
+    Corners sorted = corners;
     std::sort(sorted.begin(), sorted.end());
-    if (known.insert(sorted).second) coarse.triangles.push_back(corners);
+    if (known.number_of(sorted) == coarse.triangles.size()) coarse.triangles.push_back(corners);
   }
   return coarse;
 }
