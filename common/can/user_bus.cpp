@@ -1,7 +1,6 @@
 #include "common/can/user_bus.hpp"
 
 #include <poll.h>
-#include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -16,29 +15,26 @@ namespace phantom::can {
 
 bool is_user_address(const std::string& address) noexcept { return address.rfind("user:", 0) == 0; }
 
+core::Expected<std::string> wire::name_in(const std::string& address) {
+  std::string name = is_user_address(address) ? address.substr(sizeof "user:" - 1) : "";
+  const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.';
+  });
+  if (name.empty() || name.size() > 64 || !plain)
+    return core::Status::invalid_argument(
+        "bus address '" + address + "'; allowed: user:NAME with 1 to 64 letters, digits, '_', '-' or '.'");
+  return name;
+}
+
 namespace {
 
 using core::ErrorCode;
 using core::Status;
 using wire::Packet;
 
-constexpr char kPrefix[] = "user:";
-
-// The part after "user:", or an error.
-core::Expected<std::string> name_in(const std::string& address) {
-  std::string name = is_user_address(address) ? address.substr(sizeof kPrefix - 1) : "";
-  const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.';
-  });
-  if (name.empty() || name.size() > 64 || !plain)
-    return Status::invalid_argument("bus address '" + address +
-                                    "'; allowed: user:NAME with 1 to 64 letters, digits, '_', '-' or '.'");
-  return name;
-}
-
 // A socket to whoever serves the bus.
 core::Expected<int> connect_to(const std::string& address) {
-  const auto name = name_in(address);
+  const auto name = wire::name_in(address);
   if (!name) return name.status();
   const int socket = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (socket < 0) return Status{ErrorCode::kUnavailable, address + ": " + std::strerror(errno)};
@@ -171,25 +167,6 @@ core::Expected<std::unique_ptr<CanBus>> open_user_bus(const std::string& address
   const auto socket = connect_to(address);
   if (!socket) return socket.status();
   return std::unique_ptr<CanBus>(std::make_unique<UserBus>(*socket, address));
-}
-
-core::Expected<std::unique_ptr<UserBusHub>> UserBusHub::serve(const std::string& address,
-                                                              const BusModelOptions& options) {
-  const auto name = name_in(address);
-  if (!name) return name.status();
-  const int listener = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  const int waker = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
-  sockaddr_un where{};
-  const socklen_t size = wire::address_of(*name, where);
-  if (listener < 0 || waker < 0 || bind(listener, reinterpret_cast<const sockaddr*>(&where), size) != 0 ||
-      listen(listener, 64) != 0) {
-    const Status status{errno == EADDRINUSE ? ErrorCode::kFailedPrecondition : ErrorCode::kUnavailable,
-                        address + ": cannot be served: " + std::strerror(errno)};
-    if (listener >= 0) close(listener);
-    if (waker >= 0) close(waker);
-    return status;
-  }
-  return std::unique_ptr<UserBusHub>(new UserBusHub(listener, waker, options));
 }
 
 }  // namespace phantom::can

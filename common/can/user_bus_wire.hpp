@@ -8,6 +8,7 @@
 #include <string>
 
 #include "common/can/frame.hpp"
+#include "common/core/status.hpp"
 
 namespace phantom::can::wire {
 
@@ -40,6 +41,9 @@ inline CanFrame frame_of(const Packet& p) noexcept {
   std::memcpy(frame.data.data(), p.data, 8);
   return frame;
 }
+
+/// The NAME of "user:NAME", 1 to 64 characters. Errors: kInvalidArgument.
+core::Expected<std::string> name_in(const std::string& address);
 
 /// The hub's socket name: of the abstract namespace (first byte zero). `name` is at most 64 characters.
 inline socklen_t address_of(const std::string& name, sockaddr_un& address) noexcept {

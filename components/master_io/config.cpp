@@ -26,7 +26,7 @@ void choose_law(const Fields& fields, const std::string& chosen, teleop::Bilater
   law = known.value_or(law);
 }
 
-void read_arm_of(const Fields& section, const robot::SerialArm& arm, teleop::OperatorParameters& hand) {
+void read_arm_of(const Fields& section, const robot::SerialArm& arm, simulation::OperatorParameters& hand) {
   hand.stiffness =
       by_joint_type(arm, section.value("stiffness_N_m_per_rad"), section.value("stiffness_N_per_m"));
   hand.damping =
@@ -35,7 +35,7 @@ void read_arm_of(const Fields& section, const robot::SerialArm& arm, teleop::Ope
 }
 
 /// How a person slows down under load.
-void read_caution(const Fields& section, teleop::OperatorParameters& person) {
+void read_caution(const Fields& section, simulation::OperatorParameters& person) {
   section.number("yield_share", person.yield_share);
   section.number("stop_share", person.stop_share);
   section.check(person.stop_share > person.yield_share, "stop_share",
@@ -47,7 +47,7 @@ void read_caution(const Fields& section, teleop::OperatorParameters& person) {
   section.number("reaction_delay_s", person.reaction_delay_s);
 }
 
-void read_tremor(const Fields& section, const robot::SerialArm& arm, teleop::OperatorParameters& person) {
+void read_tremor(const Fields& section, const robot::SerialArm& arm, simulation::OperatorParameters& person) {
   person.tremor_rms = by_joint_type(arm, section.value("rms_rad", 0), section.value("rms_m", 0));
   section.number("centre_Hz", person.tremor_Hz);
   section.number("seed", person.seed);
@@ -55,8 +55,8 @@ void read_tremor(const Fields& section, const robot::SerialArm& arm, teleop::Ope
 
 void read_operator(const Fields& section, const robot::SerialArm& arm, const std::string& chosen,
                    Config& config) {
-  teleop::OperatorParameters person{.joint_count = arm.joint_count()},
-      servo{.joint_count = arm.joint_count(), .kind = teleop::OperatorKind::kConstantVelocity};
+  simulation::OperatorParameters person{.joint_count = arm.joint_count()},
+      servo{.joint_count = arm.joint_count(), .kind = simulation::OperatorKind::kConstantVelocity};
   std::string& model = config.operator_model = "minimum_jerk";
   section.choice("model", model,
                  {{"minimum_jerk", "minimum_jerk"},
@@ -69,7 +69,7 @@ void read_operator(const Fields& section, const robot::SerialArm& arm, const std
   read_arm_of(p, arm, person);
   read_caution(p, person);
   read_tremor(p.section("tremor"), arm, person);
-  teleop::OperatorParameters cautious = person;
+  simulation::OperatorParameters cautious = person;
   read_caution(section.section("cautious"), cautious);
   const Fields s = section.section("constant_velocity");
   read_arm_of(s, arm, servo);
@@ -102,9 +102,9 @@ void read_can(const Fields& section, const robot::SerialArm& arm, Config& config
   }
 }
 
-void read_sequence(const Fields& section, teleop::ReachScriptParameters& script) {
+void read_sequence(const Fields& section, simulation::ReachScriptParameters& script) {
   section.has("only");  // read with the reaches
-  using enum teleop::PerceptSchedule;
+  using enum simulation::PerceptSchedule;
   section.choice("percept", script.percept, {{"alternate", kAlternate}, {"on", kOn}, {"off", kOff}});
   section.number("first_wait_s", script.first_wait_s);
   section.number("transit_s", script.transit_s);

@@ -9,12 +9,12 @@
 #include "common/robot/serial_arm.hpp"
 #include "common/runtime/drives_config.hpp"
 #include "common/runtime/periodic_loop.hpp"
+#include "common/simulation/master_plant.hpp"
+#include "common/simulation/operator_model.hpp"
+#include "common/simulation/reach_script.hpp"
 #include "common/teleop/feedback_rendering.hpp"
 #include "common/teleop/link_state.hpp"
-#include "common/teleop/master_plant.hpp"
-#include "common/teleop/operator_model.hpp"
 #include "common/teleop/percept_rendering.hpp"
-#include "common/teleop/reach_script.hpp"
 #include "components/master_io/desk.hpp"
 
 namespace phantom::master_io {
@@ -44,7 +44,7 @@ struct Config {
   std::optional<runtime::DrivesConfig> can;  ///< always there for driver can
   teleop::LinkTiming link;
   core::JointArray align_tolerance{};  ///< rad or m
-  teleop::MasterPlantParameters device;
+  simulation::MasterPlantParameters device;
   int command_delay_samples = 1;  ///< from computing a torque to its acting
   teleop::PerceptParameters percept;
   core::JointArray percept_gain{};  ///< G at the start, by joint
@@ -53,9 +53,9 @@ struct Config {
   std::vector<teleop::FeedbackLoop> feedback_loops;  ///< by joint, what the feedback must be stable with
   core::JointArray torque_rate_Nm_per_s{};           ///< at which the motors' torque may change, by joint
   ContactSource contact_source = ContactSource::kEither;
-  teleop::OperatorParameters hand;
+  simulation::OperatorParameters hand;
   std::string operator_model;  ///< its name; empty: a person moves the master
-  teleop::ReachScriptParameters script;
+  simulation::ReachScriptParameters script;
   std::vector<ReachLabel> labels;  ///< per reach of the script
 };
 

@@ -5,9 +5,9 @@
 
 #include "common/robot/joint_values.hpp"
 #include "common/runtime/drives_config.hpp"
+#include "common/simulation/slave_plant.hpp"
 #include "common/teleop/feedback_limit.hpp"
 #include "common/teleop/joint_servo.hpp"
-#include "common/teleop/slave_plant.hpp"
 #include "common/teleop/stability_guard.hpp"
 
 namespace phantom::master_io {
@@ -95,7 +95,7 @@ std::vector<teleop::FeedbackLoop> read_loops(const Fields& slave, const robot::S
   const double bandwidth_Hz = slave.value("bandwidth_Hz"), damping = slave.value("damping_ratio", 1.0);
   const auto rotor = by_joint_type(arm, slave.value("rotor_inertia_kg_m2"), slave.value("rotor_mass_kg"));
   std::vector<teleop::FeedbackLoop> loops(arm.joint_count(), as_all);
-  const auto inertia = teleop::reflected_inertia(arm, home, rotor);
+  const auto inertia = simulation::reflected_inertia(arm, home, rotor);
   for (std::size_t j = 0; j < arm.joint_count(); ++j) {
     const auto gains = teleop::gains_for(inertia[j], bandwidth_Hz, damping, 0.0);
     loops[j].master_inertia = config.device.joints[j].inertia;

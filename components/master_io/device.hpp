@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/can/arm_drives.hpp"
-#include "common/teleop/master_plant.hpp"
+#include "common/simulation/master_plant.hpp"
 #include "components/master_io/config.hpp"
 
 namespace phantom::master_io {
@@ -64,7 +64,7 @@ class SimulatedDevice final : public Device {
   core::ActuatorHealth health() override { return {}; }
 
  private:
-  teleop::MasterPlant plant_;
+  simulation::MasterPlant plant_;
   DeviceSense sense_;
 };
 

@@ -6,14 +6,14 @@
 
 #include "common/robot/serial_arm.hpp"
 #include "common/runtime/config_reader.hpp"
-#include "common/teleop/reach_script.hpp"
+#include "common/simulation/reach_script.hpp"
 #include "components/master_io/config.hpp"
 
 namespace phantom::master_io {
 
 struct NamedReach {
   ReachLabel label;
-  teleop::Reach reach;
+  simulation::Reach reach;
 };
 
 /// Reads a reaches file: a list `reaches` of {name, object, from, target}. Joint counts and limits are

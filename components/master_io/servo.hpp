@@ -2,8 +2,8 @@
 
 #include "common/core/snapshot.hpp"
 #include "common/runtime/wake_signal.hpp"
-#include "common/teleop/operator_model.hpp"
-#include "common/teleop/reach_script.hpp"
+#include "common/simulation/operator_model.hpp"
+#include "common/simulation/reach_script.hpp"
 #include "components/master_io/dds_adapter.hpp"
 #include "components/master_io/desk.hpp"
 #include "components/master_io/device.hpp"
@@ -50,8 +50,8 @@ class Servo {
   core::JointArray no_torque_{};
   DeskState desk_now_;
   DeskHand desk_hand_;
-  teleop::OperatorModel hand_;
-  teleop::ReachScript script_;
+  simulation::OperatorModel hand_;
+  simulation::ReachScript script_;
   ReachLog log_;
 };
 

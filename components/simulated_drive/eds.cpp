@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "common/can/local_bus.hpp"
+#include "common/simulation/local_bus.hpp"
 
 namespace phantom::simulated_drive {
 namespace {
@@ -171,7 +171,7 @@ std::string head(const DriveOptions& options) {
 }  // namespace
 
 std::string eds_text(const DriveOptions& options) {
-  can::LocalBus bus;
+  simulation::LocalBus bus;
   DriveOptions first = options, second = options;
   first.node = 1, second.node = 2;
   const SimulatedDrive drive_1(first, bus.connect("1")), drive_2(second, bus.connect("2"));

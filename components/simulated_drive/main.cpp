@@ -6,6 +6,7 @@
 #include "common/can/user_bus.hpp"
 #include "common/core/thread_place.hpp"
 #include "common/runtime/process.hpp"
+#include "common/simulation/user_bus_hub.hpp"
 #include "components/simulated_drive/config.hpp"
 #include "components/simulated_drive/eds.hpp"
 #include "components/simulated_drive/faults.hpp"
@@ -18,7 +19,7 @@ struct Options {
   std::string bus;
   std::vector<int> nodes;
   std::vector<std::string> faults;
-  can::FaultRule bus_fault;
+  simulation::FaultRule bus_fault;
   double delay_ms = 0.0, jitter_ms = 0.0;
   bool serve_only = false, eds = false;
 };
@@ -41,10 +42,10 @@ void add_options(runtime::Command app, Options& o) {
 }
 
 // A userspace bus that nobody serves yet is served here.
-std::unique_ptr<can::UserBusHub> serve(const std::string& address, const simulated_drive::Config& config,
-                                       const Options& o) {
+std::unique_ptr<simulation::UserBusHub> serve(const std::string& address,
+                                              const simulated_drive::Config& config, const Options& o) {
   if (!can::is_user_address(address)) return nullptr;
-  auto hub = can::UserBusHub::serve(address, {.bit_rate = config.bit_rate});
+  auto hub = simulation::UserBusHub::serve(address, {.bit_rate = config.bit_rate});
   if (!hub && hub.status().code() == core::ErrorCode::kFailedPrecondition && !o.serve_only) return nullptr;
   if (!hub) throw core::ConfigError(hub.status().message());
   (*hub)->set_faults({o.bus_fault});

@@ -26,7 +26,7 @@ void Motor::step(double mille, double dt_s) {
   time_s_ += dt_s;
   const double torque_Nm = mille * 1e-3 * parameters_.rated_torque_Nm * parameters_.gear_ratio +
                            parameters_.load_Nm + hand_torque_Nm();
-  teleop::integrate(parameters_.joint, torque_Nm, dt_s, q_rad_, v_rad_s_);
+  simulation::integrate(parameters_.joint, torque_Nm, dt_s, q_rad_, v_rad_s_);
 }
 
 std::int64_t Motor::counts() const { return std::llround(std::floor(q_rad_ * counts_per_rad() + 0.5)); }

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "common/teleop/joint_mechanics.hpp"
+#include "common/simulation/joint_mechanics.hpp"
 
 namespace phantom::simulated_drive {
 
@@ -22,7 +22,8 @@ struct MotorParameters {
   double peak_share = 3.0;         ///< greatest torque ÷ rated torque
   double load_Nm = 0.0;            ///< constant torque on the joint, as a weight gives
   HandParameters hand;
-  teleop::JointMechanics joint{.inertia = 0.5, .viscous = 0.2, .coulomb = 0.05, .lower = -10, .upper = 10};
+  simulation::JointMechanics joint{
+      .inertia = 0.5, .viscous = 0.2, .coulomb = 0.05, .lower = -10, .upper = 10};
   double start_rad = 0.0;  ///< joint angle at power-up; count 0 is joint angle 0
 };
 

@@ -11,7 +11,7 @@ using robot::by_joint_type;
 using runtime::Fields;
 
 void read_plant(const Fields& section, const robot::SerialArm& arm, const core::JointArray& home,
-                teleop::SlavePlantParameters& plant) {
+                simulation::SlavePlantParameters& plant) {
   section.flag("balanced", plant.balanced);
   plant.rotor = by_joint_type(arm, section.value("rotor_inertia_kg_m2"), section.value("rotor_mass_kg"));
   const double coulomb = section.value("coulomb_share_of_effort"),
@@ -20,7 +20,7 @@ void read_plant(const Fields& section, const robot::SerialArm& arm, const core::
       by_joint_type(arm, section.value("encoder_step_rad"), section.value("encoder_step_m"));
   section.number("velocity_filter_s", plant.velocity_filter_s);
   section.number("sub_steps", plant.sub_steps);
-  const auto inertia = teleop::reflected_inertia(arm, home, *plant.rotor);
+  const auto inertia = simulation::reflected_inertia(arm, home, *plant.rotor);
   for (std::size_t j = 0; j < arm.joint_count(); ++j) {
     const auto& joint = arm.joints()[j];
     plant.joints[j] = {.inertia = inertia[j],

@@ -8,9 +8,9 @@
 #include "common/robot/serial_arm.hpp"
 #include "common/runtime/drives_config.hpp"
 #include "common/runtime/periodic_loop.hpp"
+#include "common/simulation/slave_plant.hpp"
 #include "common/teleop/joint_servo.hpp"
 #include "common/teleop/link_state.hpp"
-#include "common/teleop/slave_plant.hpp"
 
 namespace phantom::slave_io {
 
@@ -36,7 +36,7 @@ struct Config {
   bool gravity_feed_forward = false;
   bool force_sensor = false;  ///< the arm measures the forces on it (F_e, laws c and e)
   core::JointArray align_tolerance{}, align_speed{}, align_range{};  ///< rad, rad/s, rad or m, m/s, m
-  teleop::SlavePlantParameters plant;
+  simulation::SlavePlantParameters plant;
   ContactConfig contact;
   std::optional<runtime::DrivesConfig> can;  ///< always there for driver can
 };

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "common/teleop/slave_plant.hpp"
+#include "common/simulation/slave_plant.hpp"
 
 namespace phantom::slave_io {
 
@@ -26,7 +26,7 @@ class ContactLog {
   static constexpr double kSameTouch_s = 0.05;
 
   /// Real-time safe: yes.
-  void step(const teleop::ContactReport& report, double tool_speed_m_s, double dt_s) noexcept {
+  void step(const simulation::ContactReport& report, double tool_speed_m_s, double dt_s) noexcept {
     now_s_ += dt_s;
     since_s_ += dt_s;
     if (report.contact) {

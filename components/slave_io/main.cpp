@@ -7,6 +7,7 @@
 #include "common/runtime/deployment.hpp"
 #include "common/runtime/operator_options.hpp"
 #include "common/runtime/process.hpp"
+#include "common/simulation/contact_points.hpp"
 #include "components/slave_io/config.hpp"
 #include "components/slave_io/model.hpp"
 #include "components/slave_io/session.hpp"
@@ -45,7 +46,9 @@ int main(int argc, char** argv) {
     const auto model = slave_io::load_arm(cell, runtime::arm_name(options.config));
     const auto config = slave_io::load_config(options.config, model.arm, model.home);
     const bool simulated = config.driver == slave_io::Driver::kSimulated;
-    if (simulated) slave_io::contact_points(model, config.contact.point_pitch_m, config.contact.max_points);
+    if (simulated)
+      simulation::contact_points(model.arm, model.skin, config.contact.point_pitch_m,
+                                 config.contact.max_points);
     dds::check_qos_profiles(deployment.network.qos_profiles);
     if (options.check) {
       if (simulated) runtime::load_real_bodies(cell);

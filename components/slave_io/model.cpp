@@ -1,9 +1,7 @@
 #include "components/slave_io/model.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "common/core/errors.hpp"
 #include "common/runtime/arm_model.hpp"
@@ -12,48 +10,6 @@ namespace phantom::slave_io {
 namespace {
 
 using core::ConfigError;
-
-double outer_radius_m(double radius_m, const std::vector<robot::PolygonPoint>& polygon) {
-  for (const robot::PolygonPoint& corner : polygon) radius_m = std::max(radius_m, corner.r_m);
-  return radius_m;
-}
-
-void append_segment(const robot::SkinSegment& segment, std::size_t link, const geometry::Pose& X_link_frame,
-                    double pitch_m, std::vector<teleop::ContactPoint>& points) {
-  const Eigen::Vector3d axis = (segment.to_m - segment.from_m).normalized();
-  const Eigen::Vector3d side = axis.unitOrthogonal();
-  const Eigen::Vector3d other = axis.cross(side);
-  const double from_radius_m = outer_radius_m(segment.from_radius_m, segment.from_polygon);
-  const double to_radius_m = segment.to_polygon.empty() && !segment.from_polygon.empty()
-                                 ? from_radius_m
-                                 : outer_radius_m(segment.to_radius_m, segment.to_polygon);
-  const double length_m = (segment.to_m - segment.from_m).norm();
-  const int rings = std::max(2, static_cast<int>(std::ceil(length_m / pitch_m)) + 1);
-  for (int r = 0; r < rings; ++r) {
-    const double share = static_cast<double>(r) / (rings - 1);
-    const Eigen::Vector3d centre_m = segment.from_m + share * (segment.to_m - segment.from_m);
-    const double radius_m = from_radius_m + share * (to_radius_m - from_radius_m);
-    const int sides = std::max(6, static_cast<int>(std::ceil(2 * std::numbers::pi * radius_m / pitch_m)));
-    for (int s = 0; s < sides; ++s) {
-      const double angle = segment.spin_rad + 2 * std::numbers::pi * s / sides;
-      points.push_back(
-          {link, X_link_frame * (centre_m + radius_m * (std::cos(angle) * side + std::sin(angle) * other))});
-    }
-    if (r == 0 || r == rings - 1) points.push_back({link, X_link_frame * centre_m});
-  }
-}
-
-/// Points of what is not made of segments: lines and meshes.
-void append_lines_and_meshes(const ArmModel& model, const robot::LinkSkin& skin, double pitch_m,
-                             std::vector<teleop::ContactPoint>& points) {
-  if (skin.axes.empty() && skin.meshes.empty()) return;
-  const robot::LinkSkin part{skin.link, {}, skin.axes, skin.meshes};
-  const auto layout = robot::lay_out_skin(
-      model.arm, {part}, {.voxel_size_m = pitch_m, .normalisation = robot::Normalisation::kNone});
-  if (!layout) throw ConfigError("skin: " + layout.status().message());
-  for (std::size_t i = 0; i < layout->size(); ++i)
-    points.push_back({layout->link_of(i), layout->position(i)});
-}
 
 constexpr double kFineBand_vox = 3.0;
 
@@ -92,24 +48,6 @@ ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name) 
   return model;
 }
 
-std::vector<teleop::ContactPoint> contact_points(const ArmModel& model, double pitch_m, int max_points) {
-  std::vector<teleop::ContactPoint> points;
-  for (;; pitch_m *= 1.1) {
-    points.clear();
-    for (const auto& skin : model.skin) {
-      const auto frame = model.arm.find_frame(skin.link);
-      if (!frame)
-        throw ConfigError("skin: no link called '" + skin.link +
-                          "' in the arm; allowed: the URDF's link names");
-      for (const auto& segment : skin.segments)
-        append_segment(segment, frame->first, frame->second, pitch_m, points);
-      append_lines_and_meshes(model, skin, pitch_m, points);
-    }
-    // Beyond a metre no ring gets fewer points: the skin has more segments than points were allowed.
-    if (static_cast<int>(points.size()) <= max_points || pitch_m > 1.0) return points;
-  }
-}
-
 FieldWorld::FieldWorld(const runtime::CellConfig& cell, const std::vector<voxel::FieldBody>& bodies,
                        const ContactConfig& config, const KeepGoing& keep_going, const FieldCache* cache)
     : fine_(build_field(cell, bodies, config.touch_voxel_m, kFineBand_vox * config.touch_voxel_m, keep_going,
@@ -126,8 +64,8 @@ double FieldWorld::distance_m(const Eigen::Vector3d& p_W_m) const noexcept {
   return fine_m > 0.0 ? std::max(fine_m, coarse_m) : std::min(fine_m, coarse_m);
 }
 
-teleop::ContactQuery FieldWorld::query(const Eigen::Vector3d& p_W_m) const noexcept {
-  teleop::ContactQuery found;
+simulation::ContactQuery FieldWorld::query(const Eigen::Vector3d& p_W_m) const noexcept {
+  simulation::ContactQuery found;
   found.distance_m = distance_m(p_W_m);
   // Where the fine band ends its samples are cut off, and their slope with them.
   const bool in_fine_band = std::abs(found.distance_m) < 0.6 * fine_.outside_m();

@@ -10,7 +10,7 @@
 #include "common/robot/serial_arm.hpp"
 #include "common/robot/skin.hpp"
 #include "common/runtime/cell.hpp"
-#include "common/teleop/contact_world.hpp"
+#include "common/simulation/contact_world.hpp"
 #include "common/voxel/distance_field.hpp"
 #include "components/slave_io/config.hpp"
 #include "components/slave_io/field_cache.hpp"
@@ -28,14 +28,9 @@ struct ArmModel {
 /// Loads the arm and checks that home fits it. Throws ConfigError.
 ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name);
 
-/// Points on the skin's segments, rings and end faces (polygons as the circles around them), on its lines and
-/// its meshes, about `pitch_m` apart; the pitch is widened until there are at most `max_points`. Throws
-/// ConfigError if the skin names a link that the arm does not have.
-std::vector<teleop::ContactPoint> contact_points(const ArmModel& model, double pitch_m, int max_points);
-
 /// The real bodies as two distance fields: a fine one close to the surfaces, for touch, and a coarse one for
 /// the clearance farther out. One field for both would take a minute to build.
-class FieldWorld final : public teleop::ContactWorld {
+class FieldWorld final : public simulation::ContactWorld {
  public:
   /// Asked every few milliseconds, by several threads at once; "no" ends the work with Ended.
   using KeepGoing = std::function<bool()>;
@@ -48,7 +43,7 @@ class FieldWorld final : public teleop::ContactWorld {
              const FieldCache* cache = nullptr);
 
   double distance_m(const Eigen::Vector3d& p_W_m) const noexcept override;
-  teleop::ContactQuery query(const Eigen::Vector3d& p_W_m) const noexcept override;
+  simulation::ContactQuery query(const Eigen::Vector3d& p_W_m) const noexcept override;
   double range_m() const noexcept override { return coarse_.outside_m() * (1.0 - 1e-6); }
   std::size_t bytes() const noexcept { return fine_.bytes() + coarse_.bytes(); }
 

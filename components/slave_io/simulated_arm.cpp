@@ -1,12 +1,15 @@
 #include "components/slave_io/simulated_arm.hpp"
 
+#include "common/simulation/contact_points.hpp"
+
 namespace phantom::slave_io {
 
-SimulatedArm::SimulatedArm(const ArmModel& model, const Config& config, const teleop::ContactWorld& world)
+SimulatedArm::SimulatedArm(const ArmModel& model, const Config& config, const simulation::ContactWorld& world)
     : force_sensor_(config.force_sensor),
       plant_(model.arm, config.plant,
-             contact_points(model, config.contact.point_pitch_m, config.contact.max_points), world,
-             model.home, model.tip_in_last_link_m) {}
+             simulation::contact_points(model.arm, model.skin, config.contact.point_pitch_m,
+                                        config.contact.max_points),
+             world, model.home, model.tip_in_last_link_m) {}
 
 const ArmSense& SimulatedArm::sense() noexcept {
   sense_.position = plant_.position();
@@ -24,7 +27,7 @@ void SimulatedArm::move(const ArmDemand& demand, double dt_s, core::Nanoseconds)
 void SimulatedArm::fill(messages::SlaveState& state) const noexcept {
   state.position = plant_.position();
   state.velocity = plant_.velocity();
-  const teleop::ContactReport& touch = plant_.contact();
+  const simulation::ContactReport& touch = plant_.contact();
   state.force_measured = force_sensor_;
   if (force_sensor_) state.external_torque_Nm = touch.joint_torque_Nm;
   state.contact = touch.contact;

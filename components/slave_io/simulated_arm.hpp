@@ -12,7 +12,7 @@ namespace phantom::slave_io {
 class SimulatedArm final : public ArmDriver {
  public:
   /// `model` and `world` must outlive it.
-  SimulatedArm(const ArmModel& model, const Config& config, const teleop::ContactWorld& world);
+  SimulatedArm(const ArmModel& model, const Config& config, const simulation::ContactWorld& world);
 
   const ArmSense& sense() noexcept override;
   void move(const ArmDemand& demand, double dt_s, core::Nanoseconds now_ns) noexcept override;
@@ -26,7 +26,7 @@ class SimulatedArm final : public ArmDriver {
 
  private:
   bool force_sensor_;
-  teleop::SlavePlant plant_;
+  simulation::SlavePlant plant_;
   ContactLog contacts_;
   ArmSense sense_;
   std::atomic<double> clearance_m_{-1.0};

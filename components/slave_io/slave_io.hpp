@@ -8,7 +8,6 @@
 #include "common/robot/serial_arm.hpp"
 #include "common/teleop/joint_servo.hpp"
 #include "common/teleop/servo_side.hpp"
-#include "common/teleop/slave_plant.hpp"
 #include "components/slave_io/config.hpp"
 
 namespace phantom::slave_io {

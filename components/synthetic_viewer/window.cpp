@@ -211,8 +211,8 @@ void Window::Impl::on_key(int key, int modifiers) {
   if (node) actions.command({CommandKind::kViewNode, static_cast<double>(*node)});
 }
 
-/// Updates the banner over the views from the stops in force, without waiting for a picture. Returns whether it
-/// changed.
+/// Updates the banner over the views from the stops in force, without waiting for a picture. Returns whether
+/// it changed.
 bool Window::Impl::update_banner() {
   if (!actions.stops) return false;
   constexpr double kBlink_s = 0.3;

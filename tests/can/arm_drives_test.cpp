@@ -73,7 +73,7 @@ class ArmRig {
   }
 
   can::DriveGroupConfig config;
-  can::LocalBus bus;
+  simulation::LocalBus bus;
   std::vector<std::unique_ptr<SimulatedDrive>> drives;
   std::unique_ptr<can::ArmDrives> arm;
   can::DriveCommand command;

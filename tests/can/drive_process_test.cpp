@@ -9,7 +9,7 @@
 #include <sstream>
 #include <thread>
 
-#include "common/can/user_bus.hpp"
+#include "common/simulation/user_bus_hub.hpp"
 #include "tests/can/rig.hpp"
 #include "tests/support/child_process.hpp"
 
@@ -22,7 +22,7 @@ using can::DriveGroupState;
 class DriveProcess : public testing::Test {
  protected:
   void SetUp() override {
-    hub_ = can::UserBusHub::serve(address_, {.bit_rate = 1e6}).value();
+    hub_ = simulation::UserBusHub::serve(address_, {.bit_rate = 1e6}).value();
     connect();
   }
   void connect() {
@@ -62,7 +62,7 @@ class DriveProcess : public testing::Test {
 
   std::string address_ = std::string("user:drive-").append(std::to_string(getpid()));
   std::string drive_address_ = address_;
-  std::unique_ptr<can::UserBusHub> hub_;
+  std::unique_ptr<simulation::UserBusHub> hub_;
   std::unique_ptr<can::DriveGroup> group_;
   can::DriveCommand command_{.enable = true};
   std::optional<test::Process> process_;

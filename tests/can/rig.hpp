@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/can/drive_group.hpp"
-#include "common/can/local_bus.hpp"
+#include "common/simulation/local_bus.hpp"
 #include "components/simulated_drive/simulated_drive.hpp"
 
 namespace phantom::test {
@@ -43,7 +43,7 @@ inline can::DriveGroupConfig group_config(can::DriveMode mode, int drives,
 /// the time at which it was let through.
 class HeldPort final : public can::CanBus {
  public:
-  HeldPort(std::unique_ptr<can::CanBus> inner, const can::LocalBus& bus)
+  HeldPort(std::unique_ptr<can::CanBus> inner, const simulation::LocalBus& bus)
       : inner_(std::move(inner)), bus_(bus) {}
   can::SendResult send(const can::CanFrame& frame) noexcept override { return inner_->send(frame); }
   bool receive(can::Received& received) noexcept override {
@@ -64,7 +64,7 @@ class HeldPort final : public can::CanBus {
 
  private:
   std::unique_ptr<can::CanBus> inner_;
-  const can::LocalBus& bus_;
+  const simulation::LocalBus& bus_;
 };
 
 /// A master and its drives on one bus in one thread and in virtual time: repeats exactly.
@@ -128,7 +128,7 @@ class Rig {
     command.reset = false;
   }
 
-  can::LocalBus bus;
+  simulation::LocalBus bus;
   can::CanBus* port = nullptr;    ///< the master's, as the bus knows it
   HeldPort* to_master = nullptr;  ///< the same, as the master reads it
   std::unique_ptr<can::DriveGroup> group;

@@ -27,7 +27,8 @@ constexpr std::array<const char*, teleop::kBilateralLaws> kCases{"a: PF", "b: SC
 std::vector<Moment> reach(BilateralLaw law, const char* hand, bool percept, bool bar,
                           const Settings& settings) {
   TeleopSetup setup = teleop_setup(settings, hand, teleop::name_of(law));
-  setup.master.script.percept = percept ? teleop::PerceptSchedule::kOn : teleop::PerceptSchedule::kOff;
+  setup.master.script.percept =
+      percept ? simulation::PerceptSchedule::kOn : simulation::PerceptSchedule::kOff;
   if (!bar) setup.cell.objects.front().X_deviation.translation_m = {10.0, 0.0, 0.0};
   set_swing(setup, rad(kAim_deg), kReach_s);
   TeleopRig rig(setup, settings);

@@ -8,15 +8,12 @@
 #include <functional>
 #include <stdexcept>
 
-#include "common/geometry/intersection_filter.hpp"
+#include "tests/experiments/intersection_filter.hpp"
 #include "tests/experiments/rig.hpp"
 #include "tests/experiments/specimens.hpp"
 
 namespace phantom::experiments {
 namespace {
-
-using geometry::FilterForm;
-using geometry::FilterQueries;
 
 constexpr double kVoxel_m = 0.005;
 constexpr int kLayers = 6, kThickness_vox = 2;
@@ -112,12 +109,12 @@ struct Search {
   int disagreements = 0;  // of un-optimised, optimised and brute force
 };
 
-Search search(const geometry::IntersectionScene& filtered, const std::vector<geometry::TriangleMesh>& scene,
+Search search(const IntersectionScene& filtered, const std::vector<geometry::TriangleMesh>& scene,
               const Place& place) {
   Search result;
   const auto ahead = filtered.probe(place.p, place.direction, kReach_m, FilterForm::kOptimised, result.ahead);
   if (ahead) result.ahead_m = ahead->distance_m;
-  std::vector<Eigen::Vector3d> directions = geometry::front_hemisphere(place.direction, kDirections - 1);
+  std::vector<Eigen::Vector3d> directions = front_hemisphere(place.direction, kDirections - 1);
   directions.push_back(place.direction);
   FilterQueries plain, fast;
   for (const auto& direction : directions) {
@@ -129,8 +126,8 @@ Search search(const geometry::IntersectionScene& filtered, const std::vector<geo
     if (!agree) ++result.disagreements;
     result.nearest_m = std::min(result.nearest_m, found_b);
   }
-  result.load_all = static_cast<double>(geometry::filter_load(plain, FilterForm::kUnoptimised));
-  result.load_all_optimised = static_cast<double>(geometry::filter_load(fast, FilterForm::kOptimised));
+  result.load_all = static_cast<double>(filter_load(plain, FilterForm::kUnoptimised));
+  result.load_all_optimised = static_cast<double>(filter_load(fast, FilterForm::kOptimised));
   return result;
 }
 
@@ -181,7 +178,7 @@ double greatest_printed_error() {
 
 void run(Report& report, const Settings& settings) {
   const auto scene = two_cylinders();
-  const geometry::IntersectionScene filtered(scene);
+  const IntersectionScene filtered(scene);
   std::vector<voxel::Body> bodies;
   for (const auto& mesh : scene) {
     bodies.push_back(
@@ -248,7 +245,7 @@ void run(Report& report, const Settings& settings) {
   double sum = 0.0;
   const double search_ns = median_ns([&] {
     const Place& place = places[next++ % places.size()];
-    for (const auto& direction : geometry::front_hemisphere(place.direction, kDirections)) {
+    for (const auto& direction : front_hemisphere(place.direction, kDirections)) {
       if (const auto hit = filtered.probe(place.p, direction, kReach_m, FilterForm::kOptimised, queries))
         sum += hit->distance_m;
     }

@@ -66,7 +66,7 @@ TeleopSetup teleop_setup(const Settings& settings, const std::string& operator_m
     master.device.joints[j].coulomb = 0.001;
     master.device.joints[j].viscous = 0.001;
   }
-  master.script.percept = teleop::PerceptSchedule::kOn;
+  master.script.percept = simulation::PerceptSchedule::kOn;
   master.script.duration_scatter = master.script.overreach = 0.0;
   master.script.reaction_s = 1e6;  // nobody lets go at contact
   slave.contact.point_pitch_m = 0.005;

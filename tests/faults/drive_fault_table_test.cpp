@@ -32,7 +32,7 @@ struct DriveFault {
 };
 
 simulated_drive::Misbehaviour& misbehaviour(Pair& p) { return p.rig->drives[kAxis]->misbehaviour; }
-can::LocalBus& bus(Pair& p) { return *p.rig->buses[0]; }
+simulation::LocalBus& bus(Pair& p) { return *p.rig->buses[0]; }
 
 const std::vector<DriveFault>& faults() {
   static const auto nothing = [](Pair&) {};

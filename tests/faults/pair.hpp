@@ -15,7 +15,7 @@
 #include "common/dds/source_guard.hpp"
 #include "common/messages/percept_codec.hpp"
 #include "common/messages/teleoperation_codec.hpp"
-#include "common/teleop/tests/half_space.hpp"
+#include "common/simulation/tests/half_space.hpp"
 #include "common/teleop/tests/stop_store.hpp"
 #include "components/master_io/servo.hpp"
 #include "components/master_io/tests/fixture.hpp"
@@ -253,7 +253,7 @@ class Pair {
 
   master_io::Config master_config_ = master_config();
   slave_io::Config slave_config_;
-  teleop::HalfSpace nothing_{Eigen::Vector3d::UnitZ(), -50.0};
+  simulation::HalfSpace nothing_{Eigen::Vector3d::UnitZ(), -50.0};
   messages::ArmBounds bounds_ = messages::bounds_of(master_io::shipped_arm().arm);
   std::uint64_t session_ = 0;
   Numbers master_numbers_, slave_numbers_, phantom_numbers_{1000, 0};

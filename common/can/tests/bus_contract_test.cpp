@@ -7,12 +7,15 @@
 #include <random>
 #include <sstream>
 
-#include "common/can/local_bus.hpp"
 #include "common/can/socket_can.hpp"
-#include "common/can/user_bus.hpp"
+#include "common/simulation/local_bus.hpp"
+#include "common/simulation/user_bus_hub.hpp"
 
 namespace phantom::can {
 namespace {
+
+using simulation::LocalBus;
+using simulation::UserBusHub;
 
 /// Two nodes on one bus, and how to let time pass on it.
 class Pair {

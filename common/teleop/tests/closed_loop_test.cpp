@@ -7,19 +7,28 @@
 #include <deque>
 
 #include "common/robot/tests/test_arms.hpp"
+#include "common/simulation/master_plant.hpp"
+#include "common/simulation/operator_model.hpp"
+#include "common/simulation/slave_plant.hpp"
+#include "common/simulation/tests/half_space.hpp"
 #include "common/teleop/feedback_rendering.hpp"
 #include "common/teleop/joint_servo.hpp"
-#include "common/teleop/master_plant.hpp"
-#include "common/teleop/operator_model.hpp"
 #include "common/teleop/percept_rendering.hpp"
-#include "common/teleop/slave_plant.hpp"
 #include "common/teleop/stability_guard.hpp"
-#include "common/teleop/tests/half_space.hpp"
 #include "common/teleop/tests/period.hpp"
 #include "common/teleop/torque_slew.hpp"
 
 namespace phantom::teleop {
 namespace {
+
+using simulation::ContactWorld;
+using simulation::HalfSpace;
+using simulation::MasterPlant;
+using simulation::MasterPlantParameters;
+using simulation::OperatorModel;
+using simulation::OperatorParameters;
+using simulation::SlavePlant;
+using simulation::SlavePlantParameters;
 
 constexpr std::size_t kLoopJoints = 2;
 

@@ -8,11 +8,15 @@
 #include <random>
 #include <vector>
 
-#include "common/teleop/encoder.hpp"
-#include "common/teleop/joint_mechanics.hpp"
+#include "common/simulation/encoder.hpp"
+#include "common/simulation/joint_mechanics.hpp"
 
 namespace phantom::teleop {
 namespace {
+
+using simulation::Encoders;
+using simulation::integrate;
+using simulation::JointMechanics;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 

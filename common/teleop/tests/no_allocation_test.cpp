@@ -2,19 +2,31 @@
 #include <gtest/gtest.h>
 
 #include "common/robot/tests/test_arms.hpp"
+#include "common/simulation/master_plant.hpp"
+#include "common/simulation/reach_script.hpp"
+#include "common/simulation/slave_plant.hpp"
+#include "common/simulation/tests/half_space.hpp"
 #include "common/teleop/feedback_rendering.hpp"
 #include "common/teleop/joint_servo.hpp"
 #include "common/teleop/link_state.hpp"
-#include "common/teleop/master_plant.hpp"
 #include "common/teleop/percept_rendering.hpp"
-#include "common/teleop/reach_script.hpp"
-#include "common/teleop/slave_plant.hpp"
-#include "common/teleop/tests/half_space.hpp"
 #include "common/teleop/torque_slew.hpp"
 #include "tests/support/heap_guard.hpp"
 
 namespace phantom::teleop {
 namespace {
+
+using simulation::ContactPoint;
+using simulation::HalfSpace;
+using simulation::MasterPlant;
+using simulation::MasterPlantParameters;
+using simulation::OperatorModel;
+using simulation::OperatorParameters;
+using simulation::Reach;
+using simulation::ReachScript;
+using simulation::ReachScriptParameters;
+using simulation::SlavePlant;
+using simulation::SlavePlantParameters;
 
 TEST(Teleop, StepsDoNotAllocate) {
   const auto arm = robot::test_arms::suspended();

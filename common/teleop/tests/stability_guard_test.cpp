@@ -6,11 +6,14 @@
 #include <cmath>
 #include <deque>
 
-#include "common/teleop/master_plant.hpp"
+#include "common/simulation/master_plant.hpp"
 #include "common/teleop/percept_rendering.hpp"
 
 namespace phantom::teleop {
 namespace {
+
+using simulation::MasterPlant;
+using simulation::MasterPlantParameters;
 
 // Literal twin: a free mass braked by a damper that acts on velocities n samples old. Does its speed die out?
 bool settles(double inertia, double damping, double period_s, int delay) {

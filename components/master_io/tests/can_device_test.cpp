@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "common/can/local_bus.hpp"
 #include "common/core/errors.hpp"
+#include "common/simulation/local_bus.hpp"
 #include "common/teleop/tests/stop_store.hpp"
 #include "components/master_io/servo.hpp"
 #include "components/master_io/tests/fixture.hpp"
@@ -92,7 +92,8 @@ struct Bench {
 
   static constexpr double push_Nm = 0.05;
   Config config = can_config();
-  std::array<can::LocalBus, 2> buses{can::LocalBus({.bit_rate = 1e6}), can::LocalBus({.bit_rate = 1e6})};
+  std::array<simulation::LocalBus, 2> buses{simulation::LocalBus({.bit_rate = 1e6}),
+                                            simulation::LocalBus({.bit_rate = 1e6})};
   std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>> drives;
   Inbox inbox;
   std::unique_ptr<CanDevice> device;

@@ -58,7 +58,7 @@ TEST(MasterConfig, TheShippedFileIsValidAndLeavesStabilityItsMargin) {
 
 TEST(MasterConfig, TheCommandLineChoosesOperatorAndLaw) {
   const auto config = shipped_config({"constant_velocity", "pf"});
-  EXPECT_EQ(config.hand.kind, teleop::OperatorKind::kConstantVelocity);
+  EXPECT_EQ(config.hand.kind, simulation::OperatorKind::kConstantVelocity);
   EXPECT_EQ(config.feedback.law, teleop::BilateralLaw::kPf);
   const auto person = shipped_config().hand, cautious = shipped_config({"cautious", ""}).hand;
   EXPECT_EQ(cautious.stiffness, person.stiffness);

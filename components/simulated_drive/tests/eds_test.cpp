@@ -8,8 +8,8 @@
 #include <optional>
 #include <sstream>
 
-#include "common/can/local_bus.hpp"
 #include "common/can/sdo_client.hpp"
+#include "common/simulation/local_bus.hpp"
 #include "tests/support/files.hpp"
 
 namespace phantom::simulated_drive {
@@ -74,7 +74,7 @@ struct EdsRig {
       for (can::Received r; port->receive(r);) client.on_frame(r.frame, now_ns);
     }
   }
-  can::LocalBus bus;
+  simulation::LocalBus bus;
   std::unique_ptr<can::CanBus> port = bus.connect("tool");
   std::optional<SimulatedDrive> drive;
   core::Nanoseconds now_ns = core::kNsPerSecond;

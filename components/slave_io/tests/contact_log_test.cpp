@@ -5,8 +5,8 @@
 namespace phantom::slave_io {
 namespace {
 
-teleop::ContactReport touch(double force_N) {
-  teleop::ContactReport report;
+simulation::ContactReport touch(double force_N) {
+  simulation::ContactReport report;
   report.contact = true;
   report.force_N = force_N;
   report.object = 4;

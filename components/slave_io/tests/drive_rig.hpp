@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "common/can/local_bus.hpp"
+#include "common/simulation/local_bus.hpp"
 #include "components/simulated_drive/simulated_drive.hpp"
 #include "components/slave_io/tests/fixture.hpp"
 
@@ -49,7 +49,7 @@ class DriveRig {
   /// `config.can` must be there; it is kept.
   DriveRig(Config with, const core::JointArray& start) : config(std::move(with)) {
     for (std::size_t b = 0; b < config.can->addresses.size(); ++b)
-      buses.push_back(std::make_unique<can::LocalBus>(can::BusModelOptions{.bit_rate = 1e6}));
+      buses.push_back(std::make_unique<simulation::LocalBus>(simulation::BusModelOptions{.bit_rate = 1e6}));
     const auto& axes = config.can->group.axes;
     for (std::size_t j = 0; j < axes.size(); ++j) {
       drives.push_back(std::make_unique<simulated_drive::SimulatedDrive>(
@@ -93,7 +93,7 @@ class DriveRig {
   double velocity(std::size_t j) const { return drives[j]->motor().joint_rad_s() * unit(j); }
 
   Config config;
-  std::vector<std::unique_ptr<can::LocalBus>> buses;
+  std::vector<std::unique_ptr<simulation::LocalBus>> buses;
   std::vector<can::CanBus*> ports;
   std::vector<std::unique_ptr<simulated_drive::SimulatedDrive>> drives;
   std::vector<bool> frozen;

@@ -9,6 +9,7 @@
 #include "common/core/errors.hpp"
 #include "common/geometry/primitives.hpp"
 #include "common/runtime/cell_bodies.hpp"
+#include "common/simulation/contact_points.hpp"
 #include "components/slave_io/tests/fixture.hpp"
 
 namespace phantom::slave_io {
@@ -17,7 +18,7 @@ namespace {
 TEST(SlaveModel, ContactPointsKeepToTheirNumberAndLieOnTheSkin) {
   const auto& model = shipped_arm();
   for (const int most : {400, 1000, 3000}) {
-    const auto points = contact_points(model, 0.02, most);
+    const auto points = simulation::contact_points(model.arm, model.skin, 0.02, most);
     EXPECT_LE(static_cast<int>(points.size()), most);
     EXPECT_GT(static_cast<int>(points.size()), most / 3);
     double lowest_tip_m = 0.0;
@@ -33,7 +34,7 @@ TEST(SlaveModel, ContactPointsKeepToTheirNumberAndLieOnTheSkin) {
 TEST(SlaveModel, SkinOfAnUnknownLinkIsNamed) {
   ArmModel model = shipped_arm();
   model.skin.front().link = "tentacle";
-  EXPECT_THAT([&] { contact_points(model, 0.02, 1000); },
+  EXPECT_THAT([&] { simulation::contact_points(model.arm, model.skin, 0.02, 1000); },
               testing::ThrowsMessage<core::ConfigError>(testing::HasSubstr("tentacle")));
 }
 

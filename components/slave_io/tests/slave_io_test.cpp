@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "common/teleop/tests/half_space.hpp"
+#include "common/simulation/tests/half_space.hpp"
 #include "common/teleop/tests/stop_store.hpp"
 #include "components/slave_io/servo.hpp"
 #include "components/slave_io/simulated_arm.hpp"
@@ -21,7 +21,7 @@ constexpr std::size_t kJoints = 7;
 
 /// The servo on a simulated clock, with a master that says what the test wants.
 struct ServoRig {
-  teleop::HalfSpace floor{Eigen::Vector3d::UnitZ(), -5.0};
+  simulation::HalfSpace floor{Eigen::Vector3d::UnitZ(), -5.0};
   Inbox inbox;
   SimulatedArm arm{shipped_arm(), shipped_config(), floor};
   teleop::MemoryStopStore stops;

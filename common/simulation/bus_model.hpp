@@ -9,7 +9,7 @@
 
 #include "common/can/frame.hpp"
 
-namespace phantom::can {
+namespace phantom::simulation {
 
 /// What goes wrong with frames whose identifier equals `id` in the bits of `mask` (mask 0: all of them).
 struct FaultRule {
@@ -33,7 +33,7 @@ struct BusModelOptions {
 class BusModel {
  public:
   using NodeId = std::size_t;
-  using Deliver = std::function<void(NodeId to, const Received&)>;
+  using Deliver = std::function<void(NodeId to, const can::Received&)>;
 
   explicit BusModel(const BusModelOptions& options);
 
@@ -49,7 +49,7 @@ class BusModel {
   void restart(NodeId node, core::Nanoseconds now_ns);
 
   /// Queues a frame; false if the queue is full or the node is not on the bus. Times never fall.
-  bool submit(NodeId node, const CanFrame& frame, core::Nanoseconds now_ns);
+  bool submit(NodeId node, const can::CanFrame& frame, core::Nanoseconds now_ns);
   /// Lets the bus work until now_ns and hands out what was received by then, in order of time.
   void advance(core::Nanoseconds now_ns, const Deliver& deliver);
   /// When advance() will next have something to do; the greatest time if nothing is known.
@@ -59,7 +59,7 @@ class BusModel {
 
  private:
   struct Queued {
-    CanFrame frame;
+    can::CanFrame frame;
     core::Nanoseconds submitted_ns = 0;
   };
   struct Node {
@@ -73,16 +73,16 @@ class BusModel {
     core::Nanoseconds time_ns = 0;
     std::uint64_t order = 0;
     NodeId to = 0;
-    Received received;
+    can::Received received;
   };
   static bool later(const Delivery& a, const Delivery& b) noexcept;
   bool someone_acknowledges(NodeId sender) const noexcept;
   NodeId winner(core::Nanoseconds at_ns) const noexcept;
   core::Nanoseconds earliest_submitted() const noexcept;
   bool transmit_one(core::Nanoseconds now_ns);
-  void put_on_bus(NodeId sender, const CanFrame& frame, core::Nanoseconds end_ns);
-  void push(core::Nanoseconds time_ns, NodeId to, const Received& received);
-  void news(NodeId to, std::uint16_t errors, BusState state, core::Nanoseconds time_ns);
+  void put_on_bus(NodeId sender, const can::CanFrame& frame, core::Nanoseconds end_ns);
+  void push(core::Nanoseconds time_ns, NodeId to, const can::Received& received);
+  void news(NodeId to, std::uint16_t errors, can::BusState state, core::Nanoseconds time_ns);
   void finish_restarts(core::Nanoseconds now_ns);
 
   BusModelOptions options_;
@@ -94,4 +94,4 @@ class BusModel {
   std::mt19937_64 random_;
 };
 
-}  // namespace phantom::can
+}  // namespace phantom::simulation

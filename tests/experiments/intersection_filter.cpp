@@ -1,11 +1,11 @@
-#include "common/geometry/intersection_filter.hpp"
+#include "tests/experiments/intersection_filter.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-namespace phantom::geometry {
+namespace phantom::experiments {
 namespace {
 
 // Spheres are taken a little larger, so that rounding never keeps a filter from letting through what the next
@@ -46,10 +46,10 @@ IntersectionScene::Sphere IntersectionScene::sphere_around(const Eigen::Vector3d
   return {a + to_centre, to_centre.norm() * kSlack};
 }
 
-IntersectionScene::IntersectionScene(const std::vector<TriangleMesh>& objects_W) {
-  for (const TriangleMesh& mesh : objects_W) {
+IntersectionScene::IntersectionScene(const std::vector<geometry::TriangleMesh>& objects_W) {
+  for (const geometry::TriangleMesh& mesh : objects_W) {
     Object& object = objects_.emplace_back();
-    const BoundingBox box = mesh.bounding_box();
+    const geometry::BoundingBox box = mesh.bounding_box();
     object.sphere.centre_m = mesh.vertices_m.empty()
                                  ? Eigen::Vector3d::Zero()
                                  : Eigen::Vector3d(0.5 * (box.min_m + box.max_m).cast<double>());
@@ -127,4 +127,4 @@ std::vector<Eigen::Vector3d> front_hemisphere(const Eigen::Vector3d& axis, int c
   return directions;
 }
 
-}  // namespace phantom::geometry
+}  // namespace phantom::experiments

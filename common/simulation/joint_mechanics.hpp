@@ -4,7 +4,7 @@
 
 #include "common/core/joints.hpp"
 
-namespace phantom::teleop {
+namespace phantom::simulation {
 
 /// One simulated joint: inertia seen at the joint (links and rotor), friction and end stops.
 /// Units by type: kg·m², N·m·s/rad, N·m, rad for revolute; kg, N·s/m, N, m for prismatic joints.
@@ -41,4 +41,4 @@ inline void integrate(const JointMechanics& joint, double torque, double dt_s, d
   }
 }
 
-}  // namespace phantom::teleop
+}  // namespace phantom::simulation

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "common/can/bus_model.hpp"
 #include "common/can/can_bus.hpp"
+#include "common/simulation/bus_model.hpp"
 
-namespace phantom::can {
+namespace phantom::simulation {
 
 /// A CAN bus within one thread, on a clock that its owner sets: for simulations and tests that repeat
 /// exactly.
@@ -23,15 +23,15 @@ class LocalBus {
   ~LocalBus();
 
   /// A node; must not outlive the bus.
-  std::unique_ptr<CanBus> connect(const std::string& name);
+  std::unique_ptr<can::CanBus> connect(const std::string& name);
   /// Lets the bus work until `now_ns`, which never falls.
   void advance_to(core::Nanoseconds now_ns);
   core::Nanoseconds now_ns() const noexcept { return now_ns_; }
 
   void set_faults(std::vector<FaultRule> rules) { model_.set_faults(std::move(rules)); }
   /// Sends the node's controller to bus-off. `node` is one of this bus.
-  void set_bus_off(const CanBus& node);
-  void set_plugged(const CanBus& node, bool plugged);
+  void set_bus_off(const can::CanBus& node);
+  void set_plugged(const can::CanBus& node, bool plugged);
   std::uint64_t frames_on_bus() const noexcept { return model_.frames_on_bus(); }
 
  private:
@@ -41,4 +41,4 @@ class LocalBus {
   std::vector<Node*> nodes_;  // by BusModel::NodeId
 };
 
-}  // namespace phantom::can
+}  // namespace phantom::simulation

@@ -1,9 +1,9 @@
-#include "common/teleop/master_plant.hpp"
+#include "common/simulation/master_plant.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-namespace phantom::teleop {
+namespace phantom::simulation {
 
 MasterPlant::MasterPlant(const MasterPlantParameters& parameters, const core::JointArray& start_q)
     : parameters_(parameters),
@@ -23,4 +23,4 @@ void MasterPlant::step(const core::JointArray& hand_Nm, const core::JointArray& 
   encoders_.sample(q_, dt_s);
 }
 
-}  // namespace phantom::teleop
+}  // namespace phantom::simulation

@@ -8,7 +8,7 @@
 
 #include "common/geometry/mesh.hpp"
 
-namespace phantom::geometry {
+namespace phantom::experiments {
 
 /// How the filters decide (thesis table 3.2). Both let the same triangles through.
 enum class FilterForm {
@@ -54,7 +54,7 @@ struct ProbeHit {
 class IntersectionScene {
  public:
   /// Closed meshes whose triangles face outwards. Frame: W. Degenerate triangles are never hit.
-  explicit IntersectionScene(const std::vector<TriangleMesh>& objects_W);
+  explicit IntersectionScene(const std::vector<geometry::TriangleMesh>& objects_W);
 
   /// The nearest triangle on the probe from `p_W_m` along `direction` (unit vector) within `length_m` that
   /// faces the probe; a point outside all objects can meet no other first. Adds to `queries`. Cost: linear in
@@ -93,4 +93,4 @@ class IntersectionScene {
 /// than 32 (3.2.6). Spherical Fibonacci points. Allocates.
 std::vector<Eigen::Vector3d> front_hemisphere(const Eigen::Vector3d& axis, int count);
 
-}  // namespace phantom::geometry
+}  // namespace phantom::experiments

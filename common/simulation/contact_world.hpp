@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace phantom::teleop {
+namespace phantom::simulation {
 
 /// What a point of the arm finds at its place in the real world.
 struct ContactQuery {
@@ -33,4 +33,4 @@ struct ContactPoint {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< in the link's frame
 };
 
-}  // namespace phantom::teleop
+}  // namespace phantom::simulation

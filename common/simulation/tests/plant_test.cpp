@@ -5,14 +5,16 @@
 #include <random>
 
 #include "common/robot/tests/test_arms.hpp"
+#include "common/simulation/master_plant.hpp"
+#include "common/simulation/slave_plant.hpp"
+#include "common/simulation/tests/half_space.hpp"
 #include "common/teleop/joint_servo.hpp"
-#include "common/teleop/master_plant.hpp"
-#include "common/teleop/slave_plant.hpp"
-#include "common/teleop/tests/half_space.hpp"
 #include "common/teleop/tests/period.hpp"
 
-namespace phantom::teleop {
+namespace phantom::simulation {
 namespace {
+
+using teleop::kDt;
 
 SlavePlantParameters slave_parameters(const robot::SerialArm& arm) {
   SlavePlantParameters p;
@@ -279,4 +281,4 @@ TEST(MasterPlant, MotorTorqueActsOneSampleLateAndWithinItsLimit) {
 }
 
 }  // namespace
-}  // namespace phantom::teleop
+}  // namespace phantom::simulation

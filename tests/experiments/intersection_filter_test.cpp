@@ -1,4 +1,4 @@
-#include "common/geometry/intersection_filter.hpp"
+#include "tests/experiments/intersection_filter.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,15 @@
 #include "common/geometry/primitives.hpp"
 #include "tests/support/heap_guard.hpp"
 
-namespace phantom::geometry {
+namespace phantom::experiments {
 namespace {
+
+using geometry::make_box;
+using geometry::make_sphere;
+using geometry::make_torus;
+using geometry::Pose;
+using geometry::rotation_about;
+using geometry::TriangleMesh;
 
 Eigen::Vector3d random_unit(std::mt19937& random) {
   std::normal_distribution<double> normal;
@@ -166,4 +173,4 @@ TEST(FrontHemisphere, IsSpreadEvenlyOverTheHalfInFront) {
 }
 
 }  // namespace
-}  // namespace phantom::geometry
+}  // namespace phantom::experiments

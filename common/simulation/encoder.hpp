@@ -5,7 +5,7 @@
 
 #include "common/core/joints.hpp"
 
-namespace phantom::teleop {
+namespace phantom::simulation {
 
 /// Joint encoders: positions in whole counts, velocities from their differences through a first-order filter.
 class Encoders {
@@ -36,4 +36,4 @@ class Encoders {
   bool started_ = false;
 };
 
-}  // namespace phantom::teleop
+}  // namespace phantom::simulation

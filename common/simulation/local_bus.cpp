@@ -1,10 +1,10 @@
-#include "common/can/local_bus.hpp"
+#include "common/simulation/local_bus.hpp"
 
 #include <algorithm>
 
-namespace phantom::can {
+namespace phantom::simulation {
 
-class LocalBus::Node final : public CanBus {
+class LocalBus::Node final : public can::CanBus {
  public:
   static constexpr std::size_t kReceiveFrames = 4096;
 
@@ -16,21 +16,21 @@ class LocalBus::Node final : public CanBus {
     bus_.nodes_[id_] = nullptr;
   }
 
-  SendResult send(const CanFrame& frame) noexcept override {
-    if (!is_valid(frame)) return SendResult::kInvalid;
-    if (state_ != BusState::kBusOff && bus_.model_.submit(id_, frame, bus_.now_ns_)) {
+  can::SendResult send(const can::CanFrame& frame) noexcept override {
+    if (!is_valid(frame)) return can::SendResult::kInvalid;
+    if (state_ != can::BusState::kBusOff && bus_.model_.submit(id_, frame, bus_.now_ns_)) {
       ++counters_.sent;
-      return SendResult::kSent;
+      return can::SendResult::kSent;
     }
     ++counters_.refused;
-    return state_ == BusState::kBusOff ? SendResult::kBusOff : SendResult::kQueueFull;
+    return state_ == can::BusState::kBusOff ? can::SendResult::kBusOff : can::SendResult::kQueueFull;
   }
 
-  bool receive(Received& received) noexcept override {
+  bool receive(can::Received& received) noexcept override {
     if (overflow_to_report_) {
       overflow_to_report_ = false;
       ++counters_.errors;
-      received = {.frame = {}, .errors = kErrorOverflow, .state = state_, .time_ns = bus_.now_ns_};
+      received = {.frame = {}, .errors = can::kErrorOverflow, .state = state_, .time_ns = bus_.now_ns_};
       return true;
     }
     while (count_ > 0) {
@@ -41,7 +41,7 @@ class LocalBus::Node final : public CanBus {
       state_ = received.is_frame() ? state_ : received.state;
       received.state = state_;
       ++(received.is_frame() ? counters_.received : counters_.errors);
-      if (received.errors & kErrorBusOff) ++counters_.bus_offs;
+      if (received.errors & can::kErrorBusOff) ++counters_.bus_offs;
       return true;
     }
     return false;
@@ -49,7 +49,7 @@ class LocalBus::Node final : public CanBus {
 
   bool wait(core::Nanoseconds) noexcept override { return count_ > 0 || overflow_to_report_; }
 
-  core::Status set_filters(std::span<const CanFilter> filters) override {
+  core::Status set_filters(std::span<const can::CanFilter> filters) override {
     filters_.assign(filters.begin(), filters.end());
     everything_ = false;
     return core::Status::ok();
@@ -60,11 +60,11 @@ class LocalBus::Node final : public CanBus {
     return core::Status::ok();
   }
 
-  BusState state() const noexcept override { return state_; }
-  const BusCounters& counters() const noexcept override { return counters_; }
+  can::BusState state() const noexcept override { return state_; }
+  const can::BusCounters& counters() const noexcept override { return counters_; }
   const std::string& address() const noexcept override { return name_; }
 
-  void deliver(const Received& received) noexcept {
+  void deliver(const can::Received& received) noexcept {
     if (count_ == kReceiveFrames) {
       ++counters_.lost;
       overflow_to_report_ = true;
@@ -78,18 +78,18 @@ class LocalBus::Node final : public CanBus {
   LocalBus& bus_;
   BusModel::NodeId id_;
   std::string name_;
-  std::vector<Received> ring_;
+  std::vector<can::Received> ring_;
   std::size_t first_ = 0, count_ = 0;
-  std::vector<CanFilter> filters_;
+  std::vector<can::CanFilter> filters_;
   bool everything_ = true, overflow_to_report_ = false;
-  BusState state_ = BusState::kActive;
-  BusCounters counters_;
+  can::BusState state_ = can::BusState::kActive;
+  can::BusCounters counters_;
 };
 
 LocalBus::LocalBus(const BusModelOptions& options) : model_(options) {}
 LocalBus::~LocalBus() = default;
 
-std::unique_ptr<CanBus> LocalBus::connect(const std::string& name) {
+std::unique_ptr<can::CanBus> LocalBus::connect(const std::string& name) {
   auto node = std::make_unique<Node>(*this, name);
   nodes_.resize(std::max(nodes_.size(), node->id() + 1));
   nodes_[node->id()] = node.get();
@@ -98,15 +98,15 @@ std::unique_ptr<CanBus> LocalBus::connect(const std::string& name) {
 
 void LocalBus::advance_to(core::Nanoseconds now_ns) {
   now_ns_ = std::max(now_ns_, now_ns);
-  model_.advance(now_ns_, [this](BusModel::NodeId to, const Received& r) { nodes_[to]->deliver(r); });
+  model_.advance(now_ns_, [this](BusModel::NodeId to, const can::Received& r) { nodes_[to]->deliver(r); });
 }
 
-void LocalBus::set_bus_off(const CanBus& node) {
+void LocalBus::set_bus_off(const can::CanBus& node) {
   model_.set_bus_off(static_cast<const Node&>(node).id(), now_ns_);
 }
 
-void LocalBus::set_plugged(const CanBus& node, bool plugged) {
+void LocalBus::set_plugged(const can::CanBus& node, bool plugged) {
   model_.set_plugged(static_cast<const Node&>(node).id(), plugged);
 }
 
-}  // namespace phantom::can
+}  // namespace phantom::simulation

@@ -4,13 +4,15 @@
 #include <cmath>
 #include <vector>
 
-#include "common/teleop/master_plant.hpp"
-#include "common/teleop/operator_model.hpp"
-#include "common/teleop/reach_script.hpp"
+#include "common/simulation/master_plant.hpp"
+#include "common/simulation/operator_model.hpp"
+#include "common/simulation/reach_script.hpp"
 #include "common/teleop/tests/period.hpp"
 
-namespace phantom::teleop {
+namespace phantom::simulation {
 namespace {
+
+using teleop::kDt;
 
 OperatorParameters hand(OperatorKind kind) {
   OperatorParameters p{.joint_count = 1, .kind = kind};
@@ -289,4 +291,4 @@ TEST(ReachScript, NothingHappensWhileNotCoupled) {
 }
 
 }  // namespace
-}  // namespace phantom::teleop
+}  // namespace phantom::simulation

@@ -1,11 +1,11 @@
-#include "common/can/bus_model.hpp"
+#include "common/simulation/bus_model.hpp"
 
 #include <algorithm>
 #include <limits>
 
 #include "common/can/bus_load.hpp"
 
-namespace phantom::can {
+namespace phantom::simulation {
 namespace {
 
 constexpr core::Nanoseconds kNever = std::numeric_limits<core::Nanoseconds>::max();
@@ -49,7 +49,7 @@ void BusModel::set_bus_off(NodeId node, core::Nanoseconds now_ns) {
   n.bus_off = true;
   n.back_ns = -1;
   n.count = 0;
-  news(node, kErrorBusOff, BusState::kBusOff, now_ns);
+  news(node, can::kErrorBusOff, can::BusState::kBusOff, now_ns);
 }
 
 void BusModel::restart(NodeId node, core::Nanoseconds now_ns) {
@@ -57,7 +57,7 @@ void BusModel::restart(NodeId node, core::Nanoseconds now_ns) {
   if (nodes_[node].bus_off) nodes_[node].back_ns = now_ns + bits_ns(options_.bit_rate, kRecoveryBits);
 }
 
-bool BusModel::submit(NodeId node, const CanFrame& frame, core::Nanoseconds now_ns) {
+bool BusModel::submit(NodeId node, const can::CanFrame& frame, core::Nanoseconds now_ns) {
   Node& n = nodes_[node];
   if (!n.attached || n.bus_off || !is_valid(frame) || n.count == n.ring.size()) return false;
   n.ring[(n.first + n.count++) % n.ring.size()] = {frame, now_ns};
@@ -68,13 +68,13 @@ bool BusModel::later(const Delivery& a, const Delivery& b) noexcept {
   return a.time_ns != b.time_ns ? a.time_ns > b.time_ns : a.order > b.order;
 }
 
-void BusModel::push(core::Nanoseconds time_ns, NodeId to, const Received& received) {
+void BusModel::push(core::Nanoseconds time_ns, NodeId to, const can::Received& received) {
   deliveries_.push_back({time_ns, order_++, to, received});
   deliveries_.back().received.time_ns = time_ns;
   std::push_heap(deliveries_.begin(), deliveries_.end(), later);
 }
 
-void BusModel::news(NodeId to, std::uint16_t errors, BusState state, core::Nanoseconds time_ns) {
+void BusModel::news(NodeId to, std::uint16_t errors, can::BusState state, core::Nanoseconds time_ns) {
   push(time_ns, to, {.frame = {}, .errors = errors, .state = state});
 }
 
@@ -117,21 +117,22 @@ bool BusModel::transmit_one(core::Nanoseconds now_ns) {
   const NodeId sender = winner(begin_ns);
   Node& n = nodes_[sender];
   if (!someone_acknowledges(sender)) {
-    if (!n.unacknowledged) news(sender, kErrorNoAck | kErrorState, BusState::kPassive, begin_ns);
+    if (!n.unacknowledged)
+      news(sender, can::kErrorNoAck | can::kErrorState, can::BusState::kPassive, begin_ns);
     n.unacknowledged = true;  // it goes on trying
     return true;
   }
-  const CanFrame frame = n.ring[n.first].frame;
+  const can::CanFrame frame = n.ring[n.first].frame;
   n.first = (n.first + 1) % n.ring.size();
   --n.count;
   free_ns_ = begin_ns + bits_ns(options_.bit_rate, worst_case_bits(frame));
-  if (n.unacknowledged) news(sender, kErrorState, BusState::kActive, free_ns_);
+  if (n.unacknowledged) news(sender, can::kErrorState, can::BusState::kActive, free_ns_);
   n.unacknowledged = false;
   put_on_bus(sender, frame, free_ns_);
   return true;
 }
 
-void BusModel::put_on_bus(NodeId sender, const CanFrame& frame, core::Nanoseconds end_ns) {
+void BusModel::put_on_bus(NodeId sender, const can::CanFrame& frame, core::Nanoseconds end_ns) {
   ++frames_;
   int copies = 1;
   core::Nanoseconds delays_ns[2] = {0, 0};
@@ -156,7 +157,7 @@ void BusModel::finish_restarts(core::Nanoseconds now_ns) {
     Node& n = nodes_[i];
     if (!n.bus_off || n.back_ns < 0 || n.back_ns > now_ns) continue;
     n.bus_off = false;
-    news(i, kErrorRestarted | kErrorState, BusState::kActive, n.back_ns);
+    news(i, can::kErrorRestarted | can::kErrorState, can::BusState::kActive, n.back_ns);
     n.back_ns = -1;
   }
 }
@@ -183,4 +184,4 @@ core::Nanoseconds BusModel::next_event_ns() const noexcept {
   return next_ns;
 }
 
-}  // namespace phantom::can
+}  // namespace phantom::simulation

@@ -3,10 +3,10 @@
 #include <cstddef>
 
 #include "common/core/joints.hpp"
-#include "common/teleop/encoder.hpp"
-#include "common/teleop/joint_mechanics.hpp"
+#include "common/simulation/encoder.hpp"
+#include "common/simulation/joint_mechanics.hpp"
 
-namespace phantom::teleop {
+namespace phantom::simulation {
 
 struct MasterPlantParameters {
   std::size_t joint_count = 0;
@@ -39,4 +39,4 @@ class MasterPlant {
   core::JointArray q_, v_{}, pending_Nm_{};
 };
 
-}  // namespace phantom::teleop
+}  // namespace phantom::simulation

@@ -9,11 +9,11 @@
 
 #include "common/core/joints.hpp"
 #include "common/robot/serial_arm.hpp"
-#include "common/teleop/contact_world.hpp"
-#include "common/teleop/encoder.hpp"
-#include "common/teleop/joint_mechanics.hpp"
+#include "common/simulation/contact_world.hpp"
+#include "common/simulation/encoder.hpp"
+#include "common/simulation/joint_mechanics.hpp"
 
-namespace phantom::teleop {
+namespace phantom::simulation {
 
 struct SlavePlantParameters {
   ArmMechanics joints{};  ///< their inertia counts if there is no `rotor`
@@ -110,4 +110,4 @@ class SlavePlant {
   ContactReport report_;
 };
 
-}  // namespace phantom::teleop
+}  // namespace phantom::simulation

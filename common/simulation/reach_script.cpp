@@ -1,9 +1,9 @@
-#include "common/teleop/reach_script.hpp"
+#include "common/simulation/reach_script.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-namespace phantom::teleop {
+namespace phantom::simulation {
 namespace {
 
 constexpr double kThere = 0.01;       // rad or m: no transit for less
@@ -108,4 +108,4 @@ void ReachScript::meet(const core::JointArray& slave_q, double dt_s) noexcept {
   apart_s_ = 0.0;  // and again, should it have moved meanwhile
 }
 
-}  // namespace phantom::teleop
+}  // namespace phantom::simulation

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "common/core/joints.hpp"
-#include "common/teleop/operator_model.hpp"
+#include "common/simulation/operator_model.hpp"
 
-namespace phantom::teleop {
+namespace phantom::simulation {
 
 /// A way into the cell and back, in joint coordinates.
 struct Reach {
@@ -81,4 +81,4 @@ class ReachScript {
   std::size_t index_ = 0;
 };
 
-}  // namespace phantom::teleop
+}  // namespace phantom::simulation

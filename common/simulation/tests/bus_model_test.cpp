@@ -1,4 +1,4 @@
-#include "common/can/bus_model.hpp"
+#include "common/simulation/bus_model.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,15 @@
 
 #include "common/can/bus_load.hpp"
 
-namespace phantom::can {
+namespace phantom::simulation {
 namespace {
+
+using can::BusState;
+using can::CanFrame;
+using can::kErrorBusOff;
+using can::kErrorNoAck;
+using can::Received;
+using can::worst_case_bits;
 
 // A frame bit by bit, with its checksum and stuff bits: the slow truth behind worst_case_bits.
 std::uint32_t literal_bits(const CanFrame& frame) {
@@ -185,4 +192,4 @@ TEST_F(Model, FaultsHappenAsOftenAsAskedAndTheSameWithTheSameSeed) {
 }
 
 }  // namespace
-}  // namespace phantom::can
+}  // namespace phantom::simulation

@@ -1,18 +1,41 @@
+#include "common/simulation/user_bus_hub.hpp"
+
 #include <poll.h>
+#include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <cstring>
 #include <limits>
 
-#include "common/can/user_bus.hpp"
 #include "common/can/user_bus_wire.hpp"
 #include "common/core/thread_place.hpp"
 
-namespace phantom::can {
+namespace phantom::simulation {
 
-using wire::Packet;
+using can::wire::Packet;
+
+core::Expected<std::unique_ptr<UserBusHub>> UserBusHub::serve(const std::string& address,
+                                                              const BusModelOptions& options) {
+  const auto name = can::wire::name_in(address);
+  if (!name) return name.status();
+  const int listener = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  const int waker = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+  sockaddr_un where{};
+  const socklen_t size = can::wire::address_of(*name, where);
+  if (listener < 0 || waker < 0 || bind(listener, reinterpret_cast<const sockaddr*>(&where), size) != 0 ||
+      listen(listener, 64) != 0) {
+    const core::Status status{
+        errno == EADDRINUSE ? core::ErrorCode::kFailedPrecondition : core::ErrorCode::kUnavailable,
+        address + ": cannot be served: " + std::strerror(errno)};
+    if (listener >= 0) close(listener);
+    if (waker >= 0) close(waker);
+    return status;
+  }
+  return std::unique_ptr<UserBusHub>(new UserBusHub(listener, waker, options));
+}
 
 UserBusHub::UserBusHub(int listener, int waker, const BusModelOptions& options)
     : listener_(listener), waker_(waker), model_(options), thread_([this] {
@@ -86,16 +109,16 @@ bool UserBusHub::read_client(Client& client) {
     if (size != sizeof packet) continue;
     const core::Nanoseconds now_ns = core::monotonic_ns();
     if (packet.kind == Packet::kRestart) model_.restart(client.node, now_ns);
-    if (packet.kind == Packet::kFrame) model_.submit(client.node, wire::frame_of(packet), now_ns);
+    if (packet.kind == Packet::kFrame) model_.submit(client.node, can::wire::frame_of(packet), now_ns);
   }
   return true;
 }
 
-void UserBusHub::deliver(BusModel::NodeId to, const Received& received) {
+void UserBusHub::deliver(BusModel::NodeId to, const can::Received& received) {
   const auto client =
       std::find_if(clients_.begin(), clients_.end(), [to](const Client& c) { return c.node == to; });
   if (client == clients_.end()) return;
-  Packet packet = wire::packet_of(received.frame);
+  Packet packet = can::wire::packet_of(received.frame);
   packet.kind = received.is_frame() ? Packet::kFrame : Packet::kNews;
   packet.errors = received.errors;
   packet.state = static_cast<std::uint8_t>(received.state);
@@ -120,7 +143,7 @@ void UserBusHub::run() {
         clients_.erase(clients_.begin() + static_cast<std::ptrdiff_t>(i));
       }
       model_.advance(core::monotonic_ns(),
-                     [this](BusModel::NodeId to, const Received& r) { deliver(to, r); });
+                     [this](BusModel::NodeId to, const can::Received& r) { deliver(to, r); });
       for (const Client& client : clients_) {
         if (!model_.queue_is_full(client.node)) entries.push_back({client.socket, POLLIN, 0});
       }
@@ -136,4 +159,4 @@ void UserBusHub::run() {
   }
 }
 
-}  // namespace phantom::can
+}  // namespace phantom::simulation

@@ -6,7 +6,7 @@
 
 #include "common/core/joints.hpp"
 
-namespace phantom::teleop {
+namespace phantom::simulation {
 
 /// How the simulated operator moves.
 enum class OperatorKind {
@@ -92,4 +92,4 @@ class OperatorModel {
   double duration_s_ = 1.0, phase_ = 1.0, pace_ = 1.0;
 };
 
-}  // namespace phantom::teleop
+}  // namespace phantom::simulation

@@ -1,11 +1,11 @@
-#include "common/teleop/operator_model.hpp"
+#include "common/simulation/operator_model.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
 
-namespace phantom::teleop {
+namespace phantom::simulation {
 
 Progress minimum_jerk(double phase) noexcept {
   const double p = std::clamp(phase, 0.0, 1.0);
@@ -103,4 +103,4 @@ const core::JointArray& OperatorModel::step(const core::JointArray& q, const cor
   return torque_Nm_;
 }
 
-}  // namespace phantom::teleop
+}  // namespace phantom::simulation

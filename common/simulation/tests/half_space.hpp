@@ -1,8 +1,8 @@
 #pragma once
 
-#include "common/teleop/contact_world.hpp"
+#include "common/simulation/contact_world.hpp"
 
-namespace phantom::teleop {
+namespace phantom::simulation {
 
 /// A wall for tests: free where normal·p > offset; distances are exact.
 class HalfSpace final : public ContactWorld {
@@ -23,4 +23,4 @@ class HalfSpace final : public ContactWorld {
   double offset_m_;
 };
 
-}  // namespace phantom::teleop
+}  // namespace phantom::simulation

@@ -1,10 +1,10 @@
-#include "common/teleop/slave_plant.hpp"
+#include "common/simulation/slave_plant.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
-namespace phantom::teleop {
+namespace phantom::simulation {
 namespace {
 
 core::JointArray inertia_at(const robot::SerialArm& arm, const robot::LinkPoses& X_WL,
@@ -150,4 +150,4 @@ double SlavePlant::tool_speed_m_s() const noexcept {
   return arm_.point_velocity_W(last, X_WL_[last] * tip_m_, X_WL_, v_).norm();
 }
 
-}  // namespace phantom::teleop
+}  // namespace phantom::simulation
