@@ -5,7 +5,7 @@
 #   phantom_test(NAME SOURCES … LIBRARIES …)               one GoogleTest executable, NAME_test
 #   phantom_bench(NAME SOURCES … LIBRARIES …)              one Google Benchmark executable, NAME_bench
 #
-# Includes are written from the repository root: #include "common/voxel/grid.hpp".
+# Includes are written from the repository root: #include "common/workspace/grid.hpp".
 
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)

@@ -4,12 +4,12 @@
 
 namespace phantom::percept {
 
-double greatest_neighbour_mu(const voxel::Workspace& workspace) {
+double greatest_neighbour_mu(const workspace::Workspace& workspace) {
   std::uint8_t greatest = 0;
-  for (const voxel::BrickKey key : workspace.bricks()) {
+  for (const workspace::BrickKey key : workspace.bricks()) {
     const auto brick = workspace.brick(key);
-    for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i) {
-      if (voxel::is_fluid(brick.order[i])) greatest = std::max(greatest, brick.mu_code[i]);
+    for (std::size_t i = 0; i < workspace::kBrickVoxels; ++i) {
+      if (workspace::is_fluid(brick.order[i])) greatest = std::max(greatest, brick.mu_code[i]);
     }
   }
   return static_cast<double>(workspace.palette()[greatest]);

@@ -11,7 +11,7 @@ struct Extreme {
   int code;
   std::int64_t x = 0, y = 0, z = 0, count = 0;
 
-  void add(voxel::Index3 offset) noexcept {
+  void add(workspace::Index3 offset) noexcept {
     x += offset.x;
     y += offset.y;
     z += offset.z;
@@ -36,12 +36,12 @@ ClusterZone::ClusterZone(int reach_vox, ZoneShape shape) {
   }
 }
 
-PrincipalGradient ClusterZone::gradient(const voxel::Workspace& workspace, voxel::Index3 centre,
+PrincipalGradient ClusterZone::gradient(const workspace::Workspace& workspace, workspace::Index3 centre,
                                         std::size_t link, const AllowedContact& allowed) const noexcept {
   Extreme high{-1}, low{256};
   const bool mutes = allowed.concerns(link);
-  for (const voxel::Index3 offset : offsets_) {
-    const voxel::Index3 at{centre.x + offset.x, centre.y + offset.y, centre.z + offset.z};
+  for (const workspace::Index3 offset : offsets_) {
+    const workspace::Index3 at{centre.x + offset.x, centre.y + offset.y, centre.z + offset.z};
     int code = workspace.mu_code(at);
     if (mutes && code != 0 && allowed.mutes(link, workspace.object(at))) code = 0;
     if (code > high.code) high = {code};

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/percept/allowed_contact.hpp"
-#include "common/voxel/workspace.hpp"
+#include "common/workspace/workspace.hpp"
 
 namespace phantom::percept {
 
@@ -30,11 +30,11 @@ class ClusterZone {
   std::size_t voxel_count() const noexcept { return offsets_.size(); }
   /// Reads every voxel of the zone once, as free space those outside the grid and those whose object link
   /// `link` may touch. Real-time safe: yes.
-  PrincipalGradient gradient(const voxel::Workspace& workspace, voxel::Index3 centre, std::size_t link = 0,
-                             const AllowedContact& allowed = {}) const noexcept;
+  PrincipalGradient gradient(const workspace::Workspace& workspace, workspace::Index3 centre,
+                             std::size_t link = 0, const AllowedContact& allowed = {}) const noexcept;
 
  private:
-  std::vector<voxel::Index3> offsets_;
+  std::vector<workspace::Index3> offsets_;
 };
 
 }  // namespace phantom::percept

@@ -201,10 +201,10 @@ struct Tally {
 
 /// At most two bricks along each axis, whose slots are looked up once.
 struct ClusterStencil::Bricks {
-  voxel::BrickKey low, high;
+  workspace::BrickKey low, high;
   std::array<const std::uint8_t*, 8> codes;  // by corner: 1 for the higher one along x, 2 y, 4 z
 
-  Bricks(const voxel::Workspace& workspace, voxel::Index3 centre, int reach) noexcept
+  Bricks(const workspace::Workspace& workspace, workspace::Index3 centre, int reach) noexcept
       : low{(centre.x - reach) >> 5, (centre.y - reach) >> 5, (centre.z - reach) >> 5},
         high{(centre.x + reach) >> 5, (centre.y + reach) >> 5, (centre.z + reach) >> 5} {
     const std::uint32_t* slot = workspace.directory() + workspace.directory_index(low);
@@ -213,7 +213,7 @@ struct ClusterStencil::Bricks {
     const std::size_t up_z = high.z > low.z ? workspace.directory_index({0, 0, 1}) : 0;
     for (unsigned corner = 0; corner < 8; ++corner) {
       const std::size_t at = (corner & 1U) * up_x + (corner >> 1 & 1U) * up_y + (corner >> 2) * up_z;
-      codes[corner] = workspace.codes() + slot[at] * voxel::kBrickVoxels;
+      codes[corner] = workspace.codes() + slot[at] * workspace::kBrickVoxels;
     }
   }
   unsigned corner_of(std::int32_t y, std::int32_t z) const noexcept {
@@ -222,10 +222,10 @@ struct ClusterStencil::Bricks {
 };
 
 /// Counts each code among the zone's tiles.
-ClusterReading ClusterStencil::count_inside(const voxel::Workspace& workspace, voxel::Index3 centre,
+ClusterReading ClusterStencil::count_inside(const workspace::Workspace& workspace, workspace::Index3 centre,
                                             const ResponseTable& response) const noexcept {
   const Bricks bricks(workspace, centre, reach_);
-  const voxel::Index3 low{centre.x - reach_, centre.y - reach_, centre.z - reach_};
+  const workspace::Index3 low{centre.x - reach_, centre.y - reach_, centre.z - reach_};
   const std::uint64_t* mask =
       tile_masks_[static_cast<std::size_t>((low.x & 3) | (low.y & 3) << 2 | (low.z & 3) << 4)].data();
   std::array<const std::uint8_t*, kMostTiles> tile;
@@ -235,9 +235,10 @@ ClusterReading ClusterStencil::count_inside(const voxel::Workspace& workspace, v
   for (std::int32_t iz = 0, z = low.z & ~3; iz < nz; ++iz, z += 4) {
     for (std::int32_t iy = 0, y = low.y & ~3; iy < ny; ++iy, y += 4) {
       const std::uint8_t* const* sides = &bricks.codes[bricks.corner_of(y, z)];
-      const std::size_t row = voxel::brick_offset(0, within_brick(y), within_brick(z));
+      const std::size_t row = workspace::brick_offset(0, within_brick(y), within_brick(z));
       for (std::int32_t ix = 0, x = low.x & ~3; ix < nx; ++ix, x += 4) {
-        tile[n] = sides[(x >> 5) > bricks.low.x ? 1 : 0] + row + voxel::brick_offset(within_brick(x), 0, 0);
+        tile[n] =
+            sides[(x >> 5) > bricks.low.x ? 1 : 0] + row + workspace::brick_offset(within_brick(x), 0, 0);
         counting[n] = *mask++;
         n += counting[n] != 0 ? 1U : 0U;  // none counts in the corners of a sphere
       }
@@ -260,21 +261,22 @@ ClusterReading ClusterStencil::count_inside(const voxel::Workspace& workspace, v
 
 /// Voxel by voxel.
 template <bool kWeighted>
-ClusterReading ClusterStencil::read_inside(const voxel::Workspace& workspace, voxel::Index3 centre,
+ClusterReading ClusterStencil::read_inside(const workspace::Workspace& workspace, workspace::Index3 centre,
                                            const ResponseTable& response) const noexcept {
   const Bricks bricks(workspace, centre, reach_);
   // Offsets of the zone's columns within their brick, and the first column of the second brick.
   std::array<std::uint32_t, 2 * ClusterSpec::kMostReach_vox + 1> column;
   for (int x = -reach_; x <= reach_; ++x)
     column[static_cast<std::size_t>(x + reach_)] =
-        static_cast<std::uint32_t>(voxel::brick_offset(within_brick(centre.x + x), 0, 0));
-  const int border = bricks.high.x > bricks.low.x ? bricks.high.x * voxel::kBrickEdge - centre.x : reach_ + 1;
+        static_cast<std::uint32_t>(workspace::brick_offset(within_brick(centre.x + x), 0, 0));
+  const int border =
+      bricks.high.x > bricks.low.x ? bricks.high.x * workspace::kBrickEdge - centre.x : reach_ + 1;
 
   Tally<kWeighted> tally{response.data()};
   for (const Row& row : rows_) {
     const std::int32_t y = centre.y + row.y, z = centre.z + row.z;
     const unsigned corner = bricks.corner_of(y, z);
-    const std::size_t offset = voxel::brick_offset(0, within_brick(y), within_brick(z));
+    const std::size_t offset = workspace::brick_offset(0, within_brick(y), within_brick(z));
     const std::uint32_t* columns = &column[static_cast<std::size_t>(reach_ - row.reach)];
     const double* w = kWeighted ? &weights_[row.first_weight] : nullptr;
     const int all = 2 * row.reach + 1, first = std::clamp(border + row.reach, 0, all);
@@ -287,7 +289,7 @@ ClusterReading ClusterStencil::read_inside(const voxel::Workspace& workspace, vo
           static_cast<std::uint8_t>(std::max(tally.greatest[0], tally.greatest[1]))};
 }
 
-ClusterReading ClusterStencil::read(const voxel::Workspace& workspace, voxel::Index3 centre,
+ClusterReading ClusterStencil::read(const workspace::Workspace& workspace, workspace::Index3 centre,
                                     const ResponseTable& response) const noexcept {
   const auto& grid = workspace.grid();
   if (grid.contains({centre.x - reach_, centre.y - reach_, centre.z - reach_}) &&
@@ -297,7 +299,7 @@ ClusterReading ClusterStencil::read(const voxel::Workspace& workspace, voxel::In
                                                       : read_inside<false>(workspace, centre, response);
   }
   ClusterReading reading;
-  for_each(centre, [&](voxel::Index3 voxel, double w) {
+  for_each(centre, [&](workspace::Index3 voxel, double w) {
     const std::uint8_t code = workspace.mu_code(voxel);
     reading.mean += w * response[code];
     reading.greatest = std::max(reading.greatest, code);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/robot/skin.hpp"
-#include "common/voxel/workspace.hpp"
+#include "common/workspace/workspace.hpp"
 
 namespace phantom::robot {
 
@@ -51,14 +51,14 @@ class ClusterStencil {
   /// that it touches with each code of the palette in SIMD; of a weighted one, or with more than kMostCounted
   /// codes, a byte and a table entry for each voxel; more where the zone reaches over the grid's border.
   /// Real-time safe: yes.
-  ClusterReading read(const voxel::Workspace& workspace, voxel::Index3 centre,
+  ClusterReading read(const workspace::Workspace& workspace, workspace::Index3 centre,
                       const ResponseTable& response) const noexcept;
   /// Calls visit(voxel, weight) for each voxel that counts.
   template <class Visit>
-  void for_each(voxel::Index3 centre, Visit&& visit) const {
+  void for_each(workspace::Index3 centre, Visit&& visit) const {
     for (const Row& row : rows_) {
       for (int x = -row.reach; x <= row.reach; ++x) {
-        visit(voxel::Index3{centre.x + x, centre.y + row.y, centre.z + row.z}, weight(row, x));
+        visit(workspace::Index3{centre.x + x, centre.y + row.y, centre.z + row.z}, weight(row, x));
       }
     }
   }
@@ -77,10 +77,10 @@ class ClusterStencil {
   /// Tiles from the one whose voxel `place` (0…3) is the zone's lowest to the one with its highest.
   int tiles_along(int place) const noexcept { return (place + 2 * reach_) / 4 + 1; }
   void mask_tiles();
-  ClusterReading count_inside(const voxel::Workspace& workspace, voxel::Index3 centre,
+  ClusterReading count_inside(const workspace::Workspace& workspace, workspace::Index3 centre,
                               const ResponseTable& response) const noexcept;
   template <bool kWeighted>
-  ClusterReading read_inside(const voxel::Workspace& workspace, voxel::Index3 centre,
+  ClusterReading read_inside(const workspace::Workspace& workspace, workspace::Index3 centre,
                              const ResponseTable& response) const noexcept;
 
   int reach_;

@@ -189,7 +189,7 @@ HWY_EXPORT(Sense);
 HWY_EXPORT(AddGradients);
 HWY_EXPORT(Target);
 
-Field field_of(const voxel::Workspace& workspace) noexcept {
+Field field_of(const workspace::Workspace& workspace) noexcept {
   const auto& size = workspace.grid().size_vox;
   const auto& bricks = workspace.size_bricks();
   return {workspace.directory(),

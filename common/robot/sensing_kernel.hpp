@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/voxel/workspace.hpp"
+#include "common/workspace/workspace.hpp"
 
 namespace phantom::robot::kernel {
 
@@ -52,7 +52,7 @@ struct Field {
   std::int32_t size_vox[3];
   std::int32_t size_bricks[3];
 };
-Field field_of(const voxel::Workspace& workspace) noexcept;
+Field field_of(const workspace::Workspace& workspace) noexcept;
 
 /// From the link's frame to voxel coordinates: v = r·p + t, r row by row. A place is in voxel floor(v +
 /// kBorderShift_vox); |v| must stay below 2^31, else its voxel is arbitrary.

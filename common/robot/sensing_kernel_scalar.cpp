@@ -33,7 +33,7 @@ std::uint8_t code_at(const Field& field, const Place& p) {
   const std::size_t bricks_x = static_cast<std::size_t>(field.size_bricks[0]);
   const std::size_t bricks_y = static_cast<std::size_t>(field.size_bricks[1]);
   const std::size_t slot = field.directory[((z >> 5U) * bricks_y + (y >> 5U)) * bricks_x + (x >> 5U)];
-  return field.codes[slot * voxel::kBrickVoxels + voxel::brick_offset(x & 31U, y & 31U, z & 31U)];
+  return field.codes[slot * workspace::kBrickVoxels + workspace::brick_offset(x & 31U, y & 31U, z & 31U)];
 }
 
 void add(const Points& points, std::size_t i, double mu, double* sum) {

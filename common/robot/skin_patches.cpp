@@ -43,9 +43,9 @@ bool SkinPatches::divide(double edge_m) {
 }
 
 /// What a sensor meets: at its voxel, or the greatest of its zone.
-std::uint8_t SkinPatches::code_of(std::size_t sensor, std::size_t link, voxel::Index3 at,
-                                  const voxel::Workspace& workspace, const Muted& muted) const {
-  const auto felt = [&](voxel::Index3 voxel) {
+std::uint8_t SkinPatches::code_of(std::size_t sensor, std::size_t link, workspace::Index3 at,
+                                  const workspace::Workspace& workspace, const Muted& muted) const {
+  const auto felt = [&](workspace::Index3 voxel) {
     const std::uint8_t code = workspace.mu_code(voxel);
     return code != 0 && muted && muted(link, workspace.object(voxel)) ? std::uint8_t{0} : code;
   };
@@ -53,17 +53,17 @@ std::uint8_t SkinPatches::code_of(std::size_t sensor, std::size_t link, voxel::I
   if (kind == 0) return felt(at);
   std::uint8_t greatest = 0;
   stencils_[kind - std::size_t{1}].for_each(
-      at, [&](voxel::Index3 voxel, double) { greatest = std::max(greatest, felt(voxel)); });
+      at, [&](workspace::Index3 voxel, double) { greatest = std::max(greatest, felt(voxel)); });
   return greatest;
 }
 
 const std::vector<SkinPatches::Patch>& SkinPatches::sense(const core::JointArray& position,
-                                                          const voxel::Workspace& workspace,
+                                                          const workspace::Workspace& workspace,
                                                           const Muted& muted) {
   LinkPoses X_WL;
   arm_.link_poses(position, X_WL);
   std::fill(worst_.begin(), worst_.end(), std::uint8_t{0});
-  const voxel::GridSpec& grid = workspace.grid();
+  const workspace::GridSpec& grid = workspace.grid();
   for (std::size_t link = 1; link < arm_.links().size(); ++link) {
     for (std::size_t sensor = layout_.first[link]; sensor < layout_.first[link + 1]; ++sensor) {
       const Eigen::Vector3d at =

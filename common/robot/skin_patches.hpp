@@ -8,7 +8,7 @@
 #include "common/robot/cluster_sensor.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "common/robot/skin.hpp"
-#include "common/voxel/workspace.hpp"
+#include "common/workspace/workspace.hpp"
 
 namespace phantom::robot {
 
@@ -31,7 +31,7 @@ class SkinPatches {
   using Muted = std::function<bool(std::size_t link, std::uint16_t object)>;
   /// The patches that meet fluid at these joint positions (rad or m; finite), each by its worst sensor. Lasts
   /// until the next call.
-  const std::vector<Patch>& sense(const core::JointArray& position, const voxel::Workspace& workspace,
+  const std::vector<Patch>& sense(const core::JointArray& position, const workspace::Workspace& workspace,
                                   const Muted& muted = {});
 
   std::size_t count() const noexcept { return patches_.size(); }
@@ -39,8 +39,8 @@ class SkinPatches {
 
  private:
   bool divide(double edge_m);
-  std::uint8_t code_of(std::size_t sensor, std::size_t link, voxel::Index3 at,
-                       const voxel::Workspace& workspace, const Muted& muted) const;
+  std::uint8_t code_of(std::size_t sensor, std::size_t link, workspace::Index3 at,
+                       const workspace::Workspace& workspace, const Muted& muted) const;
 
   const SerialArm& arm_;
   const SkinLayout& layout_;

@@ -14,7 +14,8 @@ constexpr double kFarthest_vox = 1e9;
 constexpr std::size_t kPointsOfPart = 16 * kernel::kBlock, kClustersOfPart = 32;
 
 /// ∇μ by central differences, per voxel.
-Eigen::Vector3d gradient_per_vox(const voxel::Workspace& workspace, voxel::Index3 at, int reach) noexcept {
+Eigen::Vector3d gradient_per_vox(const workspace::Workspace& workspace, workspace::Index3 at,
+                                 int reach) noexcept {
   const auto mu = [&](int x, int y, int z) {
     return static_cast<double>(workspace.mu({at.x + x, at.y + y, at.z + z}));
   };
@@ -24,7 +25,7 @@ Eigen::Vector3d gradient_per_vox(const voxel::Workspace& workspace, voxel::Index
 }
 
 /// False for a pose that is not finite, too.
-bool is_near(const geometry::Pose& X_WL, const voxel::GridSpec& grid) noexcept {
+bool is_near(const geometry::Pose& X_WL, const workspace::GridSpec& grid) noexcept {
   return X_WL.rotation.allFinite() &&
          (X_WL.translation_m - grid.origin_m).norm() < kFarthest_vox * grid.voxel_size_m;
 }
@@ -162,7 +163,7 @@ std::size_t SkinSensing::sensors_of(const Part& part) const noexcept {
 }
 
 /// The kernel's rule, for one place.
-voxel::Index3 SkinSensing::voxel_of(std::size_t link, const Eigen::Vector3d& p_L_m) const noexcept {
+workspace::Index3 SkinSensing::voxel_of(std::size_t link, const Eigen::Vector3d& p_L_m) const noexcept {
   const kernel::ToVoxels& to = to_voxels_[link];
   const auto index = [&](std::size_t axis) {
     const double* r = to.r + 3 * axis;
@@ -174,7 +175,7 @@ voxel::Index3 SkinSensing::voxel_of(std::size_t link, const Eigen::Vector3d& p_L
 
 /// With memory or muted objects: look up, mute, smooth, then sum.
 void SkinSensing::sense_slowly(Part& part, const kernel::Points& points, const kernel::Field& field,
-                               const voxel::Workspace& workspace) noexcept {
+                               const workspace::Workspace& workspace) noexcept {
   kernel::look_up(field, to_voxels_[part.link], points, &codes_[part.first],
                   memory_ ? &voxels_[part.first] : nullptr);
   const MutedObjects& list = muted_objects_[part.link];
@@ -196,7 +197,7 @@ void SkinSensing::sense_slowly(Part& part, const kernel::Points& points, const k
   kernel::add_moments(points, &mu_[part.first], part.totals.moments);
 }
 
-void SkinSensing::sense_points(Part& part, const voxel::Workspace& workspace) noexcept {
+void SkinSensing::sense_points(Part& part, const workspace::Workspace& workspace) noexcept {
   const std::size_t first = part.first;
   const kernel::Points points = points_of(first, part.end);
   const kernel::Field field = kernel::field_of(workspace);
@@ -224,13 +225,13 @@ void SkinSensing::sense_points(Part& part, const voxel::Workspace& workspace) no
   }
 }
 
-ClusterReading SkinSensing::read_cluster(Part& part, const ClusterStencil& stencil, voxel::Index3 centre,
-                                         const voxel::Workspace& workspace) noexcept {
+ClusterReading SkinSensing::read_cluster(Part& part, const ClusterStencil& stencil, workspace::Index3 centre,
+                                         const workspace::Workspace& workspace) noexcept {
   const MutedObjects& list = muted_objects_[part.link];
   if (list.count == 0) return stencil.read(workspace, centre, response_);
   ClusterReading reading;
   bool silenced = false;
-  stencil.for_each(centre, [&](voxel::Index3 voxel, double weight) {
+  stencil.for_each(centre, [&](workspace::Index3 voxel, double weight) {
     std::uint8_t code = workspace.mu_code(voxel);
     if (code != 0 && list.has(workspace.object(voxel))) code = 0, silenced = true;
     reading.mean += weight * response_[code];
@@ -241,11 +242,11 @@ ClusterReading SkinSensing::read_cluster(Part& part, const ClusterStencil& stenc
   return reading;
 }
 
-void SkinSensing::sense_clusters(Part& part, const voxel::Workspace& workspace) noexcept {
+void SkinSensing::sense_clusters(Part& part, const workspace::Workspace& workspace) noexcept {
   const kernel::ToVoxels& to = to_voxels_[part.link];
   for (std::size_t i = part.first; i < part.end; ++i) {
     const Eigen::Vector3d p = layout_->position(i);
-    const voxel::Index3 centre = voxel_of(part.link, p);
+    const workspace::Index3 centre = voxel_of(part.link, p);
     const ClusterReading reading =
         read_cluster(part, stencils_[layout_->cluster_kind[i] - std::size_t{1}], centre, workspace);
     cluster_codes_[i] = reading.greatest;
@@ -261,7 +262,7 @@ void SkinSensing::sense_clusters(Part& part, const voxel::Workspace& workspace) 
 }
 
 void SkinSensing::place_link(std::size_t link, const geometry::Pose& X_WL,
-                             const voxel::GridSpec& grid) noexcept {
+                             const workspace::GridSpec& grid) noexcept {
   const double s = grid.voxel_size_m;
   const Eigen::Vector3d origin = (X_WL.translation_m - grid.origin_m) / s;
   kernel::ToVoxels& to = to_voxels_[link];
@@ -294,13 +295,13 @@ void SkinSensing::take(std::size_t link, const Totals& totals, const geometry::P
 }
 
 void SkinSensing::sense(const LinkPoses& X_WL, std::size_t joint_count,
-                        const voxel::Workspace& workspace) noexcept {
+                        const workspace::Workspace& workspace) noexcept {
   sums_ = {};
   active_ = muted_ = 0;
   worst_ = {};
   std::fill(block_worst_.begin(), block_worst_.end(), std::uint8_t{0});
   if (!layout_->clusters.empty()) std::fill(cluster_codes_.begin(), cluster_codes_.end(), std::uint8_t{0});
-  const voxel::GridSpec& grid = workspace.grid();
+  const workspace::GridSpec& grid = workspace.grid();
   if (grid.voxel_count() <= 0) return;
   // Codes past the palette cannot be: the assembler refuses them. The zeros after it keep the look-up in
   // bounds anyway.

@@ -14,17 +14,17 @@
 #include "common/robot/sensing_kernel.hpp"
 #include "common/robot/skin.hpp"
 #include "common/robot/worker_team.hpp"
-#include "common/voxel/workspace.hpp"
+#include "common/workspace/workspace.hpp"
 
 namespace phantom::robot {
 
 /// The sensor that meets the greatest μ. Among several of that μ, the one in whose surroundings μ is
 /// greatest: that is where the object is nearest, finer than the layers tell.
 struct WorstSensor {
-  bool found = false;      ///< false: every sensor is in free space; the rest is then meaningless
-  std::size_t sensor = 0;  ///< index in the layout
-  std::size_t link = 0;    ///< link that carries it
-  voxel::Index3 voxel;     ///< where it is; for a cluster sensor the nearest voxel of its zone with that μ
+  bool found = false;       ///< false: every sensor is in free space; the rest is then meaningless
+  std::size_t sensor = 0;   ///< index in the layout
+  std::size_t link = 0;     ///< link that carries it
+  workspace::Index3 voxel;  ///< where it is; for a cluster sensor the nearest voxel of its zone with that μ
   Eigen::Vector3d position_W_m = Eigen::Vector3d::Zero();
   float mu = 0.0F;           ///< Pa·s/m
   std::int8_t order = 0;     ///< neighbour order of that voxel
@@ -62,7 +62,7 @@ class SkinSensing {
 
   /// Real-time safe: yes. Results: sums(), active(), muted(), worst(). `joint_count` moving links are sensed;
   /// a link whose pose is not finite feels nothing.
-  void sense(const LinkPoses& X_WL, std::size_t joint_count, const voxel::Workspace& workspace) noexcept;
+  void sense(const LinkPoses& X_WL, std::size_t joint_count, const workspace::Workspace& workspace) noexcept;
 
   /// Intended contact: from now on a link does not feel the fluid of an object (or feels it again). At most
   /// kMostMuted objects a link; false if there is no room. Real-time safe: yes.
@@ -98,22 +98,22 @@ class SkinSensing {
   static std::shared_ptr<const Neighbourhood> make_neighbourhood(int reach_vox);
   kernel::Points points_of(std::size_t first, std::size_t end) const noexcept;
   std::size_t sensors_of(const Part& part) const noexcept;
-  voxel::Index3 voxel_of(std::size_t link, const Eigen::Vector3d& p_L_m) const noexcept;
-  void place_link(std::size_t link, const geometry::Pose& X_WL, const voxel::GridSpec& grid) noexcept;
-  void sense_points(Part& part, const voxel::Workspace& workspace) noexcept;
+  workspace::Index3 voxel_of(std::size_t link, const Eigen::Vector3d& p_L_m) const noexcept;
+  void place_link(std::size_t link, const geometry::Pose& X_WL, const workspace::GridSpec& grid) noexcept;
+  void sense_points(Part& part, const workspace::Workspace& workspace) noexcept;
   void sense_slowly(Part& part, const kernel::Points& points, const kernel::Field& field,
-                    const voxel::Workspace& workspace) noexcept;
-  void sense_clusters(Part& part, const voxel::Workspace& workspace) noexcept;
-  ClusterReading read_cluster(Part& part, const ClusterStencil& stencil, voxel::Index3 centre,
-                              const voxel::Workspace& workspace) noexcept;
+                    const workspace::Workspace& workspace) noexcept;
+  void sense_clusters(Part& part, const workspace::Workspace& workspace) noexcept;
+  ClusterReading read_cluster(Part& part, const ClusterStencil& stencil, workspace::Index3 centre,
+                              const workspace::Workspace& workspace) noexcept;
   void take(std::size_t link, const Totals& totals, const geometry::Pose& X_WL, double voxel_size_m) noexcept;
   void find_worst_candidates(std::uint8_t code, WorstCandidates& candidates) const noexcept;
-  void find_worst(const LinkPoses& X_WL, const voxel::Workspace& workspace) noexcept;
-  Surroundings surroundings(voxel::Index3 at, const voxel::Workspace& workspace) const noexcept;
+  void find_worst(const LinkPoses& X_WL, const workspace::Workspace& workspace) noexcept;
+  Surroundings surroundings(workspace::Index3 at, const workspace::Workspace& workspace) const noexcept;
   std::size_t farthest(const WorstCandidates& candidates, const Eigen::Vector3d& direction_W,
                        const LinkPoses& X_WL) const noexcept;
-  std::optional<voxel::Index3> place_of(std::size_t link, std::size_t sensor, std::uint8_t code,
-                                        const voxel::Workspace& workspace) const noexcept;
+  std::optional<workspace::Index3> place_of(std::size_t link, std::size_t sensor, std::uint8_t code,
+                                            const workspace::Workspace& workspace) const noexcept;
 
   const SkinLayout* layout_;
   SensingOptions options_;

@@ -74,8 +74,8 @@ void SkinSensing::find_worst_candidates(std::uint8_t code, WorstCandidates& cand
   }
 }
 
-SkinSensing::Surroundings SkinSensing::surroundings(voxel::Index3 at,
-                                                    const voxel::Workspace& workspace) const noexcept {
+SkinSensing::Surroundings SkinSensing::surroundings(workspace::Index3 at,
+                                                    const workspace::Workspace& workspace) const noexcept {
   const Neighbourhood& near = *neighbourhood_;
   const kernel::ToVoxels shift{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {at.x + 0.5, at.y + 0.5, at.z + 0.5}};
   std::array<std::uint8_t, Neighbourhood::kMost> codes;
@@ -93,15 +93,16 @@ SkinSensing::Surroundings SkinSensing::surroundings(voxel::Index3 at,
 }
 
 /// The voxel in which a sensor meets a code: its own, or the nearest of its zone.
-std::optional<voxel::Index3> SkinSensing::place_of(std::size_t link, std::size_t sensor, std::uint8_t code,
-                                                   const voxel::Workspace& workspace) const noexcept {
-  const voxel::Index3 centre = voxel_of(link, layout_->position(sensor));
+std::optional<workspace::Index3> SkinSensing::place_of(std::size_t link, std::size_t sensor,
+                                                       std::uint8_t code,
+                                                       const workspace::Workspace& workspace) const noexcept {
+  const workspace::Index3 centre = voxel_of(link, layout_->position(sensor));
   const std::uint8_t kind = layout_->cluster_kind[sensor];
   if (kind == 0) return centre;
-  std::optional<voxel::Index3> nearest;
+  std::optional<workspace::Index3> nearest;
   int nearest_square = 0;
   const MutedObjects& list = muted_objects_[link];
-  stencils_[kind - std::size_t{1}].for_each(centre, [&](voxel::Index3 voxel, double) {
+  stencils_[kind - std::size_t{1}].for_each(centre, [&](workspace::Index3 voxel, double) {
     const int x = voxel.x - centre.x, y = voxel.y - centre.y, z = voxel.z - centre.z;
     const int square = x * x + y * y + z * z;
     if (nearest && square >= nearest_square) return;
@@ -132,7 +133,7 @@ std::size_t SkinSensing::farthest(const WorstCandidates& candidates, const Eigen
 
 /// Of the sensors that meet the greatest code, a few are asked where the fluid thickens, and the one that
 /// lies farthest there is compared with them.
-void SkinSensing::find_worst(const LinkPoses& X_WL, const voxel::Workspace& workspace) noexcept {
+void SkinSensing::find_worst(const LinkPoses& X_WL, const workspace::Workspace& workspace) noexcept {
   std::uint8_t greatest = 0;
   for (const std::uint8_t worst : block_worst_) greatest = std::max(greatest, worst);
   if (!layout_->clusters.empty()) {

@@ -15,11 +15,11 @@ void refuse_duplicates(const ConfigReader& file, const std::string& key, const I
   }
 }
 
-voxel::MergeLaw read_merge_law(const ConfigReader& workspace) {
+layers::MergeLaw read_merge_law(const ConfigReader& workspace) {
   const std::string law = workspace.choice("merge", "highest_viscosity",
                                            {"highest_viscosity", "latest_object", "object_priority"});
-  if (law == "latest_object") return voxel::MergeLaw::kLatestObject;
-  return law == "object_priority" ? voxel::MergeLaw::kObjectPriority : voxel::MergeLaw::kHighestViscosity;
+  if (law == "latest_object") return layers::MergeLaw::kLatestObject;
+  return law == "object_priority" ? layers::MergeLaw::kObjectPriority : layers::MergeLaw::kHighestViscosity;
 }
 
 }  // namespace

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "common/layers/merge.hpp"
 #include "common/runtime/cell_arms.hpp"
 #include "common/runtime/cell_objects.hpp"
-#include "common/voxel/merge.hpp"
 
 namespace phantom::runtime {
 
@@ -18,8 +18,8 @@ struct CellConfig {
   Eigen::Vector3d min_m;  ///< the workspace box in W
   Eigen::Vector3d max_m;
   double voxel_size_m = 0.005;
-  voxel::MergeLaw merge = voxel::MergeLaw::kHighestViscosity;  ///< whose voxel it is where objects meet
-  voxel::LayerProfile profile;                                 ///< of objects that have none of their own
+  layers::MergeLaw merge = layers::MergeLaw::kHighestViscosity;  ///< whose voxel it is where objects meet
+  workspace::LayerProfile profile;                               ///< of objects that have none of their own
   std::vector<ObjectConfig> objects;  ///< object id on topics and in voxels = index + 1
   std::vector<ArmConfig> arms;
 

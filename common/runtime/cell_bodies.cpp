@@ -88,8 +88,8 @@ void for_each_object(const CellConfig& cell, const Work& work) {
 
 }  // namespace
 
-voxel::GridSpec grid_of(const CellConfig& cell) {
-  return voxel::grid_over(cell.min_m, cell.max_m, cell.voxel_size_m);
+workspace::GridSpec grid_of(const CellConfig& cell) {
+  return layers::grid_over(cell.min_m, cell.max_m, cell.voxel_size_m);
 }
 
 CellBody load_body(const ObjectConfig& object, const CellConfig& cell,
@@ -102,9 +102,9 @@ CellBody load_body(const ObjectConfig& object, const CellConfig& cell,
   return loaded;
 }
 
-voxel::Body place_body(const ObjectConfig& object, const geometry::TriangleMesh& mesh_O,
-                       const CellConfig& cell) {
-  voxel::Body body{object.name, object.id, mesh_O.transformed(object.X_WO), object.profile};
+layers::Body place_body(const ObjectConfig& object, const geometry::TriangleMesh& mesh_O,
+                        const CellConfig& cell) {
+  layers::Body body{object.name, object.id, mesh_O.transformed(object.X_WO), object.profile};
   if (object.solid_O) body.implicit_W = geometry::implicit_placed(object.solid_O, object.X_WO);
   check_place(object, body.mesh_W, cell);
   return body;
@@ -113,17 +113,17 @@ voxel::Body place_body(const ObjectConfig& object, const geometry::TriangleMesh&
 std::vector<CellBody> load_bodies(const CellConfig& cell, const geometry::MeshImportOptions& limits) {
   std::vector<CellBody> bodies(cell.objects.size());
   for_each_object(cell, [&](std::size_t i) { bodies[i] = load_body(cell.objects[i], cell, limits); });
-  std::vector<voxel::LayerProfile> profiles;
+  std::vector<workspace::LayerProfile> profiles;
   for (const CellBody& body : bodies) profiles.push_back(body.body.profile);
-  if (const auto palette = voxel::make_palette(profiles); !palette) {
+  if (const auto palette = workspace::make_palette(profiles); !palette) {
     throw ConfigError(cell.file.string() + ": objects: " + palette.status().message());
   }
   return bodies;
 }
 
-std::vector<voxel::FieldBody> load_real_bodies(const CellConfig& cell,
-                                               const geometry::MeshImportOptions& limits) {
-  std::vector<voxel::FieldBody> bodies(cell.objects.size());
+std::vector<voxelise::FieldBody> load_real_bodies(const CellConfig& cell,
+                                                  const geometry::MeshImportOptions& limits) {
+  std::vector<voxelise::FieldBody> bodies(cell.objects.size());
   for_each_object(cell, [&](std::size_t i) {
     const ObjectConfig& object = cell.objects[i];
     std::vector<std::string> notes;  // wva_server tells them

@@ -4,22 +4,22 @@
 #include <vector>
 
 #include "common/geometry/mesh_io.hpp"
+#include "common/layers/activation.hpp"
 #include "common/runtime/cell.hpp"
-#include "common/voxel/activation.hpp"
-#include "common/voxel/distance_field.hpp"
+#include "common/voxelise/distance_field.hpp"
 
 namespace phantom::runtime {
 
 /// An object of the cell, ready for activation and for the viewers.
 struct CellBody {
-  voxel::Body body;  ///< in W at the model's pose (the real deviation is not the model's to know)
+  layers::Body body;  ///< in W at the model's pose (the real deviation is not the model's to know)
   geometry::TriangleMesh
       mesh_O;  ///< its surface in the object's frame, metres; of a solid by formula, made from it
   std::vector<std::string> notes;  ///< what had to be assumed, each a sentence to warn with
 };
 
 /// The cell's grid.
-voxel::GridSpec grid_of(const CellConfig& cell);
+workspace::GridSpec grid_of(const CellConfig& cell);
 
 /// Reads an object's mesh, or makes one of its formula, and checks all that can be checked before activation:
 /// the mesh, and that the object or its layers lie in the workspace at least partly. Of `limits` the scale
@@ -30,15 +30,15 @@ CellBody load_body(const ObjectConfig& object, const CellConfig& cell,
 
 /// The body of an object whose surface is loaded already, at the pose that `object` has now; checked as
 /// load_body() does.
-voxel::Body place_body(const ObjectConfig& object, const geometry::TriangleMesh& mesh_O,
-                       const CellConfig& cell);
+layers::Body place_body(const ObjectConfig& object, const geometry::TriangleMesh& mesh_O,
+                        const CellConfig& cell);
 
 /// All objects of the cell, in its order. Checks also that their profiles fit one palette.
 std::vector<CellBody> load_bodies(const CellConfig& cell, const geometry::MeshImportOptions& limits = {});
 
 /// The surfaces of the cell's objects where they really stand: model pose · real deviation. Wherever they
 /// stand; for the simulated world.
-std::vector<voxel::FieldBody> load_real_bodies(const CellConfig& cell,
-                                               const geometry::MeshImportOptions& limits = {});
+std::vector<voxelise::FieldBody> load_real_bodies(const CellConfig& cell,
+                                                  const geometry::MeshImportOptions& limits = {});
 
 }  // namespace phantom::runtime

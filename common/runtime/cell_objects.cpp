@@ -80,7 +80,7 @@ std::string read_name(const ConfigReader& reader) {
   return name;
 }
 
-ObjectConfig read_object(const ConfigReader& reader, const voxel::LayerProfile& cell_profile,
+ObjectConfig read_object(const ConfigReader& reader, const workspace::LayerProfile& cell_profile,
                          double voxel_size_m) {
   ObjectConfig object;
   object.name = read_name(reader);
@@ -98,7 +98,7 @@ ObjectConfig read_object(const ConfigReader& reader, const voxel::LayerProfile& 
   object.profile =
       reader.has("profile") ? read_profile(reader.section("profile"), voxel_size_m) : cell_profile;
   object.profile.guard_vox = reader.integer("guard_vox", object.profile.guard_vox, {0, 100, "voxels"});
-  if (const auto checked = voxel::check_profile(object.profile); !checked)
+  if (const auto checked = workspace::check_profile(object.profile); !checked)
     throw ConfigError(reader.place() + ": " + checked.message());
   object.priority = reader.integer("priority", 0, {-1'000'000, 1'000'000, ""});
   if (reader.has("colour")) {

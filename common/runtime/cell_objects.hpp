@@ -9,7 +9,7 @@
 #include "common/geometry/implicit.hpp"
 #include "common/geometry/mesh.hpp"
 #include "common/geometry/pose.hpp"
-#include "common/voxel/profile.hpp"
+#include "common/workspace/profile.hpp"
 
 namespace phantom::runtime {
 
@@ -28,10 +28,10 @@ struct ObjectConfig {
   std::optional<bool> y_up;       ///< mesh has +y up, or +z; none: declared or guessed
   geometry::ImplicitPtr solid_O;  ///< the solid by formula, scaled; null for the other kinds
   geometry::TriangleMesh
-      polyhedron_O;             ///< corners and triangles from the text, scaled; empty for the other kinds
-  geometry::Pose X_WO;          ///< object frame in the workspace frame
-  voxel::LayerProfile profile;  ///< the cell's, unless the object has its own
-  int priority = 0;             ///< where the cell merges by object_priority: the greater prevails
+      polyhedron_O;     ///< corners and triangles from the text, scaled; empty for the other kinds
+  geometry::Pose X_WO;  ///< object frame in the workspace frame
+  workspace::LayerProfile profile;  ///< the cell's, unless the object has its own
+  int priority = 0;                 ///< where the cell merges by object_priority: the greater prevails
   std::array<float, 3> colour{0.7F, 0.7F, 0.7F};  ///< linear RGB, 0…1
   /// Real pose = X_WO · X_deviation: what the simulated world does not tell the model.
   geometry::Pose X_deviation;

@@ -11,9 +11,9 @@ namespace phantom::runtime {
 /// The mapping's `name`: 1 to 64 bytes, as on topics, that can be shown in a line.
 std::string read_name(const ConfigReader& reader);
 /// Lengths in metres become voxels of `voxel_size_m`.
-voxel::LayerProfile read_profile(const ConfigReader& reader, double voxel_size_m);
+workspace::LayerProfile read_profile(const ConfigReader& reader, double voxel_size_m);
 /// `cell_profile` serves objects that have none of their own.
-ObjectConfig read_object(const ConfigReader& reader, const voxel::LayerProfile& cell_profile,
+ObjectConfig read_object(const ConfigReader& reader, const workspace::LayerProfile& cell_profile,
                          double voxel_size_m);
 /// A solid by text: f, min_m, max_m.
 geometry::ImplicitPtr read_formula_solid(const ConfigReader& reader);

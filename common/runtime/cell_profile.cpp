@@ -78,7 +78,7 @@ Layers read_function(const ConfigReader& reader, double voxel_size_m) {
   const int thickness_vox = function.integer("layer_vox", 1, kThickness);
   const double layer_m = thickness_vox * voxel_size_m;
   const double reach_m =
-      function.number("reach_m", {layer_m, voxel::kMaxLayers * layer_m, "m (98 layers at most)"});
+      function.number("reach_m", {layer_m, workspace::kMaxLayers * layer_m, "m (98 layers at most)"});
   Layers layers;
   for (double d = 0.5 * layer_m; d < reach_m; d += layer_m) {
     const double mu = formula->value(std::span(&d, 1));
@@ -119,27 +119,27 @@ void check_falling(const ConfigReader& reader, const std::vector<double>& mu) {
   }
 }
 
-voxel::LayerMethod read_method(const ConfigReader& reader) {
+workspace::LayerMethod read_method(const ConfigReader& reader) {
   const std::string name = reader.choice("method", "distance", {"distance", "surface", "dilation"});
-  return name == "surface"    ? voxel::LayerMethod::kSurface
-         : name == "dilation" ? voxel::LayerMethod::kDilation
-                              : voxel::LayerMethod::kDistance;
+  return name == "surface"    ? workspace::LayerMethod::kSurface
+         : name == "dilation" ? workspace::LayerMethod::kDilation
+                              : workspace::LayerMethod::kDistance;
 }
 
-voxel::ShapingElement read_element(const ConfigReader& reader, voxel::LayerMethod method) {
-  if (reader.has("element") && method != voxel::LayerMethod::kDilation)
+workspace::ShapingElement read_element(const ConfigReader& reader, workspace::LayerMethod method) {
+  if (reader.has("element") && method != workspace::LayerMethod::kDilation)
     throw reader.error("element", "belongs to method: dilation; allowed: leave it out");
   const std::string name = reader.choice("element", "sphere", {"cube", "sphere", "sphere-contained"});
-  return name == "cube"     ? voxel::ShapingElement::kCube
-         : name == "sphere" ? voxel::ShapingElement::kSphere
-                            : voxel::ShapingElement::kSphereContained;
+  return name == "cube"     ? workspace::ShapingElement::kCube
+         : name == "sphere" ? workspace::ShapingElement::kSphere
+                            : workspace::ShapingElement::kSphereContained;
 }
 
 }  // namespace
 
-voxel::LayerProfile read_profile(const ConfigReader& reader, double voxel_size_m) {
+workspace::LayerProfile read_profile(const ConfigReader& reader, double voxel_size_m) {
   const Layers layers = read_layers(reader, voxel_size_m);
-  voxel::LayerProfile profile;
+  workspace::LayerProfile profile;
   profile.thickness_vox = layers.thickness_vox;
   profile.mu_Pa_s_per_m.assign(layers.mu.begin(), layers.mu.end());
   check_falling(reader, layers.mu);
@@ -157,7 +157,7 @@ voxel::LayerProfile read_profile(const ConfigReader& reader, double voxel_size_m
     const auto mu = inside.numbers("mu_Pa_s_per_m", kMu);
     profile.mu_inside_Pa_s_per_m.assign(mu.begin(), mu.end());
   }
-  if (const auto checked = voxel::check_profile(profile); !checked)
+  if (const auto checked = workspace::check_profile(profile); !checked)
     throw ConfigError(reader.place() + ": " + checked.message());
   return profile;
 }

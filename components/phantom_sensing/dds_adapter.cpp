@@ -143,9 +143,9 @@ void DdsAdapter::Impl::take_object(const msg::WorkspaceObject& sample, const dds
   auto told = std::find_if(objects.begin(), objects.end(),
                            [&](const NamedObjects& each) { return each.server == server; });
   if (told == objects.end()) {
-    if (objects.size() >= voxel::WorkspaceSources::kMost)
+    if (objects.size() >= workspace::WorkspaceSources::kMost)
       std::erase_if(objects, [](const NamedObjects& each) { return each.gone; });
-    if (objects.size() >= voxel::WorkspaceSources::kMost) return;
+    if (objects.size() >= workspace::WorkspaceSources::kMost) return;
     told = objects.insert(objects.end(), NamedObjects{server});
   }
   told->gone = false;
@@ -213,7 +213,7 @@ bool DdsAdapter::workspace_attended() const {
 }
 
 std::map<std::uint16_t, std::string> DdsAdapter::objects() const {
-  std::optional<voxel::SourceId> in_force;
+  std::optional<workspace::SourceId> in_force;
   {
     const std::lock_guard lock(impl_->readers_mutex);
     if (impl_->keeper != nullptr) in_force = impl_->keeper->source();

@@ -32,8 +32,8 @@ void take_place(const PlacePercept& place, Message& message) {
 
 }  // namespace
 
-voxel::VersionDescription description_of(const msg::WorkspaceVersion& version) {
-  voxel::VersionDescription description;
+workspace::VersionDescription description_of(const msg::WorkspaceVersion& version) {
+  workspace::VersionDescription description;
   description.version = version.version();
   const msg::Vector3& origin = version.origin_m();
   description.grid = {

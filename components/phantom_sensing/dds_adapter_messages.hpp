@@ -9,7 +9,7 @@
 #include "common/dds/topics.hpp"
 #include "common/messages/percept_codec.hpp"
 #include "common/messages/teleoperation_codec.hpp"
-#include "common/voxel/workspace_assembler.hpp"
+#include "common/workspace/workspace_assembler.hpp"
 #include "components/phantom_sensing/contact_register.hpp"
 #include "components/phantom_sensing/dds_adapter.hpp"
 #include "components/phantom_sensing/dds_adapter_client.hpp"
@@ -17,7 +17,7 @@
 
 namespace phantom::phantom_sensing {
 
-voxel::VersionDescription description_of(const msg::WorkspaceVersion& version);
+workspace::VersionDescription description_of(const msg::WorkspaceVersion& version);
 
 /// What a tick has for its topics, but for the stamp.
 messages::DragField drag_field_of(const StepOutputs& outputs, const TickInfo& info, std::size_t joint_count);

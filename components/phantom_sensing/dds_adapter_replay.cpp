@@ -226,14 +226,14 @@ class Replay {
   }
 
   struct Version {
-    std::shared_ptr<const voxel::Workspace> voxels;
+    std::shared_ptr<const workspace::Workspace> voxels;
     double greatest_neighbour_mu;
   };
   const PhantomModel& model_;
   const PerceptSettings& settings_;
   ContactRegister contacts_;
   std::optional<PhantomSensing> sensing_;
-  voxel::WorkspaceAssembler assembler_;
+  workspace::WorkspaceAssembler assembler_;
   std::deque<Version> versions_;
   std::map<Name, SlaveSample> states_;
   std::deque<Name> state_order_;

@@ -5,10 +5,10 @@
 #include <algorithm>
 
 #include "common/core/errors.hpp"
+#include "common/layers/live_workspace.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell_bodies.hpp"
-#include "common/voxel/live_workspace.hpp"
-#include "common/voxel/palette.hpp"
+#include "common/workspace/palette.hpp"
 #include "components/phantom_sensing/contact_register.hpp"
 
 namespace phantom::phantom_sensing {
@@ -71,23 +71,23 @@ percept::AllowedContact allowed_contact(const runtime::CellConfig& cell, const C
 }
 
 TickTime predict_tick(const runtime::CellConfig& cell, const Config& config, const PhantomModel& model) {
-  std::vector<voxel::LayerProfile> profiles{cell.profile};
+  std::vector<workspace::LayerProfile> profiles{cell.profile};
   for (const auto& object : cell.objects) profiles.push_back(object.profile);
   TickCase at;
   const auto& home = cell.arm(config.arm).home;
   std::copy(home.begin(), home.end(), at.home.begin());
   at.grid = runtime::grid_of(cell);
-  at.palette = value_or_throw(voxel::make_palette(profiles), cell.file.string() + ": ");
+  at.palette = value_or_throw(workspace::make_palette(profiles), cell.file.string() + ": ");
   at.allowed = allowed_contact(cell, config, model);
   return time_tick(model, config.percept, at, 0.5);
 }
 
-voxel::Workspace build_workspace(const runtime::CellConfig& cell) {
+workspace::Workspace build_workspace(const runtime::CellConfig& cell) {
   const std::vector<runtime::CellBody> bodies = runtime::load_bodies(cell);
-  std::vector<voxel::LiveBody> live;
+  std::vector<layers::LiveBody> live;
   for (const auto& loaded : bodies)
     live.push_back({&loaded.body, cell.objects[loaded.body.id - 1U].priority});
-  voxel::LiveWorkspace workspace(runtime::grid_of(cell), cell.merge);
+  layers::LiveWorkspace workspace(runtime::grid_of(cell), cell.merge);
   value_or_throw(workspace.add(live, 1), cell.file.string() + ": objects: ");
   return std::move(workspace).take();
 }

@@ -28,6 +28,6 @@ TickTime predict_tick(const runtime::CellConfig& cell, const Config& config, con
 
 /// The cell's objects, voxelised, layered and merged in this process, as wva_server would publish them
 /// (version 1). Throws ConfigError naming the object. Takes seconds.
-voxel::Workspace build_workspace(const runtime::CellConfig& cell);
+workspace::Workspace build_workspace(const runtime::CellConfig& cell);
 
 }  // namespace phantom::phantom_sensing

@@ -37,7 +37,7 @@ percept::AlertEvents PhantomSensing::numbered(Watch& watch, percept::AlertEvents
 /// Fills what follows from the place's μ, position and object, which must stand; gives what the hit rules
 /// look at.
 percept::HitCandidate PhantomSensing::perceive_place(const StepInputs& inputs, std::size_t link,
-                                                     voxel::Index3 voxel,
+                                                     workspace::Index3 voxel,
                                                      PlacePercept& place) const noexcept {
   place.closeness = percept::closeness(place.mu, inputs.workspace.greatest_neighbour_mu);
   place.velocity_W_m_s = model_.arm.point_velocity_W(link, place.position_W_m, X_WL_, inputs.velocity);
@@ -74,7 +74,7 @@ void PhantomSensing::perceive_skin(const StepInputs& inputs, StepOutputs& output
 }
 
 void PhantomSensing::perceive_interest_points(const StepInputs& inputs) noexcept {
-  const voxel::Workspace& workspace = *inputs.workspace.voxels;
+  const workspace::Workspace& workspace = *inputs.workspace.voxels;
   for (std::size_t i = 0; i < interest_.size(); ++i) {
     const InterestPoint& point = model_.interest_points[i];
     InterestPercept& percept = interest_[i];
@@ -82,7 +82,7 @@ void PhantomSensing::perceive_interest_points(const StepInputs& inputs) noexcept
     percept.position_W_m = X_WL_[point.link] * point.position_m;
     percept.velocity_W_m_s =
         model_.arm.point_velocity_W(point.link, percept.position_W_m, X_WL_, inputs.velocity);
-    const voxel::Index3 voxel = workspace.grid().index_of(percept.position_W_m);
+    const workspace::Index3 voxel = workspace.grid().index_of(percept.position_W_m);
     const auto mu = static_cast<double>(workspace.mu(voxel));
     std::optional<percept::HitCandidate> candidate;
     if (mu > 0.0) {

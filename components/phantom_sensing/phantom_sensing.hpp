@@ -15,7 +15,7 @@
 #include "common/robot/serial_arm.hpp"
 #include "common/robot/skin.hpp"
 #include "common/robot/skin_sensing.hpp"
-#include "common/voxel/workspace.hpp"
+#include "common/workspace/workspace.hpp"
 
 namespace phantom::phantom_sensing {
 
@@ -53,7 +53,7 @@ struct PhantomModel {
 
 /// A workspace and what was found out about it beforehand; both outlive the step.
 struct SensedWorkspace {
-  const voxel::Workspace* voxels = nullptr;
+  const workspace::Workspace* voxels = nullptr;
   double greatest_neighbour_mu = 0.0;  ///< Pa·s/m
 };
 
@@ -117,7 +117,7 @@ class PhantomSensing {
  private:
   void perceive_skin(const StepInputs& inputs, StepOutputs& outputs) noexcept;
   void perceive_interest_points(const StepInputs& inputs) noexcept;
-  percept::HitCandidate perceive_place(const StepInputs& inputs, std::size_t link, voxel::Index3 voxel,
+  percept::HitCandidate perceive_place(const StepInputs& inputs, std::size_t link, workspace::Index3 voxel,
                                        PlacePercept& place) const noexcept;
   void forget() noexcept;
   void mute(const percept::AllowedContact& allowed) noexcept;

@@ -140,7 +140,7 @@ std::vector<ProbeRow> read_probe_rows(std::istream& csv, const std::string& name
 }
 
 void run_probe_rows(const PhantomModel& model, const PerceptSettings& settings,
-                    const voxel::Workspace& workspace, const std::vector<ProbeRow>& rows,
+                    const workspace::Workspace& workspace, const std::vector<ProbeRow>& rows,
                     const percept::AllowedContact& allowed, std::ostream& csv) {
   const std::size_t n = model.arm.joint_count();
   const auto header = [&](const char* name) {
@@ -201,7 +201,7 @@ int run_probe(const ProbeRequest& request, Config config) {
   const auto rows = read_probe_rows(joints, request.joints.string(), model.arm.joint_count());
   std::ofstream csv = open_for_writing(request.out);
   const auto start_ns = core::monotonic_ns();
-  const voxel::Workspace workspace = build_workspace(cell);
+  const workspace::Workspace workspace = build_workspace(cell);
   const auto built_ns = core::monotonic_ns();
   run_probe_rows(model, config.percept, workspace, rows, allowed, csv);
   if (!csv.flush()) throw std::runtime_error(request.out.string() + ": could not be written to the end");

@@ -39,7 +39,7 @@ std::vector<ProbeRow> read_probe_rows(std::istream& csv, const std::string& name
 /// directional drag also bplus and bminus), mu, link, sensor, object, x_m, y_m, z_m, pgvx_m, pgvy_m, pgvz_m,
 /// pgs, speed_m_s, motion, rule.
 void run_probe_rows(const PhantomModel& model, const PerceptSettings& settings,
-                    const voxel::Workspace& workspace, const std::vector<ProbeRow>& rows,
+                    const workspace::Workspace& workspace, const std::vector<ProbeRow>& rows,
                     const percept::AllowedContact& allowed, std::ostream& csv);
 
 /// Writes every sensor: sensor, link, link_name, x_m, y_m, z_m (in the moving link's frame), weight (what μ

@@ -8,10 +8,10 @@
 #include <sstream>
 
 #include "common/geometry/primitives.hpp"
+#include "common/layers/merge.hpp"
 #include "common/percept/closeness.hpp"
 #include "common/runtime/cell.hpp"
 #include "common/runtime/cell_bodies.hpp"
-#include "common/voxel/merge.hpp"
 
 namespace phantom::phantom_sensing {
 namespace {
@@ -65,17 +65,18 @@ StepInputs at(double q_m, double v_m_s, const SensedWorkspace& workspace) {
 }
 
 /// A block that fills 8³ voxels with three layers of four around it, in a grid of 64³.
-voxel::Workspace known_workspace(const voxel::LayerProfile& profile) {
-  const voxel::GridSpec grid{Eigen::Vector3d(-0.32, -0.32, -0.32), kVoxel_m, {64, 64, 64}};
-  const voxel::Body block{"block", 1, geometry::make_box(Eigen::Vector3d::Constant(7.9 * kVoxel_m)), profile};
-  auto palette = voxel::make_palette({profile});
-  auto activated = voxel::activate_object(block, grid);
+workspace::Workspace known_workspace(const workspace::LayerProfile& profile) {
+  const workspace::GridSpec grid{Eigen::Vector3d(-0.32, -0.32, -0.32), kVoxel_m, {64, 64, 64}};
+  const layers::Body block{"block", 1, geometry::make_box(Eigen::Vector3d::Constant(7.9 * kVoxel_m)),
+                           profile};
+  auto palette = workspace::make_palette({profile});
+  auto activated = layers::activate_object(block, grid);
   if (!palette || !activated)
     throw std::runtime_error((palette ? activated.status() : palette.status()).message());
-  voxel::Workspace workspace(grid, *std::move(palette));
-  const voxel::CodeTable codes = voxel::code_table(profile, workspace.palette());
-  const std::vector<voxel::MergeEntry> entries{{&activated->bricks, 1, &codes}};
-  voxel::merge_bricks(voxel::MergeLaw::kHighestViscosity, entries, voxel::keys_of(entries), workspace);
+  workspace::Workspace workspace(grid, *std::move(palette));
+  const workspace::CodeTable codes = workspace::code_table(profile, workspace.palette());
+  const std::vector<layers::MergeEntry> entries{{&activated->bricks, 1, &codes}};
+  layers::merge_bricks(layers::MergeLaw::kHighestViscosity, entries, layers::keys_of(entries), workspace);
   workspace.version = 1;
   return workspace;
 }
@@ -121,41 +122,42 @@ std::string wrong_percept(const PhantomModel& model, const PerceptSettings& sett
 }
 
 /// μ that a profile gives an order; none if the profile has no such order.
-std::optional<float> mu_of(const voxel::LayerProfile& profile, std::int8_t order) {
+std::optional<float> mu_of(const workspace::LayerProfile& profile, std::int8_t order) {
   const auto layers = static_cast<int>(profile.mu_Pa_s_per_m.size());
   const auto inside = static_cast<int>(profile.mu_inside_Pa_s_per_m.size());
   if (order >= 1 && order <= layers) return profile.mu_Pa_s_per_m[static_cast<std::size_t>(order - 1)];
-  if (order == voxel::kOrderGuard) return profile.mu_Pa_s_per_m.front();
-  if (order == voxel::kOrderBoundary && inside > 0) return profile.mu_inside_Pa_s_per_m.front();
-  if (order == voxel::kOrderBoundary || order == voxel::kOrderInterior) return profile.mu_skin_Pa_s_per_m;
+  if (order == workspace::kOrderGuard) return profile.mu_Pa_s_per_m.front();
+  if (order == workspace::kOrderBoundary && inside > 0) return profile.mu_inside_Pa_s_per_m.front();
+  if (order == workspace::kOrderBoundary || order == workspace::kOrderInterior)
+    return profile.mu_skin_Pa_s_per_m;
   if (order < 0 && -order <= inside)
     return profile.mu_inside_Pa_s_per_m[static_cast<std::size_t>(-order - 1)];
   return std::nullopt;
 }
 
-bool same_grid(const voxel::GridSpec& a, const voxel::GridSpec& b) {
+bool same_grid(const workspace::GridSpec& a, const workspace::GridSpec& b) {
   return a.size_vox == b.size_vox && std::abs(a.voxel_size_m - b.voxel_size_m) < 1e-12 &&
          (a.origin_m - b.origin_m).norm() < 1e-9;
 }
 
-std::string name_of(voxel::Index3 v) { return text("voxel (", v.x, ", ", v.y, ", ", v.z, ")"); }
+std::string name_of(workspace::Index3 v) { return text("voxel (", v.x, ", ", v.y, ", ", v.z, ")"); }
 
 /// One voxel of each layer of each object, by object and order.
-using Samples = std::map<std::pair<std::uint16_t, std::int8_t>, voxel::Index3>;
+using Samples = std::map<std::pair<std::uint16_t, std::int8_t>, workspace::Index3>;
 
 /// Looks at every voxel of the brick; gives what is wrong with one, or nothing.
-std::string check_brick(voxel::BrickKey key, const voxel::Workspace& workspace,
+std::string check_brick(workspace::BrickKey key, const workspace::Workspace& workspace,
                         const runtime::CellConfig& cell, Samples& samples) {
-  const voxel::Workspace::BrickView brick = workspace.brick(key);
-  for (std::uint32_t i = 0; i < voxel::kBrickVoxels; ++i) {
+  const workspace::Workspace::BrickView brick = workspace.brick(key);
+  for (std::uint32_t i = 0; i < workspace::kBrickVoxels; ++i) {
     const std::uint16_t object = brick.object_of(i);
     if (object == 0 && brick.mu_code[i] == 0) continue;
     if (object > cell.objects.size()) continue;
     // Inverse of brick_offset().
-    const voxel::Index3 v{
-        static_cast<std::int32_t>((i >> 6 & 7) << 2 | (i & 3)) + key.x * voxel::kBrickEdge,
-        static_cast<std::int32_t>((i >> 9 & 7) << 2 | (i >> 2 & 3)) + key.y * voxel::kBrickEdge,
-        static_cast<std::int32_t>((i >> 12 & 7) << 2 | (i >> 4 & 3)) + key.z * voxel::kBrickEdge};
+    const workspace::Index3 v{
+        static_cast<std::int32_t>((i >> 6 & 7) << 2 | (i & 3)) + key.x * workspace::kBrickEdge,
+        static_cast<std::int32_t>((i >> 9 & 7) << 2 | (i >> 2 & 3)) + key.y * workspace::kBrickEdge,
+        static_cast<std::int32_t>((i >> 12 & 7) << 2 | (i >> 4 & 3)) + key.z * workspace::kBrickEdge};
     if (object == 0) return name_of(v) + " has a viscosity and belongs to no object";
     const auto expected = mu_of(cell.objects[object - 1U].profile, brick.order[i]);
     if (!expected || workspace.palette()[brick.mu_code[i]] != *expected) {
@@ -171,10 +173,10 @@ std::string check_brick(voxel::BrickKey key, const voxel::Workspace& workspace,
 }  // namespace
 
 SelfTestResult test_step(const PerceptSettings& settings) {
-  voxel::LayerProfile profile;
+  workspace::LayerProfile profile;
   profile.thickness_vox = {4, 4, 4};
   profile.mu_Pa_s_per_m = {32.0F, 20.0F, 10.0F};
-  const voxel::Workspace workspace = known_workspace(profile);
+  const workspace::Workspace workspace = known_workspace(profile);
   const SensedWorkspace sensed{&workspace, percept::greatest_neighbour_mu(workspace)};
   const PhantomModel model =
       make_probe({-0.5 * kVoxel_m, 0.5 * kVoxel_m, 0.5 * kVoxel_m}, kSensors, kVoxel_m);
@@ -199,12 +201,12 @@ SelfTestResult test_step(const PerceptSettings& settings) {
   return {true, "self-test passed: a probe dipped into a known block perceives each of its layers"};
 }
 
-SelfTestResult test_workspace(const voxel::Workspace& workspace, const runtime::CellConfig& cell,
+SelfTestResult test_workspace(const workspace::Workspace& workspace, const runtime::CellConfig& cell,
                               const PerceptSettings& settings) {
   if (!same_grid(workspace.grid(), runtime::grid_of(cell)))
     return failed("the workspace's grid is not the one of " + cell.file.string());
   Samples samples;
-  for (const voxel::BrickKey key : workspace.bricks()) {
+  for (const workspace::BrickKey key : workspace.bricks()) {
     const std::string wrong = check_brick(key, workspace, cell, samples);
     if (!wrong.empty()) return failed(wrong);
   }

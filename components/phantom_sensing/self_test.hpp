@@ -26,7 +26,7 @@ SelfTestResult test_step(const PerceptSettings& settings);
 /// has the μ that the object's profile gives its order, and a virtual probe dipped into each layer of each
 /// object perceives that μ and that object through the step. Objects that the cell file does not know (added
 /// since) are passed over. Reads every voxel once; not real-time safe.
-SelfTestResult test_workspace(const voxel::Workspace& workspace, const runtime::CellConfig& cell,
+SelfTestResult test_workspace(const workspace::Workspace& workspace, const runtime::CellConfig& cell,
                               const PerceptSettings& settings);
 
 }  // namespace phantom::phantom_sensing

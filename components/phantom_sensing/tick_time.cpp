@@ -38,13 +38,13 @@ std::uint8_t code_of(std::uint32_t x, std::uint32_t y, std::uint32_t z, std::siz
   return static_cast<std::uint8_t>(1U + (mixed >> 8U) % (codes - 1U));
 }
 
-void fill(voxel::Workspace& workspace, voxel::BrickKey key) {
+void fill(workspace::Workspace& workspace, workspace::BrickKey key) {
   const auto brick = workspace.edit_brick(key);
   const std::size_t codes = workspace.palette().size();
-  for (std::uint32_t z = 0; z < voxel::kBrickEdge; ++z) {
-    for (std::uint32_t y = 0; y < voxel::kBrickEdge; ++y) {
-      for (std::uint32_t x = 0; x < voxel::kBrickEdge; ++x) {
-        const std::size_t i = voxel::brick_offset(x, y, z);
+  for (std::uint32_t z = 0; z < workspace::kBrickEdge; ++z) {
+    for (std::uint32_t y = 0; y < workspace::kBrickEdge; ++y) {
+      for (std::uint32_t x = 0; x < workspace::kBrickEdge; ++x) {
+        const std::size_t i = workspace::brick_offset(x, y, z);
         brick.mu_code[i] = code_of(x, y, z, codes);
         brick.order[i] = 1;
         brick.object[i] = 1;
@@ -54,14 +54,14 @@ void fill(voxel::Workspace& workspace, voxel::BrickKey key) {
 }
 
 /// Fluid in every brick that a sensor or interest point comes through.
-voxel::Workspace all_in_fluid(const PhantomModel& model, const TickCase& at) {
-  voxel::Workspace workspace(at.grid, at.palette);
+workspace::Workspace all_in_fluid(const PhantomModel& model, const TickCase& at) {
+  workspace::Workspace workspace(at.grid, at.palette);
   std::set<std::size_t> made;
   const auto visit = [&](const Eigen::Vector3d& p_W_m) {
     if (!p_W_m.allFinite()) return;
-    const voxel::Index3 v = at.grid.index_of(p_W_m);
+    const workspace::Index3 v = at.grid.index_of(p_W_m);
     if (!at.grid.contains(v)) return;
-    const voxel::BrickKey key{v.x >> 5, v.y >> 5, v.z >> 5};
+    const workspace::BrickKey key{v.x >> 5, v.y >> 5, v.z >> 5};
     if (made.insert(workspace.directory_index(key)).second) fill(workspace, key);
   };
   robot::LinkPoses X_WL;
@@ -79,7 +79,7 @@ voxel::Workspace all_in_fluid(const PhantomModel& model, const TickCase& at) {
 
 /// Seconds of each tick, sorted, without the first ones: they touch memory for the first time.
 std::vector<double> run(const PhantomModel& model, const PerceptSettings& settings, const TickCase& at,
-                        const voxel::Workspace& workspace, double duration_s) {
+                        const workspace::Workspace& workspace, double duration_s) {
   PhantomSensing sensing(model, settings);
   const SensedWorkspace sensed{&workspace, percept::greatest_neighbour_mu(workspace)};
   StepOutputs outputs;
@@ -101,10 +101,10 @@ std::vector<double> run(const PhantomModel& model, const PerceptSettings& settin
 TickTime time_tick(const PhantomModel& model, const PerceptSettings& settings, const TickCase& at,
                    double duration_s) {
   TickTime time;
-  const voxel::Workspace free(at.grid, at.palette);
+  const workspace::Workspace free(at.grid, at.palette);
   const auto in_free_space = run(model, settings, at, free, 0.3 * duration_s);
   time.free_s = in_free_space[in_free_space.size() / 2];
-  const voxel::Workspace full = all_in_fluid(model, at);
+  const workspace::Workspace full = all_in_fluid(model, at);
   const auto in_fluid = run(model, settings, at, full, 0.7 * duration_s);
   time.full_s = in_fluid[in_fluid.size() / 2];
   time.full_p99_s = in_fluid[in_fluid.size() * 99 / 100];

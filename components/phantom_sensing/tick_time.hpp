@@ -20,7 +20,7 @@ struct TickTime {
 /// What the tick is to be timed in.
 struct TickCase {
   core::JointArray home{};          ///< rad or m; the arm is moved a little about it
-  voxel::GridSpec grid;             ///< of the cell
+  workspace::GridSpec grid;         ///< of the cell
   std::vector<float> palette;       ///< likewise
   percept::AllowedContact allowed;  ///< links that may touch something leave the fast loop
 };

@@ -26,14 +26,14 @@ void WorkspaceKeeper::enqueue(Job job) {
   wake_.notify_one();
 }
 
-void WorkspaceKeeper::put_brick(const voxel::SourceId& source, voxel::BrickKey key, std::uint64_t version,
-                                std::vector<std::uint8_t> bytes) {
+void WorkspaceKeeper::put_brick(const workspace::SourceId& source, workspace::BrickKey key,
+                                std::uint64_t version, std::vector<std::uint8_t> bytes) {
   enqueue(Brick{source, key, version, std::move(bytes)});
 }
-void WorkspaceKeeper::commit(const voxel::SourceId& source, voxel::VersionDescription description) {
+void WorkspaceKeeper::commit(const workspace::SourceId& source, workspace::VersionDescription description) {
   enqueue(Version{source, std::move(description)});
 }
-void WorkspaceKeeper::gone(const voxel::SourceId& source) { enqueue(Gone{source}); }
+void WorkspaceKeeper::gone(const workspace::SourceId& source) { enqueue(Gone{source}); }
 
 core::Status WorkspaceKeeper::apply(const Brick& brick) {
   return sources_.put_brick(brick.source, brick.key, brick.version, brick.bytes);
@@ -69,12 +69,12 @@ void WorkspaceKeeper::let_go() {
   kept_.store(alive_.size(), std::memory_order_relaxed);
 }
 
-std::shared_ptr<const voxel::Workspace> WorkspaceKeeper::share() const {
+std::shared_ptr<const workspace::Workspace> WorkspaceKeeper::share() const {
   const std::lock_guard lock(alive_mutex_);
   return alive_.empty() ? nullptr : alive_.back().workspace;
 }
 
-std::optional<voxel::SourceId> WorkspaceKeeper::source() const {
+std::optional<workspace::SourceId> WorkspaceKeeper::source() const {
   const std::lock_guard lock(alive_mutex_);
   return alive_.empty() ? std::nullopt : std::optional(alive_.back().source);
 }

@@ -15,15 +15,15 @@
 
 #include "common/core/progress.hpp"
 #include "common/core/snapshot.hpp"
-#include "common/voxel/workspace_sources.hpp"
+#include "common/workspace/workspace_sources.hpp"
 #include "components/phantom_sensing/phantom_sensing.hpp"
 
 namespace phantom::phantom_sensing {
 
 /// Assembles the workspace from bricks on a thread of its own and hands whole versions to the sensing thread
 /// without a lock: the sensing thread gets a bare pointer, this keeps the version alive until the sensing
-/// thread has moved on. Keeps to one server for as long as that is there (voxel::WorkspaceSources). Holds two
-/// buffers of a workspace, so that a version that changes some bricks costs those only: it is handed over
+/// thread has moved on. Keeps to one server for as long as that is there (workspace::WorkspaceSources). Holds
+/// two buffers of a workspace, so that a version that changes some bricks costs those only: it is handed over
 /// within milliseconds of its last brick.
 class WorkspaceKeeper {
  public:
@@ -35,11 +35,11 @@ class WorkspaceKeeper {
   WorkspaceKeeper& operator=(const WorkspaceKeeper&) = delete;
 
   // From middleware threads: queue and return.
-  void put_brick(const voxel::SourceId& source, voxel::BrickKey key, std::uint64_t version,
+  void put_brick(const workspace::SourceId& source, workspace::BrickKey key, std::uint64_t version,
                  std::vector<std::uint8_t> bytes);
-  void commit(const voxel::SourceId& source, voxel::VersionDescription description);
+  void commit(const workspace::SourceId& source, workspace::VersionDescription description);
   /// A server has ended, or is not heard of any more.
-  void gone(const voxel::SourceId& source);
+  void gone(const workspace::SourceId& source);
 
   /// The newest whole version, valid until the next call; none before the first. One thread only. Real-time
   /// safe: yes.
@@ -47,7 +47,7 @@ class WorkspaceKeeper {
 
   /// The version that was handed over last, for a look at leisure; null: none. The next version but one costs
   /// more while it is held. Thread-safe; not real-time safe.
-  std::shared_ptr<const voxel::Workspace> share() const;
+  std::shared_ptr<const workspace::Workspace> share() const;
   /// Version that was handed over last; 0: none. Thread-safe.
   std::uint64_t version() const noexcept { return version_.load(std::memory_order_relaxed); }
   /// How the thread gets on. Thread-safe.
@@ -58,23 +58,23 @@ class WorkspaceKeeper {
   /// Whether a second server sends a workspace, which is set aside. Thread-safe.
   bool contested() const noexcept { return contested_.load(std::memory_order_relaxed); }
   /// The server whose workspace was handed over last; none before the first. Thread-safe.
-  std::optional<voxel::SourceId> source() const;
+  std::optional<workspace::SourceId> source() const;
   /// Versions kept alive: 1, or 2 while the sensing thread still uses the one before. Thread-safe.
   std::size_t versions_kept() const noexcept { return kept_.load(std::memory_order_relaxed); }
 
  private:
   struct Brick {
-    voxel::SourceId source;
-    voxel::BrickKey key;
+    workspace::SourceId source;
+    workspace::BrickKey key;
     std::uint64_t version;
     std::vector<std::uint8_t> bytes;
   };
   struct Version {
-    voxel::SourceId source;
-    voxel::VersionDescription description;
+    workspace::SourceId source;
+    workspace::VersionDescription description;
   };
   struct Gone {
-    voxel::SourceId source;
+    workspace::SourceId source;
   };
   using Job = std::variant<Brick, Version, Gone>;
   struct HandOver {
@@ -82,9 +82,9 @@ class WorkspaceKeeper {
     std::uint64_t generation = 0;
   };
   struct Kept {
-    std::shared_ptr<const voxel::Workspace> workspace;
+    std::shared_ptr<const workspace::Workspace> workspace;
     std::uint64_t generation;
-    voxel::SourceId source;
+    workspace::SourceId source;
   };
   static constexpr double kHangsAfter_s = 10.0;  // a version of a large cell is checked in seconds
   void enqueue(Job job);
@@ -102,7 +102,7 @@ class WorkspaceKeeper {
   bool stop_ = false;
 
   // Keeper's thread only.
-  voxel::WorkspaceSources sources_;
+  workspace::WorkspaceSources sources_;
   std::deque<Kept> alive_;  // changed under alive_mutex_
   mutable std::mutex alive_mutex_;
 

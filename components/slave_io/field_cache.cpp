@@ -25,13 +25,14 @@ std::string executable() {
 
 }  // namespace
 
-std::string FieldCache::recipe(const voxel::GridSpec& grid, const std::vector<voxel::FieldBody>& bodies,
-                               const voxel::DistanceFieldOptions& options) {
+std::string FieldCache::recipe(const workspace::GridSpec& grid,
+                               const std::vector<voxelise::FieldBody>& bodies,
+                               const voxelise::DistanceFieldOptions& options) {
   std::string text =
       fmt::format("executable {}\ngrid {:a} {:a} {:a} {:a} {} {} {}\nbands {:a} {:a}\n", executable(),
                   grid.origin_m.x(), grid.origin_m.y(), grid.origin_m.z(), grid.voxel_size_m,
                   grid.size_vox[0], grid.size_vox[1], grid.size_vox[2], options.outside_m, options.inside_m);
-  for (const voxel::FieldBody& body : bodies)
+  for (const voxelise::FieldBody& body : bodies)
     text += fmt::format("body {} {:016x} {} {}\n", body.id, body.mesh_W.content_hash(),
                         body.mesh_W.vertices_m.size(), body.mesh_W.triangles.size());
   return text;
@@ -41,7 +42,7 @@ std::filesystem::path FieldCache::file_of(const std::string& recipe) const {
   return folder_ / fmt::format("{}{:016x}", kPrefix, std::hash<std::string>{}(recipe));
 }
 
-std::optional<voxel::DistanceField> FieldCache::find(const std::string& recipe) const {
+std::optional<voxelise::DistanceField> FieldCache::find(const std::string& recipe) const {
   const std::filesystem::path path = file_of(recipe);
   std::ifstream file(path, std::ios::binary);
   if (!file) return std::nullopt;
@@ -49,13 +50,13 @@ std::optional<voxel::DistanceField> FieldCache::find(const std::string& recipe) 
   if (bytes.size() < recipe.size() || !std::equal(recipe.begin(), recipe.end(), bytes.begin()))
     return std::nullopt;
   const std::span content(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
-  auto field = voxel::DistanceField::decode(content.subspan(recipe.size()));
+  auto field = voxelise::DistanceField::decode(content.subspan(recipe.size()));
   if (field) return *std::move(field);
   spdlog::warn("{}: {}; it is built anew", path.string(), field.status().message());
   return std::nullopt;
 }
 
-void FieldCache::keep(const std::string& recipe, const voxel::DistanceField& field) const {
+void FieldCache::keep(const std::string& recipe, const voxelise::DistanceField& field) const {
   try {
     std::filesystem::create_directories(folder_);
     const std::filesystem::path path = file_of(recipe);

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "common/voxel/distance_field.hpp"
+#include "common/voxelise/distance_field.hpp"
 
 namespace phantom::slave_io {
 
@@ -16,17 +16,17 @@ namespace phantom::slave_io {
 class FieldCache {
  public:
   /// What a field is made of, each number in full.
-  static std::string recipe(const voxel::GridSpec& grid, const std::vector<voxel::FieldBody>& bodies,
-                            const voxel::DistanceFieldOptions& options);
+  static std::string recipe(const workspace::GridSpec& grid, const std::vector<voxelise::FieldBody>& bodies,
+                            const voxelise::DistanceFieldOptions& options);
 
   /// Files lie in `folder`, which is made when the first is kept.
   explicit FieldCache(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
   /// The field of that recipe; none: it was not kept, or its file is damaged, which is logged.
-  std::optional<voxel::DistanceField> find(const std::string& recipe) const;
+  std::optional<voxelise::DistanceField> find(const std::string& recipe) const;
   /// Keeps the field and removes all but the kMostKept newest. What goes wrong is logged: the next start is
   /// slow, nothing else.
-  void keep(const std::string& recipe, const voxel::DistanceField& field) const;
+  void keep(const std::string& recipe, const voxelise::DistanceField& field) const;
 
   static constexpr std::size_t kMostKept = 6;
 

@@ -13,10 +13,11 @@ using core::ConfigError;
 
 constexpr double kFineBand_vox = 3.0;
 
-voxel::DistanceField build_field(const runtime::CellConfig& cell, const std::vector<voxel::FieldBody>& bodies,
-                                 double voxel_m, double band_m, const FieldWorld::KeepGoing& keep_going,
-                                 const FieldCache* cache) {
-  voxel::GridSpec grid;
+voxelise::DistanceField build_field(const runtime::CellConfig& cell,
+                                    const std::vector<voxelise::FieldBody>& bodies, double voxel_m,
+                                    double band_m, const FieldWorld::KeepGoing& keep_going,
+                                    const FieldCache* cache) {
+  workspace::GridSpec grid;
   grid.origin_m = cell.min_m;
   grid.voxel_size_m = voxel_m;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -24,12 +25,12 @@ voxel::DistanceField build_field(const runtime::CellConfig& cell, const std::vec
     grid.size_vox[axis] =
         static_cast<std::int32_t>(std::ceil((cell.max_m[i] - cell.min_m[i]) / voxel_m - 1e-9));
   }
-  const voxel::DistanceFieldOptions options{
+  const voxelise::DistanceFieldOptions options{
       .outside_m = band_m, .inside_m = std::min(band_m, 0.08), .keep_going = keep_going};
   const std::string recipe = cache != nullptr ? FieldCache::recipe(grid, bodies, options) : "";
   if (cache != nullptr)
     if (auto kept = cache->find(recipe)) return *std::move(kept);
-  auto field = voxel::DistanceField::build(grid, bodies, options);
+  auto field = voxelise::DistanceField::build(grid, bodies, options);
   if (!field && field.status().code() == core::ErrorCode::kUnavailable) throw FieldWorld::Ended{};
   if (!field) throw ConfigError(cell.file.string() + ": contact field: " + field.status().message());
   if (cache != nullptr) cache->keep(recipe, *field);
@@ -48,7 +49,7 @@ ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name) 
   return model;
 }
 
-FieldWorld::FieldWorld(const runtime::CellConfig& cell, const std::vector<voxel::FieldBody>& bodies,
+FieldWorld::FieldWorld(const runtime::CellConfig& cell, const std::vector<voxelise::FieldBody>& bodies,
                        const ContactConfig& config, const KeepGoing& keep_going, const FieldCache* cache)
     : fine_(build_field(cell, bodies, config.touch_voxel_m, kFineBand_vox * config.touch_voxel_m, keep_going,
                         cache)),

@@ -11,7 +11,7 @@
 #include "common/robot/skin.hpp"
 #include "common/runtime/cell.hpp"
 #include "common/simulation/contact_world.hpp"
-#include "common/voxel/distance_field.hpp"
+#include "common/voxelise/distance_field.hpp"
 #include "components/slave_io/config.hpp"
 #include "components/slave_io/field_cache.hpp"
 
@@ -38,7 +38,7 @@ class FieldWorld final : public simulation::ContactWorld {
 
   /// Throws ConfigError if the field cannot be built, Ended if it was told to end. Takes 1.3 s of processor
   /// time for the hot cell, shared by all cores, or 0.1 s if `cache` has it.
-  FieldWorld(const runtime::CellConfig& cell, const std::vector<voxel::FieldBody>& bodies,
+  FieldWorld(const runtime::CellConfig& cell, const std::vector<voxelise::FieldBody>& bodies,
              const ContactConfig& config, const KeepGoing& keep_going = {},
              const FieldCache* cache = nullptr);
 
@@ -48,7 +48,7 @@ class FieldWorld final : public simulation::ContactWorld {
   std::size_t bytes() const noexcept { return fine_.bytes() + coarse_.bytes(); }
 
  private:
-  voxel::DistanceField fine_, coarse_;
+  voxelise::DistanceField fine_, coarse_;
 };
 
 }  // namespace phantom::slave_io

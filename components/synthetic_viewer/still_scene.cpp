@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/core/errors.hpp"
+#include "common/layers/live_workspace.hpp"
 #include "common/percept/closeness.hpp"
 #include "common/percept/motion_class.hpp"
 #include "common/percept/principal_gradient.hpp"
@@ -10,7 +11,6 @@
 #include "common/robot/skin_sensing.hpp"
 #include "common/runtime/arm_model.hpp"
 #include "common/runtime/cell_bodies.hpp"
-#include "common/voxel/live_workspace.hpp"
 #include "components/synthetic_viewer/arm_meshes.hpp"
 
 namespace phantom::synthetic_viewer {
@@ -34,18 +34,18 @@ core::JointArray joints_of(const std::vector<double>& values, std::size_t joints
   return array;
 }
 
-voxel::Workspace activate(const runtime::CellConfig& cell, const std::vector<runtime::CellBody>& bodies) {
-  std::vector<voxel::LiveBody> live;
+workspace::Workspace activate(const runtime::CellConfig& cell, const std::vector<runtime::CellBody>& bodies) {
+  std::vector<layers::LiveBody> live;
   for (const auto& loaded : bodies)
     live.push_back({&loaded.body, cell.objects[loaded.body.id - 1U].priority});
-  voxel::LiveWorkspace workspace(runtime::grid_of(cell), cell.merge);
+  layers::LiveWorkspace workspace(runtime::grid_of(cell), cell.merge);
   value_or_throw(workspace.add(live, 1), cell.file.string() + ": objects: ");
   return std::move(workspace).take();
 }
 
 /// What the phantom would say of this pose.
-void perceive(const robot::SerialArm& arm, const robot::SkinLayout& skin, const voxel::Workspace& workspace,
-              const core::JointArray& velocity, ViewerState& state) {
+void perceive(const robot::SerialArm& arm, const robot::SkinLayout& skin,
+              const workspace::Workspace& workspace, const core::JointArray& velocity, ViewerState& state) {
   const double greatest_mu = percept::greatest_neighbour_mu(workspace);
   robot::LinkPoses X_WL;
   arm.link_poses(state.arm.position, X_WL);

@@ -16,7 +16,7 @@
 #include "common/geometry/mesh_report.hpp"
 #include "common/runtime/pose_text.hpp"
 #include "common/runtime/process.hpp"
-#include "common/voxel/nrrd.hpp"
+#include "common/workspace/nrrd.hpp"
 #include "components/wva_server/fidelity_report.hpp"
 #include "components/wva_server/progress_bar.hpp"
 #include "components/wva_server/slice_picture.hpp"
@@ -53,17 +53,17 @@ json report_of(const geometry::MeshReport& mesh) {
 
 /// What both forms of the command end with.
 struct Activated {
-  voxel::Workspace workspace;
+  workspace::Workspace workspace;
   PictureText picture;
-  std::vector<voxel::LayerFidelity> fidelity;  // if it was asked for
+  std::vector<layers::LayerFidelity> fidelity;  // if it was asked for
   FidelityHead fidelity_head;
   json objects = json::array();
   std::string method;
   double load_s = 0.0, inspect_s = 0.0, voxelise_s = 0.0, layers_s = 0.0, merge_s = 0.0, fidelity_s = 0.0;
 
   void add(const std::string& name, std::uint16_t id, const geometry::TriangleMesh& mesh,
-           const voxel::LayerProfile& profile, std::vector<std::string> notes,
-           const voxel::BodyReport& report, bool by_formula = false) {
+           const workspace::LayerProfile& profile, std::vector<std::string> notes,
+           const layers::BodyReport& report, bool by_formula = false) {
     json inspected;  // null for a solid by formula: its mesh is only for the eye
     if (!by_formula) {
       const double start_s = stopwatch_s();
@@ -98,7 +98,7 @@ struct Activated {
 }
 
 /// "32 Pa s/m" per layer, for a picture's legend.
-std::vector<std::string> notes_of(const voxel::LayerProfile& profile) {
+std::vector<std::string> notes_of(const workspace::LayerProfile& profile) {
   std::vector<std::string> notes;
   for (const float mu : profile.mu_Pa_s_per_m) {
     char text[48];
@@ -126,8 +126,8 @@ geometry::LoadedMesh load(const ActivateRequest& request, const WvaServerConfig&
   return std::move(*mesh);
 }
 
-voxel::ActivationOptions activation_options(const ActivateRequest& request, const WvaServerConfig& config) {
-  voxel::ActivationOptions options;
+layers::ActivationOptions activation_options(const ActivateRequest& request, const WvaServerConfig& config) {
+  layers::ActivationOptions options;
   options.threads = request.threads != 0 ? request.threads : config.threads;
   options.stopwatch = stopwatch_s;
   options.keep_going = [] { return !runtime::stop_requested(); };
@@ -136,24 +136,24 @@ voxel::ActivationOptions activation_options(const ActivateRequest& request, cons
 
 Activated activate_mesh(const ActivateRequest& request, const WvaServerConfig& config) {
   Activated outcome;
-  const voxel::LayerProfile profile = profile_of(request);
+  const workspace::LayerProfile profile = profile_of(request);
   const geometry::Pose X_WO = request.pose.empty() ? geometry::Pose{} : pose_of(request.pose);
   const double start_s = stopwatch_s();
   const geometry::LoadedMesh mesh = load(request, config);
   outcome.load_s = stopwatch_s() - start_s;
-  const voxel::Body body{std::filesystem::path(request.mesh).filename().string(), 1, mesh.transformed(X_WO),
-                         profile};
+  const layers::Body body{std::filesystem::path(request.mesh).filename().string(), 1, mesh.transformed(X_WO),
+                          profile};
   ProgressBar bar(body.name);
-  voxel::ActivationOptions options = activation_options(request, config);
+  layers::ActivationOptions options = activation_options(request, config);
   options.on_progress = [&](double share) { bar.show(share); };
-  auto activated = voxel::activate_alone(body, request.voxel_size_m, options);
+  auto activated = layers::activate_alone(body, request.voxel_size_m, options);
   if (!activated) refuse(activated.status());
   outcome.workspace = std::move(activated->first);
   outcome.add(body.name, 1, mesh, profile, mesh.notes, activated->second);
   outcome.picture = {body.name + ", " + method_text(profile), notes_of(profile)};
   if (!request.fidelity.empty()) {
     const double from_s = stopwatch_s();
-    outcome.fidelity = voxel::measure_fidelity(body.mesh_W, profile, outcome.workspace, options.threads);
+    outcome.fidelity = layers::measure_fidelity(body.mesh_W, profile, outcome.workspace, options.threads);
     outcome.fidelity_head = {body.name, method_text(profile), request.voxel_size_m, profile.thickness_vox,
                              profile.guard_vox};
     outcome.fidelity_s = stopwatch_s() - from_s;
@@ -168,11 +168,11 @@ Activated activate_cell(const ActivateRequest& request, const WvaServerConfig& c
   auto bodies = runtime::load_bodies(cell, config.mesh_import);
   for (runtime::CellBody& body : bodies) apply_method(request, body.body.profile);
   outcome.load_s = stopwatch_s() - start_s;
-  std::vector<voxel::LayerProfile> profiles;
+  std::vector<workspace::LayerProfile> profiles;
   for (const runtime::CellBody& body : bodies) profiles.push_back(body.body.profile);
   ProgressBar bar(cell.name);
   std::size_t done = 0;
-  voxel::ActivationOptions options = activation_options(request, config);
+  layers::ActivationOptions options = activation_options(request, config);
   options.on_progress = [&](double share) {
     bar.show((static_cast<double>(done) + share) / static_cast<double>(profiles.size()));
   };
@@ -190,9 +190,9 @@ Activated activate_cell(const ActivateRequest& request, const WvaServerConfig& c
   return outcome;
 }
 
-json voxel_counts(const voxel::Workspace& workspace) {
+json voxel_counts(const workspace::Workspace& workspace) {
   json counts = json::object();
-  const auto by_order = voxel::count_orders(workspace);
+  const auto by_order = layers::count_orders(workspace);
   for (std::size_t order = 0; order < by_order.size(); ++order) {
     if (by_order[order] != 0)
       counts[std::to_string(static_cast<int>(static_cast<std::int8_t>(order)))] = by_order[order];
@@ -226,15 +226,16 @@ int activate_and_write(const ActivateRequest& request, const WvaServerConfig& co
   const Activated outcome =
       request.cell.empty() ? activate_mesh(request, config) : activate_cell(request, config);
   const double export_from_s = stopwatch_s();
-  const auto encoding = request.encoding == "raw" ? voxel::NrrdEncoding::kRaw : voxel::NrrdEncoding::kGzip;
+  const auto encoding =
+      request.encoding == "raw" ? workspace::NrrdEncoding::kRaw : workspace::NrrdEncoding::kGzip;
   if (const auto written =
-          voxel::write_nrrd(request.out, outcome.workspace, field_of(request.field), encoding);
+          workspace::write_nrrd(request.out, outcome.workspace, field_of(request.field), encoding);
       !written) {
     throw wrong_option("--export", written.message());
   }
   write_extras(request, outcome);
   const double end_s = stopwatch_s();
-  const voxel::GridSpec& grid = outcome.workspace.grid();
+  const workspace::GridSpec& grid = outcome.workspace.grid();
   const json line = {{"size_vox", grid.size_vox},
                      {"voxel_size_m", grid.voxel_size_m},
                      {"origin_m", {grid.origin_m.x(), grid.origin_m.y(), grid.origin_m.z()}},

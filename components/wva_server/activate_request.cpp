@@ -157,8 +157,8 @@ void check_request(const ActivateRequest& request) {
   }
 }
 
-void apply_method(const ActivateRequest& request, voxel::LayerProfile& profile) {
-  using voxel::LayerMethod, voxel::ShapingElement;
+void apply_method(const ActivateRequest& request, workspace::LayerProfile& profile) {
+  using workspace::LayerMethod, workspace::ShapingElement;
   if (!request.method.empty()) {
     profile.method = request.method == "surface"    ? LayerMethod::kSurface
                      : request.method == "dilation" ? LayerMethod::kDilation
@@ -172,8 +172,8 @@ void apply_method(const ActivateRequest& request, voxel::LayerProfile& profile) 
                                                   : ShapingElement::kSphereContained;
 }
 
-voxel::LayerProfile profile_of(const ActivateRequest& request) {
-  voxel::LayerProfile profile;
+workspace::LayerProfile profile_of(const ActivateRequest& request) {
+  workspace::LayerProfile profile;
   profile.thickness_vox = request.layers;
   profile.mu_Pa_s_per_m.assign(request.mu.begin(), request.mu.end());
   const double steepest = *std::max_element(request.mu.begin(), request.mu.end());
@@ -188,13 +188,13 @@ voxel::LayerProfile profile_of(const ActivateRequest& request) {
         static_cast<float>(outer + (skin - outer) * i / (request.inside + 1)));
   }
   apply_method(request, profile);
-  if (const auto checked = voxel::check_profile(profile); !checked)
+  if (const auto checked = workspace::check_profile(profile); !checked)
     throw wrong_option("--layers, --mu, --mu-skin, --guard, --inside, --mu-inside", checked.message());
   return profile;
 }
 
-std::string method_text(const voxel::LayerProfile& profile) {
-  using voxel::LayerMethod, voxel::ShapingElement;
+std::string method_text(const workspace::LayerProfile& profile) {
+  using workspace::LayerMethod, workspace::ShapingElement;
   if (profile.method == LayerMethod::kDistance) return "distance";
   if (profile.method == LayerMethod::kSurface) return "surface";
   return profile.element == ShapingElement::kCube     ? "dilation cube"
@@ -202,10 +202,10 @@ std::string method_text(const voxel::LayerProfile& profile) {
                                                       : "dilation sphere-contained";
 }
 
-voxel::NrrdField field_of(const std::string& name) {
-  return name == "mu"       ? voxel::NrrdField::kMu
-         : name == "object" ? voxel::NrrdField::kObject
-                            : voxel::NrrdField::kOrder;
+workspace::NrrdField field_of(const std::string& name) {
+  return name == "mu"       ? workspace::NrrdField::kMu
+         : name == "object" ? workspace::NrrdField::kObject
+                            : workspace::NrrdField::kOrder;
 }
 
 }  // namespace phantom::wva_server

@@ -5,8 +5,8 @@
 
 #include "common/core/errors.hpp"
 #include "common/runtime/command_line.hpp"
-#include "common/voxel/nrrd.hpp"
-#include "common/voxel/profile.hpp"
+#include "common/workspace/nrrd.hpp"
+#include "common/workspace/profile.hpp"
 
 namespace phantom::wva_server {
 
@@ -43,12 +43,12 @@ void add_options(runtime::Command command, ActivateRequest& request);
 void check_request(const ActivateRequest& request);
 
 /// The profile that the request for a mesh describes. Throws ConfigError.
-voxel::LayerProfile profile_of(const ActivateRequest& request);
+workspace::LayerProfile profile_of(const ActivateRequest& request);
 /// Puts the request's method and element, where it names them, in place of the profile's own. Throws
 /// ConfigError for an element without the dilation method.
-void apply_method(const ActivateRequest& request, voxel::LayerProfile& profile);
+void apply_method(const ActivateRequest& request, workspace::LayerProfile& profile);
 /// "distance", "surface", "dilation sphere" …
-std::string method_text(const voxel::LayerProfile& profile);
-voxel::NrrdField field_of(const std::string& name);
+std::string method_text(const workspace::LayerProfile& profile);
+workspace::NrrdField field_of(const std::string& name);
 
 }  // namespace phantom::wva_server

@@ -10,7 +10,7 @@
 #include "common/dds/command_service.hpp"
 #include "common/dds/source_guard.hpp"
 #include "common/dds/status_reporter.hpp"
-#include "common/voxel/brick_codec.hpp"
+#include "common/workspace/brick_codec.hpp"
 #include "components/wva_server/dds_adapter_convert.hpp"
 #include "components/wva_server/mesh_chunks.hpp"
 
@@ -119,9 +119,9 @@ void DdsAdapter::withdraw_object(std::uint16_t id) {
   write(impl_->objects, message, "workspace_object");
 }
 
-void DdsAdapter::publish_change(const LiveCell& cell, const voxel::WorkspaceChange& change, int threads) {
+void DdsAdapter::publish_change(const LiveCell& cell, const layers::WorkspaceChange& change, int threads) {
   msg::WorkspaceBrick brick;
-  const auto put_key = [&brick](voxel::BrickKey key) {
+  const auto put_key = [&brick](workspace::BrickKey key) {
     brick.bx(key.x);
     brick.by(key.y);
     brick.bz(key.z);
@@ -132,7 +132,7 @@ void DdsAdapter::publish_change(const LiveCell& cell, const voxel::WorkspaceChan
     const auto keys =
         std::span(change.changed).subspan(first, std::min(kBricksAtOnce, change.changed.size() - first));
     core::parallel_for(threads, keys.size(), [&](std::size_t i, std::size_t) {
-      encoded[i] = voxel::encode_brick(cell.workspace().brick(keys[i]));
+      encoded[i] = workspace::encode_brick(cell.workspace().brick(keys[i]));
     });
     for (std::size_t i = 0; i < keys.size(); ++i) {
       put_key(keys[i]);
@@ -141,7 +141,7 @@ void DdsAdapter::publish_change(const LiveCell& cell, const voxel::WorkspaceChan
     }
   }
   brick.voxels_zstd({});
-  for (const voxel::BrickKey key : change.removed) {
+  for (const workspace::BrickKey key : change.removed) {
     put_key(key);
     write(impl_->bricks, brick, "workspace_brick");
   }

@@ -24,7 +24,7 @@ class DdsAdapter {
   void withdraw_object(std::uint16_t id);
   /// What a change made of the workspace: changed bricks, removed ones, then the version that commits them.
   /// Bricks are compressed on `threads` threads.
-  void publish_change(const LiveCell& cell, const voxel::WorkspaceChange& change, int threads);
+  void publish_change(const LiveCell& cell, const layers::WorkspaceChange& change, int threads);
   /// Whether another process publishes a workspace here, too: consumers keep to the first. Thread-safe.
   bool has_rival() const;
   /// Publishes component_status, degraded while there is another server.

@@ -63,9 +63,9 @@ msg::WorkspaceObject to_message(const ServedObject& object) {
   return message;
 }
 
-msg::WorkspaceVersion version_message(const std::string& cell, const voxel::Workspace& workspace,
+msg::WorkspaceVersion version_message(const std::string& cell, const workspace::Workspace& workspace,
                                       std::uint64_t hash) {
-  const voxel::GridSpec& grid = workspace.grid();
+  const workspace::GridSpec& grid = workspace.grid();
   msg::WorkspaceVersion message;
   message.cell(cell.substr(0, kNameBound));
   message.version(workspace.version);

@@ -6,12 +6,14 @@
 namespace phantom::wva_server {
 namespace {
 
+using layers::Deviation;
 using nlohmann::json;
-using voxel::Deviation;
 
-std::string order_text(int order) { return order == voxel::kOrderGuard ? "guard" : std::to_string(order); }
+std::string order_text(int order) {
+  return order == workspace::kOrderGuard ? "guard" : std::to_string(order);
+}
 
-std::string row(const FidelityHead& head, const voxel::LayerFidelity& layer, const char* side,
+std::string row(const FidelityHead& head, const layers::LayerFidelity& layer, const char* side,
                 const Deviation& d) {
   char text[256];
   std::snprintf(text, sizeof text, "%s,%s,%.9g,%s,%zu,%.4f,%.4f,%.4f,%.4f\n", order_text(layer.order).c_str(),
@@ -30,22 +32,22 @@ json object(const Deviation& d) {
 
 }  // namespace
 
-std::string fidelity_csv(const FidelityHead& head, const std::vector<voxel::LayerFidelity>& layers) {
+std::string fidelity_csv(const FidelityHead& head, const std::vector<layers::LayerFidelity>& layers) {
   std::string text = "layer,side,offset_vox,method,faces,mean_vox,rms_vox,min_vox,max_vox\n";
   for (const auto& layer : layers) {
     text += row(head, layer, "all", layer.whole);
-    for (std::size_t side = 0; side < voxel::kSides; ++side)
-      text += row(head, layer, voxel::name_of(static_cast<voxel::Side>(side)), layer.by_side[side]);
+    for (std::size_t side = 0; side < layers::kSides; ++side)
+      text += row(head, layer, layers::name_of(static_cast<layers::Side>(side)), layer.by_side[side]);
   }
   return text;
 }
 
-std::string fidelity_json(const FidelityHead& head, const std::vector<voxel::LayerFidelity>& layers) {
+std::string fidelity_json(const FidelityHead& head, const std::vector<layers::LayerFidelity>& layers) {
   json list = json::array();
   for (const auto& layer : layers) {
     json sides = json::object();
-    for (std::size_t side = 0; side < voxel::kSides; ++side)
-      sides[voxel::name_of(static_cast<voxel::Side>(side))] = object(layer.by_side[side]);
+    for (std::size_t side = 0; side < layers::kSides; ++side)
+      sides[layers::name_of(static_cast<layers::Side>(side))] = object(layer.by_side[side]);
     list.push_back({{"layer", order_text(layer.order)},
                     {"offset_vox", layer.offset_vox},
                     {"all", object(layer.whole)},

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "common/voxel/fidelity.hpp"
+#include "common/layers/fidelity.hpp"
 
 namespace phantom::wva_server {
 
@@ -16,8 +16,8 @@ struct FidelityHead {
 };
 
 /// As a table: one row per layer and side ("all" first); lengths in voxels.
-std::string fidelity_csv(const FidelityHead& head, const std::vector<voxel::LayerFidelity>& layers);
+std::string fidelity_csv(const FidelityHead& head, const std::vector<layers::LayerFidelity>& layers);
 /// The same as JSON.
-std::string fidelity_json(const FidelityHead& head, const std::vector<voxel::LayerFidelity>& layers);
+std::string fidelity_json(const FidelityHead& head, const std::vector<layers::LayerFidelity>& layers);
 
 }  // namespace phantom::wva_server

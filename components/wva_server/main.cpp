@@ -6,7 +6,7 @@
 #include "common/dds/participant.hpp"
 #include "common/runtime/deployment.hpp"
 #include "common/runtime/process.hpp"
-#include "common/voxel/large_pages.hpp"
+#include "common/workspace/large_pages.hpp"
 #include "components/wva_server/activate_command.hpp"
 #include "components/wva_server/change_command.hpp"
 #include "components/wva_server/service.hpp"
@@ -44,7 +44,7 @@ int main(int argc, char** argv) {
   };
   description.parameters = {wva_server::kParameters};
   description.run = [&](const runtime::ProcessOptions& options) {
-    voxel::keep_freed_memory(256 << 20);
+    workspace::keep_freed_memory(256 << 20);
     const auto config = wva_server::load_config(options.config);
     if (activate.given()) return wva_server::run_activate(request, config, std::cout);
     const auto deployment = runtime::load_deployment(options);

@@ -54,7 +54,7 @@ class Service {
   bool activate(std::vector<runtime::CellBody> bodies);
   void carry_out(const Request& request);
   std::string keep_changes();
-  voxel::ActivationOptions options(const std::string& doing);
+  layers::ActivationOptions options(const std::string& doing);
   std::uint64_t next_version() const;
   core::Health health(const std::string& doing, double progress) const;
   void report_progress(double share, const std::string& doing);
@@ -76,8 +76,8 @@ std::uint64_t Service::next_version() const {
   return std::max(now_ms, cell_.workspace().version + 1);
 }
 
-voxel::ActivationOptions Service::options(const std::string& doing) {
-  voxel::ActivationOptions options;
+layers::ActivationOptions Service::options(const std::string& doing) {
+  layers::ActivationOptions options;
   options.threads = config_.threads;
   options.stopwatch = now_s;
   options.keep_going = [] { return !runtime::stop_requested(); };
@@ -101,7 +101,7 @@ bool Service::activate(std::vector<runtime::CellBody> bodies) {
   if (!change) throw core::ConfigError("object " + change.status().message());
   build_s_ = now_s() - from_s;
   adapter_.publish_change(cell_, *change, config_.threads);
-  const voxel::Workspace& workspace = cell_.workspace();
+  const workspace::Workspace& workspace = cell_.workspace();
   spdlog::info(
       "workspace of cell {}: {} objects, {} bricks, {:.1f} MiB, built in {:.2f} s; version {} published "
       "{:.2f} s "
@@ -167,7 +167,7 @@ std::string Service::keep_changes() {
 }
 
 core::Health Service::health(const std::string& doing, double progress) const {
-  const voxel::Workspace& workspace = cell_.workspace();
+  const workspace::Workspace& workspace = cell_.workspace();
   if (workspace.version == 0)
     return {core::ComponentState::kStarting, doing, {}, {{"progress", progress, ""}}};
   const auto figure = [](const char* name, auto value, const char* unit) {
@@ -204,7 +204,7 @@ void Service::leave_report() const {
                        {"boundary_voxels", object.report.boundary_voxels},
                        {"interior_voxels", object.report.interior_voxels}});
   }
-  const voxel::Workspace& workspace = cell_.workspace();
+  const workspace::Workspace& workspace = cell_.workspace();
   const nlohmann::json report = {
       {"cell", cell_.cell().name},  {"version", workspace.version}, {"bricks", workspace.brick_count()},
       {"bytes", workspace.bytes()}, {"build_seconds", build_s_},    {"changes", changes_},

@@ -6,15 +6,15 @@
 #include <cstdio>
 #include <opencv2/imgproc.hpp>
 
+#include "common/layers/activation.hpp"
 #include "common/pictures/png.hpp"
-#include "common/voxel/activation.hpp"
 
 namespace phantom::wva_server {
 namespace {
 
-using voxel::Index3;
-using voxel::VoxelBox;
-using voxel::Workspace;
+using workspace::Index3;
+using workspace::VoxelBox;
+using workspace::Workspace;
 
 constexpr int kMargin = 70, kGap = 80, kLongest = 620, kLegend = 190, kTop = 64;
 const cv::Scalar kInk(40, 40, 40), kPaper(255, 255, 255), kLine(170, 170, 170);
@@ -33,10 +33,10 @@ class Colours {
  public:
   Colours(int layers, int inside) : layers_(layers), inside_(inside) {}
   cv::Vec3b of(int order) const {
-    if (order == voxel::kOrderFree) return {255, 255, 255};
-    if (order == voxel::kOrderBoundary) return {30, 30, 30};
-    if (order == voxel::kOrderInterior) return {130, 130, 130};
-    if (order == voxel::kOrderGuard) return {180, 60, 140};
+    if (order == workspace::kOrderFree) return {255, 255, 255};
+    if (order == workspace::kOrderBoundary) return {30, 30, 30};
+    if (order == workspace::kOrderInterior) return {130, 130, 130};
+    if (order == workspace::kOrderGuard) return {180, 60, 140};
     const auto place = [](int i, int count) { return count > 1 ? (i - 1.0) / (count - 1.0) : 0.0; };
     if (order < 0) return between({{120, 190, 225}, {40, 90, 140}}, place(-order, inside_));
     return between({{38, 28, 200}, {60, 140, 250}, {130, 225, 255}, {170, 220, 150}, {235, 205, 150}},
@@ -55,28 +55,28 @@ struct Present {
 
 Present look(const Workspace& workspace) {
   Present present;
-  const auto counts = voxel::count_orders(workspace);
+  const auto counts = layers::count_orders(workspace);
   const auto add = [&](int order) {
     if (counts[static_cast<std::uint8_t>(order)] != 0) present.orders.push_back(order);
   };
-  for (int order = voxel::kMaxLayers; order >= 1; --order) {
+  for (int order = workspace::kMaxLayers; order >= 1; --order) {
     if (counts[static_cast<std::uint8_t>(order)] != 0) present.layers = std::max(present.layers, order);
     add(order);
   }
-  add(voxel::kOrderGuard);
-  add(voxel::kOrderBoundary);
-  for (int order = 1; order <= voxel::kMaxLayers; ++order) {
+  add(workspace::kOrderGuard);
+  add(workspace::kOrderBoundary);
+  for (int order = 1; order <= workspace::kMaxLayers; ++order) {
     if (counts[static_cast<std::uint8_t>(-order)] != 0) present.inside = order;
     add(-order);
   }
-  add(voxel::kOrderInterior);
+  add(workspace::kOrderInterior);
   return present;
 }
 
 std::string name_of(int order, const PictureText& text) {
-  if (order == voxel::kOrderBoundary) return "boundary";
-  if (order == voxel::kOrderInterior) return "interior";
-  if (order == voxel::kOrderGuard) return "guard";
+  if (order == workspace::kOrderBoundary) return "boundary";
+  if (order == workspace::kOrderInterior) return "interior";
+  if (order == workspace::kOrderGuard) return "guard";
   if (order < 0) return "inside " + std::to_string(order);
   const auto i = static_cast<std::size_t>(order - 1);
   const std::string note = i < text.layer_notes.size() ? "  " + text.layer_notes[i] : "";
@@ -87,14 +87,14 @@ std::string name_of(int order, const PictureText& text) {
 Index3 middle_of(const Workspace& workspace) {
   const auto& size = workspace.grid().size_vox;
   std::array<std::int32_t, 3> low{INT32_MAX, INT32_MAX, INT32_MAX}, high{-1, -1, -1};
-  for (const voxel::BrickKey key : workspace.bricks()) {
-    const VoxelBox box = voxel::box_of(key);
+  for (const workspace::BrickKey key : workspace.bricks()) {
+    const VoxelBox box = workspace::box_of(key);
     const auto brick = workspace.brick(key);
-    for (std::uint32_t i = 0; i < voxel::kBrickVoxels; ++i) {
+    for (std::uint32_t i = 0; i < workspace::kBrickVoxels; ++i) {
       const std::int32_t x = static_cast<std::int32_t>(i & 31), y = static_cast<std::int32_t>(i >> 5 & 31),
                          z = static_cast<std::int32_t>(i >> 10);
-      const std::int8_t order = brick.order[voxel::brick_offset(i & 31, i >> 5 & 31, i >> 10)];
-      if (order != voxel::kOrderBoundary && order != voxel::kOrderInterior) continue;
+      const std::int8_t order = brick.order[workspace::brick_offset(i & 31, i >> 5 & 31, i >> 10)];
+      if (order != workspace::kOrderBoundary && order != workspace::kOrderInterior) continue;
       const std::array<std::int32_t, 3> v{box.min.x + x, box.min.y + y, box.min.z + z};
       for (std::size_t axis = 0; axis < 3; ++axis) {
         low[axis] = std::min(low[axis], v[axis]);

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/voxel/workspace.hpp"
+#include "common/workspace/workspace.hpp"
 
 namespace phantom::wva_server {
 
@@ -18,6 +18,6 @@ struct PictureText {
 /// y up), from the front (x, z) and from the side (y, z), with axes in W, a scale bar and a legend. They pass
 /// through the middle of what is there (bricks that exist); thin lines mark where. Returns the file's bytes.
 /// Not real-time safe.
-std::vector<std::uint8_t> slice_picture(const voxel::Workspace& workspace, const PictureText& text);
+std::vector<std::uint8_t> slice_picture(const workspace::Workspace& workspace, const PictureText& text);
 
 }  // namespace phantom::wva_server

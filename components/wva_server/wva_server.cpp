@@ -63,19 +63,19 @@ const char* name_of(Operation operation) {
 LiveCell::LiveCell(const runtime::CellConfig& cell, const AddLimits& limits, CellChanges changes)
     : cell_(cell), limits_(limits), live_(runtime::grid_of(cell), cell.merge), changes_(std::move(changes)) {}
 
-core::Expected<voxel::WorkspaceChange> LiveCell::activate(std::vector<runtime::CellBody> bodies,
-                                                          std::uint64_t version,
-                                                          const voxel::ActivationOptions& options,
-                                                          const OnObject& on_object) {
+core::Expected<layers::WorkspaceChange> LiveCell::activate(std::vector<runtime::CellBody> bodies,
+                                                           std::uint64_t version,
+                                                           const layers::ActivationOptions& options,
+                                                           const OnObject& on_object) {
   std::map<std::uint16_t, ServedObject> objects;
-  std::vector<voxel::LiveBody> live;
+  std::vector<layers::LiveBody> live;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const runtime::ObjectConfig& config = cell_.objects.at(i);
     live.push_back({&bodies[i].body, config.priority});
     objects.emplace(config.id, served(config, std::move(bodies[i])));
   }
   auto change = live_.add(live, version, options,
-                          [&](const voxel::Body& body, const voxel::BodyReport& report, std::size_t done) {
+                          [&](const layers::Body& body, const layers::BodyReport& report, std::size_t done) {
                             ServedObject& object = objects.at(body.id);
                             object.report = report;
                             on_object(object, done);
@@ -86,7 +86,7 @@ core::Expected<voxel::WorkspaceChange> LiveCell::activate(std::vector<runtime::C
 }
 
 core::Expected<CellChange> LiveCell::apply(const CellCommand& command, std::uint64_t version,
-                                           const voxel::ActivationOptions& options) {
+                                           const layers::ActivationOptions& options) {
   try {
     switch (command.operation) {
       case Operation::kAdd:
@@ -132,7 +132,7 @@ void LiveCell::check_memory() const {
 }
 
 CellChange LiveCell::add(const CellCommand& command, std::uint64_t version,
-                         const voxel::ActivationOptions& options) {
+                         const layers::ActivationOptions& options) {
   check_memory();
   runtime::ObjectConfig config = runtime::read_object_text(command.description, cell_);
   for (const auto& [id, object] : objects_) {
@@ -145,8 +145,8 @@ CellChange LiveCell::add(const CellCommand& command, std::uint64_t version,
     throw ConfigError("all 65534 object ids were given away; start wva_server anew");
   const auto id = config.id = static_cast<std::uint16_t>(changes_.next_id);
   runtime::CellBody body = runtime::load_body(config, cell_, limits_.mesh);
-  const voxel::LiveBody added[] = {{&body.body, config.priority}};
-  voxel::WorkspaceChange change = value_or_throw(live_.add(added, version, options));
+  const layers::LiveBody added[] = {{&body.body, config.priority}};
+  layers::WorkspaceChange change = value_or_throw(live_.add(added, version, options));
   ServedObject object = served(config, std::move(body));
   object.report = change.reports.front();
   const std::string said =
@@ -157,16 +157,16 @@ CellChange LiveCell::add(const CellCommand& command, std::uint64_t version,
 }
 
 CellChange LiveCell::move(const CellCommand& command, std::uint64_t version,
-                          const voxel::ActivationOptions& options) {
+                          const layers::ActivationOptions& options) {
   ServedObject& object = objects_.at(value_or_throw(find(command)));
   runtime::ObjectConfig config = object.config;
   config.X_WO = command.X_WO;
   config.place = cell_.name;
   if (command.guard_vox) config.profile.guard_vox = *command.guard_vox;
-  if (const auto checked = voxel::check_profile(config.profile); !checked)
+  if (const auto checked = workspace::check_profile(config.profile); !checked)
     throw ConfigError("guard_vox: " + checked.message());
-  const voxel::Body body = runtime::place_body(config, object.mesh_O, cell_);
-  voxel::WorkspaceChange change = value_or_throw(live_.move(body, version, options));
+  const layers::Body body = runtime::place_body(config, object.mesh_O, cell_);
+  layers::WorkspaceChange change = value_or_throw(live_.move(body, version, options));
   object.report = change.reports.front();
   object.config.X_WO = command.X_WO;
   object.config.profile = config.profile;
@@ -178,9 +178,9 @@ CellChange LiveCell::move(const CellCommand& command, std::uint64_t version,
 }
 
 CellChange LiveCell::remove(const CellCommand& command, std::uint64_t version,
-                            const voxel::ActivationOptions& options) {
+                            const layers::ActivationOptions& options) {
   const std::uint16_t id = value_or_throw(find(command));
-  voxel::WorkspaceChange change = value_or_throw(live_.remove(id, version, options));
+  layers::WorkspaceChange change = value_or_throw(live_.remove(id, version, options));
   const std::string name = objects_.at(id).config.name;
   objects_.erase(id);
   changes_.note_removed(id, name);
@@ -188,7 +188,7 @@ CellChange LiveCell::remove(const CellCommand& command, std::uint64_t version,
 }
 
 std::string describe(const ServedObject& object) {
-  const voxel::BodyReport& report = object.report;
+  const layers::BodyReport& report = object.report;
   std::string text =
       fmt::format("{} (object {}): {} triangles, {} boundary and {} interior voxels, {:.0f} ms",
                   object.config.name, object.id, report.mesh.triangles, report.boundary_voxels,

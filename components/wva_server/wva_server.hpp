@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "common/geometry/mesh_io.hpp"
+#include "common/layers/live_workspace.hpp"
 #include "common/runtime/cell_bodies.hpp"
-#include "common/voxel/live_workspace.hpp"
 #include "components/wva_server/cell_changes.hpp"
 
 namespace phantom::wva_server {
@@ -33,7 +33,7 @@ struct ServedObject {
   geometry::TriangleMesh mesh_O;  ///< object frame, metres
   std::uint64_t mesh_hash = 0;
   std::vector<std::string> notes;  ///< what had to be assumed about its mesh
-  voxel::BodyReport report;
+  layers::BodyReport report;
 };
 
 /// What a command did.
@@ -41,7 +41,7 @@ struct CellChange {
   std::uint16_t id = 0;
   std::string name;
   std::string said;  ///< in words, for who asked and for the log
-  voxel::WorkspaceChange workspace;
+  layers::WorkspaceChange workspace;
 };
 
 /// Limits for objects that commands add.
@@ -64,35 +64,36 @@ class LiveCell {
   /// Called after each object with how many are done.
   using OnObject = std::function<void(const ServedObject& object, std::size_t done)>;
   /// Activates the cell's objects, all or none: the first version. `bodies`: as load_bodies() gives them.
-  core::Expected<voxel::WorkspaceChange> activate(std::vector<runtime::CellBody> bodies,
-                                                  std::uint64_t version,
-                                                  const voxel::ActivationOptions& options,
-                                                  const OnObject& on_object);
+  core::Expected<layers::WorkspaceChange> activate(std::vector<runtime::CellBody> bodies,
+                                                   std::uint64_t version,
+                                                   const layers::ActivationOptions& options,
+                                                   const OnObject& on_object);
   /// Carries out a command, or says why not and what is allowed, with everything as before.
   core::Expected<CellChange> apply(const CellCommand& command, std::uint64_t version,
-                                   const voxel::ActivationOptions& options);
+                                   const layers::ActivationOptions& options);
 
   /// The cell as it was when it was activated.
   const runtime::CellConfig& cell() const { return cell_; }
   /// How the cell differs now from its file.
   const CellChanges& changes() const { return changes_; }
   const std::map<std::uint16_t, ServedObject>& objects() const { return objects_; }
-  const voxel::Workspace& workspace() const { return live_.workspace(); }
+  const workspace::Workspace& workspace() const { return live_.workspace(); }
   std::uint64_t content_hash() const { return live_.content_hash(); }
   /// The workspace alone, for who wants no more changes.
-  voxel::Workspace take_workspace() && { return std::move(live_).take(); }
+  workspace::Workspace take_workspace() && { return std::move(live_).take(); }
 
  private:
   core::Expected<std::uint16_t> find(const CellCommand& command) const;
   void check_memory() const;
-  CellChange add(const CellCommand& command, std::uint64_t version, const voxel::ActivationOptions& options);
-  CellChange move(const CellCommand& command, std::uint64_t version, const voxel::ActivationOptions& options);
+  CellChange add(const CellCommand& command, std::uint64_t version, const layers::ActivationOptions& options);
+  CellChange move(const CellCommand& command, std::uint64_t version,
+                  const layers::ActivationOptions& options);
   CellChange remove(const CellCommand& command, std::uint64_t version,
-                    const voxel::ActivationOptions& options);
+                    const layers::ActivationOptions& options);
 
   runtime::CellConfig cell_;
   AddLimits limits_;
-  voxel::LiveWorkspace live_;
+  layers::LiveWorkspace live_;
   std::map<std::uint16_t, ServedObject> objects_;
   CellChanges changes_;
 };

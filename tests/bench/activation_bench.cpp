@@ -8,7 +8,7 @@
 #include <new>
 
 #include "common/geometry/stl.hpp"
-#include "common/voxel/large_pages.hpp"
+#include "common/workspace/large_pages.hpp"
 #include "tests/bench/bodies.hpp"
 #include "tests/bench/counting_heap.hpp"
 
@@ -17,8 +17,8 @@ namespace {
 
 using benchmark::RegisterBenchmark;
 using benchmark::State;
-using voxel::Body;
-using voxel::GridSpec;
+using layers::Body;
+using workspace::GridSpec;
 
 constexpr std::uint32_t kRings200k = 317, kRings2M = 1001;
 const GridSpec kCellGrid{Eigen::Vector3d::Zero(), 0.005, {400, 400, 300}};
@@ -41,19 +41,19 @@ void warm_memset(State& state, std::size_t bytes) {
   ::munmap(block, bytes);
 }
 
-voxel::ActivatedObject activated(const Body& body, const GridSpec& grid, int threads = 1) {
-  voxel::ActivationOptions options;
+layers::ActivatedObject activated(const Body& body, const GridSpec& grid, int threads = 1) {
+  layers::ActivationOptions options;
   options.threads = threads;
-  auto object = voxel::activate_object(body, grid, options);
+  auto object = layers::activate_object(body, grid, options);
   if (!object) throw std::runtime_error(object.status().message());
   return std::move(object).value();
 }
 
 void activate_sphere(State& state, int edge_vox, std::uint32_t rings, int threads,
-                     voxel::LayerMethod method = voxel::LayerMethod::kDistance) {
+                     workspace::LayerMethod method = workspace::LayerMethod::kDistance) {
   Body body = sphere_in_box(edge_vox, rings);
   body.profile.method = method;
-  body.profile.element = voxel::ShapingElement::kSphere;
+  body.profile.element = workspace::ShapingElement::kSphere;
   const GridSpec grid = sphere_grid(edge_vox);
   for (auto _ : state) {
     const auto object = activated(body, grid, threads);
@@ -76,10 +76,10 @@ void activate_stl(State& state, int edge_vox, std::uint32_t rings, int threads) 
 void layers_of_sphere(State& state, int edge_vox, std::uint32_t rings, int threads) {
   const Body body = sphere_in_box(edge_vox, rings);
   const GridSpec grid = sphere_grid(edge_vox);
-  const auto solid = voxel::voxelise(body.mesh_W, grid, voxel::voxelise_clip(grid, body.profile));
+  const auto solid = voxelise::voxelise(body.mesh_W, grid, layers::voxelise_clip(grid, body.profile));
   for (auto _ : state) {
     const auto bricks =
-        voxel::distance_bricks(*solid, body.profile, voxel::VoxelBox::of(grid), {threads, {}});
+        layers::distance_bricks(*solid, body.profile, workspace::VoxelBox::of(grid), {threads, {}});
     benchmark::DoNotOptimize(bricks.keys().data());
   }
 }
@@ -106,18 +106,18 @@ void activate_one_of_the_cell(State& state) {
 void move_one_of_the_cell(State& state) {
   std::vector<Body> bodies = cell_of(20, extent_m(kCellGrid));
   Activated cell = activate_all(bodies, kCellGrid, 1);
-  const std::vector<voxel::MergeEntry> entries = cell.entries(bodies);
+  const std::vector<layers::MergeEntry> entries = cell.entries(bodies);
   double step_m = 0.05;
   for (auto _ : state) {
     for (auto& vertex : bodies[kMoved].mesh_W.vertices_m) vertex.x() += static_cast<float>(step_m);
     step_m = -step_m;
-    const voxel::MergeEntry before{&cell.bricks[kMoved], bodies[kMoved].id, &cell.codes[kMoved]};
-    std::vector<voxel::BrickKey> keys = before.bricks->keys();
-    voxel::ObjectBricks moved = activated(bodies[kMoved], kCellGrid).bricks;
-    const voxel::MergeEntry after{&moved, before.id, before.codes};
-    keys = voxel::keys_of(std::array{before, after});
+    const layers::MergeEntry before{&cell.bricks[kMoved], bodies[kMoved].id, &cell.codes[kMoved]};
+    std::vector<workspace::BrickKey> keys = before.bricks->keys();
+    workspace::ObjectBricks moved = activated(bodies[kMoved], kCellGrid).bricks;
+    const layers::MergeEntry after{&moved, before.id, before.codes};
+    keys = layers::keys_of(std::array{before, after});
     cell.bricks[kMoved] = std::move(moved);
-    voxel::merge_bricks(voxel::MergeLaw::kHighestViscosity, entries, keys, cell.workspace);
+    layers::merge_bricks(layers::MergeLaw::kHighestViscosity, entries, keys, cell.workspace);
     benchmark::DoNotOptimize(cell.workspace.codes());
   }
 }
@@ -139,7 +139,7 @@ void memory_of_cell(State& state) {
     const std::size_t before = heap_bytes();
     Activated cell = activate_all(bodies, kCellGrid, 1);
     cell.bricks.clear();
-    const double stored = static_cast<double>(cell.workspace.brick_count()) * voxel::kBrickVoxels * 4;
+    const double stored = static_cast<double>(cell.workspace.brick_count()) * workspace::kBrickVoxels * 4;
     state.counters["kept_per_stored"] = static_cast<double>(heap_bytes() - before) / stored;
   }
 }
@@ -150,7 +150,7 @@ void memory_of_cell(State& state) {
 void huge_cell(State& state, double voxel_size_m) {
   ::mallopt(M_TRIM_THRESHOLD, -1);
   const Eigen::Vector3d size_m(5, 4, 4);
-  const GridSpec grid = voxel::grid_over(Eigen::Vector3d::Zero(), size_m, voxel_size_m);
+  const GridSpec grid = layers::grid_over(Eigen::Vector3d::Zero(), size_m, voxel_size_m);
   const std::vector<Body> bodies = large_cell();
   for (auto _ : state) {
     reset_peak();
@@ -161,19 +161,19 @@ void huge_cell(State& state, double voxel_size_m) {
     state.counters["peak_GiB"] = static_cast<double>(peak_heap_bytes() - before) / 1073741824.0;
     state.counters["share_of_bricks"] = active / bricks[0] / bricks[1] / bricks[2];
     state.counters["s_per_voxel"] = benchmark::Counter(
-        active * voxel::kBrickVoxels, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+        active * workspace::kBrickVoxels, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
   }
 }
 
 const bool kRegistered = [] {
-  voxel::keep_freed_memory(256 << 20);  // as wva_server does
+  workspace::keep_freed_memory(256 << 20);  // as wva_server does
   const auto fast = benchmark::kMillisecond;
   RegisterBenchmark("memset/512", warm_memset, std::size_t{512} * 512 * 512)->Unit(fast);
   RegisterBenchmark("memset/400x400x300", warm_memset, std::size_t{400} * 400 * 300)->Unit(fast);
   for (const int threads : {1, 2}) {
     const std::string suffix = "/threads:" + std::to_string(threads);
     RegisterBenchmark(("activate/512/200k" + suffix).c_str(), activate_sphere, 512, kRings200k, threads,
-                      voxel::LayerMethod::kDistance)
+                      workspace::LayerMethod::kDistance)
         ->Unit(fast);
     RegisterBenchmark(("stl/512/200k" + suffix).c_str(), activate_stl, 512, kRings200k, threads)->Unit(fast);
     RegisterBenchmark(("layers/512/200k" + suffix).c_str(), layers_of_sphere, 512, kRings200k, threads)
@@ -181,12 +181,13 @@ const bool kRegistered = [] {
     RegisterBenchmark(("cell/20/400x400x300" + suffix).c_str(), whole_cell, threads)->Unit(fast);
   }
   RegisterBenchmark("activate/512/2M/threads:1", activate_sphere, 512, kRings2M, 1,
-                    voxel::LayerMethod::kDistance)
+                    workspace::LayerMethod::kDistance)
       ->Unit(fast);
   RegisterBenchmark("activate/256/200k/threads:1", activate_sphere, 256, kRings200k, 1,
-                    voxel::LayerMethod::kDistance)
+                    workspace::LayerMethod::kDistance)
       ->Unit(fast);
-  RegisterBenchmark("dilation/512/200k", activate_sphere, 512, kRings200k, 1, voxel::LayerMethod::kDilation)
+  RegisterBenchmark("dilation/512/200k", activate_sphere, 512, kRings200k, 1,
+                    workspace::LayerMethod::kDilation)
       ->Iterations(1)
       ->Repetitions(4)
       ->Unit(fast);

@@ -9,7 +9,7 @@
 namespace phantom::bench {
 namespace {
 
-openvdb::FloatGrid::Ptr band_of(const voxel::Body& body, double voxel_size_m) {
+openvdb::FloatGrid::Ptr band_of(const layers::Body& body, double voxel_size_m) {
   std::vector<openvdb::Vec3s> points;
   std::vector<openvdb::Vec3I> triangles;
   for (const auto& v : body.mesh_W.vertices_m) points.emplace_back(v.x(), v.y(), v.z());
@@ -21,15 +21,15 @@ openvdb::FloatGrid::Ptr band_of(const voxel::Body& body, double voxel_size_m) {
 
 void sphere(benchmark::State& state, int edge_vox) {
   openvdb::initialize();
-  const voxel::Body body = sphere_in_box(edge_vox, 317);
+  const layers::Body body = sphere_in_box(edge_vox, 317);
   for (auto _ : state) benchmark::DoNotOptimize(band_of(body, sphere_grid(edge_vox).voxel_size_m));
 }
 
 void cell(benchmark::State& state) {
   openvdb::initialize();
-  const std::vector<voxel::Body> bodies = cell_of(20, {2.0, 2.0, 1.5});
+  const std::vector<layers::Body> bodies = cell_of(20, {2.0, 2.0, 1.5});
   for (auto _ : state) {
-    for (const voxel::Body& body : bodies) benchmark::DoNotOptimize(band_of(body, 0.005));
+    for (const layers::Body& body : bodies) benchmark::DoNotOptimize(band_of(body, 0.005));
   }
 }
 

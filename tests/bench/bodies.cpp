@@ -30,8 +30,8 @@ geometry::TriangleMesh thing(std::size_t i, double unit_m) {
                       : geometry::make_torus(0.2 * unit_m, 0.04 * unit_m, 96, 48);
 }
 
-voxel::Body body_of(std::size_t i, geometry::TriangleMesh mesh_W) {
-  voxel::Body body;
+layers::Body body_of(std::size_t i, geometry::TriangleMesh mesh_W) {
+  layers::Body body;
   body.name = "object " + std::to_string(i + 1);
   body.id = static_cast<std::uint16_t>(i + 1);
   body.mesh_W = std::move(mesh_W);
@@ -69,16 +69,16 @@ geometry::TriangleMesh fine_sphere(double radius_m, std::uint32_t rings) {
   return mesh;
 }
 
-voxel::LayerProfile six_layers() {
+workspace::LayerProfile six_layers() {
   return {{4, 4, 4, 4, 4, 4}, {32.0F, 20.0F, 13.0F, 11.0F, 10.0F, 9.0F}, 100.0F, 0};
 }
 
-voxel::GridSpec sphere_grid(int edge_vox) {
+workspace::GridSpec sphere_grid(int edge_vox) {
   return {Eigen::Vector3d::Zero(), kVoxel_m, {edge_vox, edge_vox, edge_vox}};
 }
 
-voxel::Body sphere_in_box(int edge_vox, std::uint32_t rings) {
-  const voxel::LayerProfile profile = six_layers();
+layers::Body sphere_in_box(int edge_vox, std::uint32_t rings) {
+  const workspace::LayerProfile profile = six_layers();
   const double middle_m = 0.5 * kVoxel_m * edge_vox;
   const double radius_m = middle_m - kVoxel_m * (profile.reach_vox() + 0.6);
   return {"sphere", 1,
@@ -87,10 +87,10 @@ voxel::Body sphere_in_box(int edge_vox, std::uint32_t rings) {
           profile};
 }
 
-std::vector<voxel::Body> cell_of(std::size_t count, const Eigen::Vector3d& size_m) {
+std::vector<layers::Body> cell_of(std::size_t count, const Eigen::Vector3d& size_m) {
   std::mt19937 random(20);
   const auto share = [&] { return 0.12 + 0.76 * static_cast<double>(random()) / 4294967296.0; };
-  std::vector<voxel::Body> bodies;
+  std::vector<layers::Body> bodies;
   for (std::size_t i = 0; i < count; ++i) {
     const Eigen::Vector3d place_m(share() * size_m.x(), share() * size_m.y(), share() * size_m.z());
     bodies.push_back(body_of(i, thing(i, size_m.minCoeff() / 1.5).transformed(turned(random, place_m))));
@@ -98,9 +98,9 @@ std::vector<voxel::Body> cell_of(std::size_t count, const Eigen::Vector3d& size_
   return bodies;
 }
 
-std::vector<voxel::Body> large_cell() {
+std::vector<layers::Body> large_cell() {
   std::mt19937 random(21);
-  std::vector<voxel::Body> bodies;
+  std::vector<layers::Body> bodies;
   for (std::size_t i = 0; i < 80; ++i) {
     const Eigen::Vector3d place_m(static_cast<double>(i % 5) + 0.5, static_cast<double>(i / 5 % 4) + 0.5,
                                   static_cast<double>(i / 20) + 0.5);
@@ -109,28 +109,29 @@ std::vector<voxel::Body> large_cell() {
   return bodies;
 }
 
-std::vector<voxel::MergeEntry> Activated::entries(const std::vector<voxel::Body>& bodies) const {
-  std::vector<voxel::MergeEntry> entries;
+std::vector<layers::MergeEntry> Activated::entries(const std::vector<layers::Body>& bodies) const {
+  std::vector<layers::MergeEntry> entries;
   for (std::size_t i = 0; i < bodies.size(); ++i) entries.push_back({&bricks[i], bodies[i].id, &codes[i]});
   return entries;
 }
 
-Activated activate_all(const std::vector<voxel::Body>& bodies, const voxel::GridSpec& grid, int threads) {
-  std::vector<voxel::LayerProfile> profiles;
-  for (const voxel::Body& body : bodies) profiles.push_back(body.profile);
+Activated activate_all(const std::vector<layers::Body>& bodies, const workspace::GridSpec& grid,
+                       int threads) {
+  std::vector<workspace::LayerProfile> profiles;
+  for (const layers::Body& body : bodies) profiles.push_back(body.profile);
   Activated cell;
-  cell.workspace = voxel::Workspace(grid, *voxel::make_palette(profiles));
-  voxel::ActivationOptions options;
+  cell.workspace = workspace::Workspace(grid, *workspace::make_palette(profiles));
+  layers::ActivationOptions options;
   options.threads = threads;
-  for (const voxel::Body& body : bodies) {
-    auto object = voxel::activate_object(body, grid, options);
+  for (const layers::Body& body : bodies) {
+    auto object = layers::activate_object(body, grid, options);
     if (!object) throw std::runtime_error(object.status().message());
     cell.bricks.push_back(std::move(object->bricks));
-    cell.codes.push_back(voxel::code_table(body.profile, cell.workspace.palette()));
+    cell.codes.push_back(workspace::code_table(body.profile, cell.workspace.palette()));
   }
-  const std::vector<voxel::MergeEntry> entries = cell.entries(bodies);
-  voxel::merge_bricks(voxel::MergeLaw::kHighestViscosity, entries, voxel::keys_of(entries), cell.workspace,
-                      threads);
+  const std::vector<layers::MergeEntry> entries = cell.entries(bodies);
+  layers::merge_bricks(layers::MergeLaw::kHighestViscosity, entries, layers::keys_of(entries), cell.workspace,
+                       threads);
   return cell;
 }
 

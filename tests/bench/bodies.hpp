@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "common/voxel/activation.hpp"
-#include "common/voxel/merge.hpp"
+#include "common/layers/activation.hpp"
+#include "common/layers/merge.hpp"
 
 namespace phantom::bench {
 
@@ -11,26 +11,26 @@ namespace phantom::bench {
 geometry::TriangleMesh fine_sphere(double radius_m, std::uint32_t rings);
 
 /// Six layers of four voxels.
-voxel::LayerProfile six_layers();
+workspace::LayerProfile six_layers();
 
 /// A sphere that fills a box of `edge_vox` voxels of 5 mm with its layers; and that box.
-voxel::Body sphere_in_box(int edge_vox, std::uint32_t rings);
-voxel::GridSpec sphere_grid(int edge_vox);
+layers::Body sphere_in_box(int edge_vox, std::uint32_t rings);
+workspace::GridSpec sphere_grid(int edge_vox);
 
 /// A cell of `size_m` with `count` objects of many kinds and angles (tables, tubes, tanks, tori), always the
 /// same.
-std::vector<voxel::Body> cell_of(std::size_t count, const Eigen::Vector3d& size_m);
+std::vector<layers::Body> cell_of(std::size_t count, const Eigen::Vector3d& size_m);
 
 /// A cell of 5 m × 4 m × 4 m with an object about each metre.
-std::vector<voxel::Body> large_cell();
+std::vector<layers::Body> large_cell();
 
 /// A cell activated: what a server keeps of it.
 struct Activated {
-  std::vector<voxel::ObjectBricks> bricks;
-  std::vector<voxel::CodeTable> codes;
-  voxel::Workspace workspace;
-  std::vector<voxel::MergeEntry> entries(const std::vector<voxel::Body>& bodies) const;
+  std::vector<workspace::ObjectBricks> bricks;
+  std::vector<workspace::CodeTable> codes;
+  workspace::Workspace workspace;
+  std::vector<layers::MergeEntry> entries(const std::vector<layers::Body>& bodies) const;
 };
-Activated activate_all(const std::vector<voxel::Body>& bodies, const voxel::GridSpec& grid, int threads);
+Activated activate_all(const std::vector<layers::Body>& bodies, const workspace::GridSpec& grid, int threads);
 
 }  // namespace phantom::bench

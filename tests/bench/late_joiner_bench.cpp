@@ -110,11 +110,11 @@ class Joiner {
   }
 
  private:
-  static voxel::VersionDescription description(const msg::WorkspaceVersion& v) {
-    const voxel::GridSpec grid{{v.origin_m().x(), v.origin_m().y(), v.origin_m().z()},
-                               v.voxel_size_m(),
-                               {static_cast<int>(v.size_x_vox()), static_cast<int>(v.size_y_vox()),
-                                static_cast<int>(v.size_z_vox())}};
+  static workspace::VersionDescription description(const msg::WorkspaceVersion& v) {
+    const workspace::GridSpec grid{{v.origin_m().x(), v.origin_m().y(), v.origin_m().z()},
+                                   v.voxel_size_m(),
+                                   {static_cast<int>(v.size_x_vox()), static_cast<int>(v.size_y_vox()),
+                                    static_cast<int>(v.size_z_vox())}};
     return {v.version(), grid, v.palette(), v.brick_count(), v.content_hash()};
   }
 

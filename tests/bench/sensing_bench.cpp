@@ -29,7 +29,7 @@ struct Tick {
     std::fill_n(v.begin(), arm.joint_count(), 0.1);
   }
 
-  void run(const voxel::Workspace& world) {
+  void run(const workspace::Workspace& world) {
     arm.link_poses(pose(arm.joint_count(), ++step), X_WL);
     sensing.sense(X_WL, arm.joint_count(), world);
     robot::drag_coefficients(arm, X_WL, sensing.sums(), law, v, drag);
@@ -45,7 +45,7 @@ struct Tick {
   int step = 0;
 };
 
-void tick_in(State& state, const voxel::Workspace& world, std::size_t sensors, std::size_t joints,
+void tick_in(State& state, const workspace::Workspace& world, std::size_t sensors, std::size_t joints,
              const robot::SensingOptions& options) {
   const robot::SerialArm arm = tube_arm(joints);
   const robot::SkinLayout skin = tube_skin(arm, sensors);
@@ -78,23 +78,24 @@ struct Places {
   std::vector<std::uint32_t> tile_shift, row_shift;
 };
 
-Places places_of(const robot::SerialArm& arm, const robot::SkinLayout& skin, const voxel::Workspace& world) {
+Places places_of(const robot::SerialArm& arm, const robot::SkinLayout& skin,
+                 const workspace::Workspace& world) {
   robot::LinkPoses X_WL;
   arm.link_poses(pose(arm.joint_count(), 0), X_WL);
   const auto& size = world.grid().size_vox;
   Places places;
   for (std::size_t i = 0; i < skin.size() / 16 * 16; ++i) {
-    voxel::Index3 v = world.grid().index_of(X_WL[skin.link_of(i)] * skin.position(i));
+    workspace::Index3 v = world.grid().index_of(X_WL[skin.link_of(i)] * skin.position(i));
     if (!world.grid().contains(v)) v = {0, 0, 0};
     const std::size_t at = world.directory_index({v.x >> 5, v.y >> 5, v.z >> 5});
     const std::size_t offset =
-        voxel::brick_offset(static_cast<std::uint32_t>(v.x) & 31U, static_cast<std::uint32_t>(v.y) & 31U,
-                            static_cast<std::uint32_t>(v.z) & 31U);
+        workspace::brick_offset(static_cast<std::uint32_t>(v.x) & 31U, static_cast<std::uint32_t>(v.y) & 31U,
+                                static_cast<std::uint32_t>(v.z) & 31U);
     const std::int32_t row = (v.z * size[1] + v.y) * size[0] + v.x;
     places.brick.push_back(static_cast<std::int32_t>(at));
     places.word.push_back(static_cast<std::int32_t>(offset / 4));
     places.tile_word.push_back(
-        static_cast<std::int32_t>(world.directory()[at] * (voxel::kBrickVoxels / 4) + offset / 4));
+        static_cast<std::int32_t>(world.directory()[at] * (workspace::kBrickVoxels / 4) + offset / 4));
     places.tile_shift.push_back(static_cast<std::uint32_t>(offset % 4) * 8);
     places.row_word.push_back(row / 4);
     places.row_shift.push_back(static_cast<std::uint32_t>(row % 4) * 8);
@@ -108,7 +109,7 @@ enum class Through { kDirectory, kTiles, kRows };
 void gather(State& state, std::size_t sensors, int edge_vox, Through through) {
   const robot::SerialArm arm = tube_arm(7);
   const robot::SkinLayout skin = tube_skin(arm, sensors);
-  const voxel::Workspace& world = balls(edge_vox);
+  const workspace::Workspace& world = balls(edge_vox);
   const Places places = places_of(arm, skin, world);
   const std::size_t n = places.brick.size();
   std::vector<std::uint8_t> dense;
@@ -134,7 +135,7 @@ void gather(State& state, std::size_t sensors, int edge_vox, Through through) {
 void look_up(State& state, std::size_t sensors, int edge_vox) {
   const robot::SerialArm arm = tube_arm(7);
   const robot::SkinLayout skin = tube_skin(arm, sensors);
-  const voxel::Workspace& world = balls(edge_vox);
+  const workspace::Workspace& world = balls(edge_vox);
   const double s = world.grid().voxel_size_m;
   std::vector<std::uint8_t> codes(skin.size() + 16);
   robot::LinkPoses X_WL;
@@ -161,7 +162,7 @@ void look_up(State& state, std::size_t sensors, int edge_vox) {
 void spread(State& state, std::size_t sensors) {
   const robot::SerialArm arm = tube_arm(7);
   const robot::SkinLayout skin = tube_skin(arm, sensors);
-  const voxel::Workspace& world = balls(400);
+  const workspace::Workspace& world = balls(400);
   Tick work(arm, skin, {});
   std::vector<double> times;
   for (auto _ : state) {

@@ -9,12 +9,12 @@
 namespace phantom::bench {
 namespace {
 
-openvdb::FloatGrid::Ptr tree_of(const voxel::Workspace& world) {
+openvdb::FloatGrid::Ptr tree_of(const workspace::Workspace& world) {
   auto grid = openvdb::FloatGrid::create(0.0F);
   auto accessor = grid->getAccessor();
-  for (const voxel::BrickKey key : world.bricks()) {
+  for (const workspace::BrickKey key : world.bricks()) {
     for (std::int32_t i = 0; i < 32 * 32 * 32; ++i) {
-      const voxel::Index3 v{key.x * 32 + i % 32, key.y * 32 + i / 32 % 32, key.z * 32 + i / 1024};
+      const workspace::Index3 v{key.x * 32 + i % 32, key.y * 32 + i / 32 % 32, key.z * 32 + i / 1024};
       if (const float mu = world.mu(v); mu > 0.0F) accessor.setValue(openvdb::Coord(v.x, v.y, v.z), mu);
     }
   }
@@ -25,7 +25,7 @@ void tick(benchmark::State& state, std::size_t sensors) {
   openvdb::initialize();
   const robot::SerialArm arm = tube_arm(7);
   const robot::SkinLayout skin = tube_skin(arm, sensors);
-  const voxel::Workspace& world = balls(400);
+  const workspace::Workspace& world = balls(400);
   const auto grid = tree_of(world);
   const double s = world.grid().voxel_size_m;
   robot::LinkPoses X_WL;

@@ -18,24 +18,24 @@ T value_of(core::Expected<T> expected) {
   return std::move(expected).value();
 }
 
-voxel::Workspace make_free(int edge_vox) {
+workspace::Workspace make_free(int edge_vox) {
   const double half = 0.5 * edge_vox * kVoxel_m;
-  const voxel::GridSpec grid{Eigen::Vector3d::Constant(-half), kVoxel_m, {edge_vox, edge_vox, edge_vox}};
-  voxel::Workspace workspace(grid, {0.0F, 9.0F, 10.0F, 11.0F, 13.0F, 20.0F, 32.0F, 100.0F});
+  const workspace::GridSpec grid{Eigen::Vector3d::Constant(-half), kVoxel_m, {edge_vox, edge_vox, edge_vox}};
+  workspace::Workspace workspace(grid, {0.0F, 9.0F, 10.0F, 11.0F, 13.0F, 20.0F, 32.0F, 100.0F});
   workspace.version = 1;
   return workspace;
 }
 
-voxel::Workspace make_mixed(int edge_vox) {
-  voxel::Workspace workspace = make_free(edge_vox);
+workspace::Workspace make_mixed(int edge_vox) {
+  workspace::Workspace workspace = make_free(edge_vox);
   std::mt19937 random(1);
   const auto [nx, ny, nz] = workspace.size_bricks();
-  for (voxel::BrickKey key{0, 0, 0}; key.z < nz; ++key.z) {
+  for (workspace::BrickKey key{0, 0, 0}; key.z < nz; ++key.z) {
     for (key.y = 0; key.y < ny; ++key.y) {
       for (key.x = 0; key.x < nx; ++key.x) {
-        const auto orders = std::make_shared<std::int8_t[]>(voxel::kBrickVoxels, std::int8_t{1});
+        const auto orders = std::make_shared<std::int8_t[]>(workspace::kBrickVoxels, std::int8_t{1});
         std::uint8_t* const mu_code = workspace.make_brick(key, {orders, nullptr, 1});
-        for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i)
+        for (std::size_t i = 0; i < workspace::kBrickVoxels; ++i)
           mu_code[i] = static_cast<std::uint8_t>(1 + random() % 7);
       }
     }
@@ -43,9 +43,9 @@ voxel::Workspace make_mixed(int edge_vox) {
   return workspace;
 }
 
-voxel::Workspace make_balls(int edge_vox) {
-  voxel::Workspace workspace = make_free(edge_vox);
-  const voxel::GridSpec& grid = workspace.grid();
+workspace::Workspace make_balls(int edge_vox) {
+  workspace::Workspace workspace = make_free(edge_vox);
+  const workspace::GridSpec& grid = workspace.grid();
   const double spacing = 0.4;
   for (std::int32_t z = 0; z < edge_vox; ++z) {
     for (std::int32_t y = 0; y < edge_vox; ++y) {
@@ -56,7 +56,7 @@ voxel::Workspace make_balls(int edge_vox) {
         const int code = distance <= 0.0 ? 7 : 6 - static_cast<int>(distance / 0.02);
         if (code <= 0) continue;
         const auto brick = workspace.edit_brick({x >> 5, y >> 5, z >> 5});
-        brick.mu_code[voxel::brick_offset(
+        brick.mu_code[workspace::brick_offset(
             static_cast<std::uint32_t>(x) & 31U, static_cast<std::uint32_t>(y) & 31U,
             static_cast<std::uint32_t>(z) & 31U)] = static_cast<std::uint8_t>(code);
       }
@@ -65,26 +65,26 @@ voxel::Workspace make_balls(int edge_vox) {
   return workspace;
 }
 
-const voxel::Workspace& made_once(std::map<int, voxel::Workspace>& made, int edge_vox,
-                                  voxel::Workspace (*make)(int)) {
+const workspace::Workspace& made_once(std::map<int, workspace::Workspace>& made, int edge_vox,
+                                      workspace::Workspace (*make)(int)) {
   const auto found = made.find(edge_vox);
   return found != made.end() ? found->second : made.emplace(edge_vox, make(edge_vox)).first->second;
 }
 
 }  // namespace
 
-const voxel::Workspace& balls(int edge_vox) {
-  static std::map<int, voxel::Workspace> made;
+const workspace::Workspace& balls(int edge_vox) {
+  static std::map<int, workspace::Workspace> made;
   return made_once(made, edge_vox, make_balls);
 }
 
-const voxel::Workspace& free_space(int edge_vox) {
-  static std::map<int, voxel::Workspace> made;
+const workspace::Workspace& free_space(int edge_vox) {
+  static std::map<int, workspace::Workspace> made;
   return made_once(made, edge_vox, make_free);
 }
 
-const voxel::Workspace& mixed_fluid(int edge_vox) {
-  static std::map<int, voxel::Workspace> made;
+const workspace::Workspace& mixed_fluid(int edge_vox) {
+  static std::map<int, workspace::Workspace> made;
   return made_once(made, edge_vox, make_mixed);
 }
 

@@ -6,18 +6,18 @@
 #include "common/robot/drag.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "common/robot/skin.hpp"
-#include "common/voxel/workspace.hpp"
+#include "common/workspace/workspace.hpp"
 
 namespace phantom::bench {
 
 /// Cube of `edge_vox` voxels of 5 mm around the arm, with balls in six layers of 20 mm in about a fifth of
 /// it.
-const voxel::Workspace& balls(int edge_vox);
+const workspace::Workspace& balls(int edge_vox);
 
 /// The same cube without anything in it, and with fluid in every voxel, of another μ than most of its
 /// neighbours'.
-const voxel::Workspace& free_space(int edge_vox);
-const voxel::Workspace& mixed_fluid(int edge_vox);
+const workspace::Workspace& free_space(int edge_vox);
+const workspace::Workspace& mixed_fluid(int edge_vox);
 
 /// A hanging arm of revolute joints, each link a tube of 0.3 m; `joints` 1 to 7 share the length of seven.
 robot::SerialArm tube_arm(std::size_t joints);

@@ -14,7 +14,7 @@
 #include "common/robot/skin.hpp"
 #include "common/runtime/cell_bodies.hpp"
 #include "common/runtime/config_reader.hpp"
-#include "common/voxel/distance_field.hpp"
+#include "common/voxelise/distance_field.hpp"
 
 namespace phantom {
 namespace {
@@ -148,21 +148,21 @@ class Surroundings {
  private:
   Surroundings(double voxel_size_m, double far_m) : far_m_(far_m) {
     const auto& cell = HotCell::get().cell;
-    std::vector<voxel::FieldBody> bodies;
+    std::vector<voxelise::FieldBody> bodies;
     for (const runtime::CellBody& object : HotCell::get().bodies)
       bodies.push_back({object.body.mesh_W, object.body.id});
-    voxel::GridSpec grid{cell.min_m, voxel_size_m, {}};
+    workspace::GridSpec grid{cell.min_m, voxel_size_m, {}};
     for (int axis = 0; axis < 3; ++axis) {
       grid.size_vox[static_cast<std::size_t>(axis)] =
           static_cast<std::int32_t>(std::ceil((cell.max_m[axis] - cell.min_m[axis]) / voxel_size_m));
     }
-    auto field = voxel::DistanceField::build(grid, bodies, {far_m, 0.05});
+    auto field = voxelise::DistanceField::build(grid, bodies, {far_m, 0.05});
     if (!field) throw std::runtime_error(field.status().message());
     field_ = std::move(*field);
   }
 
   double far_m_;
-  voxel::DistanceField field_;
+  voxelise::DistanceField field_;
 };
 
 std::vector<double> between(const Reach& reach, double share) {

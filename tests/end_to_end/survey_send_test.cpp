@@ -25,17 +25,17 @@ test::Said survey(const std::string& words, const RunningSystem& system) {
 struct Voxels {
   std::size_t solid = 0, guard = 0;
 };
-Voxels voxels_of(const voxel::Workspace& workspace, std::uint16_t object) {
+Voxels voxels_of(const workspace::Workspace& workspace, std::uint16_t object) {
   Voxels voxels;
-  std::vector<std::uint16_t> objects(voxel::kBrickVoxels);
-  for (const voxel::BrickKey key : workspace.bricks()) {
+  std::vector<std::uint16_t> objects(workspace::kBrickVoxels);
+  for (const workspace::BrickKey key : workspace.bricks()) {
     const auto brick = workspace.brick(key);
     brick.copy_objects(objects.data());
-    for (std::uint32_t i = 0; i < voxel::kBrickVoxels; ++i) {
+    for (std::uint32_t i = 0; i < workspace::kBrickVoxels; ++i) {
       if (objects[i] != object) continue;
       const std::int8_t order = brick.order[i];
-      voxels.solid += order == voxel::kOrderBoundary || order == voxel::kOrderInterior;
-      voxels.guard += order == voxel::kOrderGuard;
+      voxels.solid += order == workspace::kOrderBoundary || order == workspace::kOrderInterior;
+      voxels.guard += order == workspace::kOrderGuard;
     }
   }
   return voxels;

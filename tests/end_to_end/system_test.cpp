@@ -14,7 +14,7 @@
 
 #include "common/dds/endpoint.hpp"
 #include "common/dds/stamp.hpp"
-#include "common/voxel/workspace_assembler.hpp"
+#include "common/workspace/workspace_assembler.hpp"
 #include "tests/end_to_end/running_system.hpp"
 
 namespace phantom::end_to_end {
@@ -108,12 +108,12 @@ TEST_F(System, EndsInOrderWithAllSixComponents) {
 TEST_F(System, TheWorkspaceArrivesWholeAndItsHashAgrees) {
   ASSERT_TRUE(seen_->version.has_value());
   const auto& v = *seen_->version;
-  voxel::WorkspaceAssembler assembler;
+  workspace::WorkspaceAssembler assembler;
   for (const auto& brick : seen_->bricks) {
     ASSERT_TRUE(
         assembler.put_brick({brick.bx(), brick.by(), brick.bz()}, brick.version(), brick.voxels_zstd()));
   }
-  voxel::VersionDescription description;
+  workspace::VersionDescription description;
   description.version = v.version();
   description.grid = {
       {v.origin_m().x(), v.origin_m().y(), v.origin_m().z()},
@@ -129,7 +129,7 @@ TEST_F(System, TheWorkspaceArrivesWholeAndItsHashAgrees) {
   EXPECT_GE(seen_->objects.size(), 12u);
   std::set<std::uint16_t> ids;
   for (const auto& key : workspace->bricks()) {
-    std::vector<std::uint16_t> objects(voxel::kBrickVoxels);
+    std::vector<std::uint16_t> objects(workspace::kBrickVoxels);
     workspace->brick(key).copy_objects(objects.data());
     ids.insert(objects.begin(), objects.end());
   }

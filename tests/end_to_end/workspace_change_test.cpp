@@ -58,7 +58,7 @@ TEST(RunningDemo, AnObjectMovedByCommandChangesItsBricksOnlyAndThePerceptFollows
   ASSERT_TRUE(eventually([&] {
     return observer.felt_version() != 0 && observer.felt_version() == observer.version();
   })) << system.output();
-  const voxel::Workspace before =
+  const workspace::Workspace before =
       *observer.workspace();  // a copy: who holds a version makes the next but one dear
   const std::size_t all = before.brick_count();
   ASSERT_TRUE(eventually([&] { return observer.id_of("pump") != 0; }));
@@ -92,7 +92,7 @@ TEST(RunningDemo, AnObjectMovedByCommandChangesItsBricksOnlyAndThePerceptFollows
   ASSERT_TRUE(eventually([&] { return observer.version() == observer.felt_version(); }));
   const auto now = observer.workspace();
   std::size_t different = 0;
-  for (voxel::Index3 v{0, 0, 0}; v.z < now->grid().size_vox[2]; ++v.z) {
+  for (workspace::Index3 v{0, 0, 0}; v.z < now->grid().size_vox[2]; ++v.z) {
     for (v.y = 0; v.y < now->grid().size_vox[1]; ++v.y) {
       for (v.x = 0; v.x < now->grid().size_vox[0]; ++v.x) {
         const bool same = before.mu_code(v) == now->mu_code(v) && before.order(v) == now->order(v) &&

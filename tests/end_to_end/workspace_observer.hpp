@@ -10,7 +10,7 @@
 
 #include "common/core/clock.hpp"
 #include "common/dds/endpoint.hpp"
-#include "common/voxel/workspace_assembler.hpp"
+#include "common/workspace/workspace_assembler.hpp"
 
 namespace phantom::end_to_end {
 
@@ -21,7 +21,7 @@ class WorkspaceObserver {
       : participant_("workspace_observer", network) {}
 
   /// The newest whole version; null before the first.
-  std::shared_ptr<const voxel::Workspace> workspace() {
+  std::shared_ptr<const workspace::Workspace> workspace() {
     const std::lock_guard lock(mutex_);
     return assembler_.current();
   }
@@ -74,7 +74,7 @@ class WorkspaceObserver {
     assembler_.prepare();
   }
   /// Bricks that came since the last call, by version.
-  std::map<voxel::BrickKey, std::uint64_t> take_bricks() {
+  std::map<workspace::BrickKey, std::uint64_t> take_bricks() {
     const std::lock_guard lock(mutex_);
     return std::exchange(bricks_, {});
   }
@@ -107,7 +107,7 @@ class WorkspaceObserver {
     };
   }
   void commit(const msg::WorkspaceVersion& v, core::Nanoseconds at_ns) {
-    voxel::VersionDescription d;
+    workspace::VersionDescription d;
     d.version = v.version();
     d.grid = {{v.origin_m().x(), v.origin_m().y(), v.origin_m().z()},
               v.voxel_size_m(),
@@ -136,8 +136,8 @@ class WorkspaceObserver {
   }
 
   std::mutex mutex_;
-  voxel::WorkspaceAssembler assembler_;
-  std::map<voxel::BrickKey, std::uint64_t> bricks_;
+  workspace::WorkspaceAssembler assembler_;
+  std::map<workspace::BrickKey, std::uint64_t> bricks_;
   std::vector<std::filesystem::path> watched_;
   std::map<std::uint64_t, Noted> committed_, felt_;
   msg::Percept percept_;

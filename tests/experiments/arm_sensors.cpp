@@ -19,7 +19,7 @@ constexpr int kDense = 2000;
 constexpr std::array<int, 5> kCounts{10, 20, 40, 60, 90};
 
 /// Torque that opposes theta, N·m or Pa·m (the thesis's mean of μ·r²·θ'), at each angle.
-std::vector<double> swing(const runtime::CellConfig& cell, const voxel::Workspace& workspace, int count,
+std::vector<double> swing(const runtime::CellConfig& cell, const workspace::Workspace& workspace, int count,
                           robot::Normalisation normalisation, const std::vector<double>& angles_deg,
                           Sabotage sabotage) {
   const auto model = axis_phantom(cell, count, normalisation);
@@ -57,7 +57,7 @@ Deviation deviation(const std::vector<Place>& places, std::size_t count_index) {
 
 /// Σ μ r² over the voxels that hold a sensor, each voxel counted once and over all angles: the fluid that a
 /// skin finds.
-double fluid_found(const runtime::CellConfig& cell, const voxel::Workspace& workspace, int count,
+double fluid_found(const runtime::CellConfig& cell, const workspace::Workspace& workspace, int count,
                    const std::vector<double>& angles_deg) {
   const auto model = axis_phantom(cell, count, robot::Normalisation::kNone);
   double sum = 0.0;
@@ -69,7 +69,7 @@ double fluid_found(const runtime::CellConfig& cell, const voxel::Workspace& work
     std::set<std::array<std::int32_t, 3>> seen;
     for (std::size_t i = 0; i < model.skin.size(); ++i) {
       const Eigen::Vector3d p_W_m = X_WL[model.skin.link_of(i)] * model.skin.position(i);
-      const voxel::Index3 v = workspace.grid().index_of(p_W_m);
+      const workspace::Index3 v = workspace.grid().index_of(p_W_m);
       if (!seen.insert({v.x, v.y, v.z}).second) continue;
       const double r_m = (workspace.grid().centre_of(v) - model.arm.axis_point_W(kTheta, X_WL)).norm();
       sum += static_cast<double>(workspace.mu(v)) * r_m * r_m;
@@ -96,7 +96,7 @@ std::string sensors(int count) { return std::to_string(count) + " sensors"; }
 /// The thesis's plots: the same swing with 10 … 90 sensors. Returns the greatest difference of 60 and 90
 /// sensors, share of the peak.
 double plot_swing(Report& report, Plot& plot, const std::string& name, const std::string& title,
-                  const runtime::CellConfig& cell, const voxel::Workspace& workspace,
+                  const runtime::CellConfig& cell, const workspace::Workspace& workspace,
                   robot::Normalisation normalisation, const std::vector<int>& counts,
                   const std::vector<double>& angles_deg, Sabotage sabotage) {
   std::vector<std::string> columns{"θ [°]"};

@@ -37,7 +37,7 @@ struct Stretch {
 
 /// Approach at constant speed, standstill, then speeds within the third layer (the sensor moves along the
 /// plate).
-std::vector<Sensed> track(const voxel::Workspace& workspace, const Settings& settings,
+std::vector<Sensed> track(const workspace::Workspace& workspace, const Settings& settings,
                           std::vector<Stretch>& stretches) {
   Probe probe(workspace, settings);
   std::vector<Sensed> sensed;
@@ -230,11 +230,11 @@ void plot_approach(Report& report, const percept::ToneLaw& law, double greatest_
 void run(Report& report, const Settings& settings) {
   const auto profile = layers(kMu, kLayer_vox);
   const geometry::Pose X_WB{Eigen::Matrix3d::Identity(), {0.5 * kVoxel_m, 0.0, 0.0}};
-  voxel::Body plate{.name = "plate",
-                    .mesh_W = geometry::make_box({kVoxel_m, 0.2, 0.2}).transformed(X_WB),
-                    .profile = profile};
+  layers::Body plate{.name = "plate",
+                     .mesh_W = geometry::make_box({kVoxel_m, 0.2, 0.2}).transformed(X_WB),
+                     .profile = profile};
   const auto workspace =
-      activate({plate}, voxel::grid_over({-0.16, -0.05, -0.05}, {0.02, 0.05, 0.05}, kVoxel_m), settings);
+      activate({plate}, layers::grid_over({-0.16, -0.05, -0.05}, {0.02, 0.05, 0.05}, kVoxel_m), settings);
   const double greatest_mu = percept::greatest_neighbour_mu(workspace);
   std::vector<Stretch> stretches;
   const auto sensed = track(workspace, settings, stretches);

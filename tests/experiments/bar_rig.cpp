@@ -48,7 +48,7 @@ double bar_distance_m(double r_m, double theta_rad) {
   return outside + std::min(std::max(u, w), 0.0);
 }
 
-std::vector<double> swing(const phantom_sensing::PhantomModel& model, const voxel::Workspace& workspace,
+std::vector<double> swing(const phantom_sensing::PhantomModel& model, const workspace::Workspace& workspace,
                           const std::vector<double>& angles_deg, double speed_rad_s) {
   phantom_sensing::PhantomSensing phantom(model, {});
   phantom_sensing::StepInputs inputs;
@@ -65,7 +65,7 @@ std::vector<double> swing(const phantom_sensing::PhantomModel& model, const voxe
   return torque;
 }
 
-double ideal_coefficient(const voxel::LayerProfile& profile, double voxel_size_m, double theta_rad) {
+double ideal_coefficient(const workspace::LayerProfile& profile, double voxel_size_m, double theta_rad) {
   constexpr int kSteps = 5700;  // a tenth of a millimetre
   // Every voxel that the surface passes is solid: the bar is thicker by half of a voxel's extent across its
   // faces. Layers begin at the centres of those voxels, which lie half a voxel out at most places.

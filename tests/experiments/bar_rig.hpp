@@ -32,11 +32,11 @@ double bar_distance_m(double r_m, double theta_rad);
 /// Drag coefficient of theta, N·m·s/rad, of a skin without gaps in fluid without voxels: ∫ μ(distance) r² 2πR
 /// dr along the link, by the profile's layers from the surface outwards. What all voxels and sensors
 /// approximate; never sabotaged.
-double ideal_coefficient(const voxel::LayerProfile& profile, double voxel_size_m, double theta_rad);
+double ideal_coefficient(const workspace::LayerProfile& profile, double voxel_size_m, double theta_rad);
 
 /// Torque that opposes theta while it swings, at each angle: N·m, or Pa·m where the skin is normalised by a
 /// count.
-std::vector<double> swing(const phantom_sensing::PhantomModel& model, const voxel::Workspace& workspace,
+std::vector<double> swing(const phantom_sensing::PhantomModel& model, const workspace::Workspace& workspace,
                           const std::vector<double>& angles_deg, double speed_rad_s);
 
 }  // namespace phantom::experiments

@@ -14,10 +14,10 @@ constexpr float kSkin = 100.0F;
 constexpr int kThickness_vox = 4;  // FAZ of 9 × 9 × 9: m = 4
 constexpr double kSpeed_m_per_s = 0.1, kFrom_vox = 0.0, kTo_vox = 120.0, kHeight_vox = 40.0;
 
-voxel::Workspace workspace_of(voxel::LayerMethod method, const Settings& settings) {
-  voxel::LayerProfile profile = layers(kMu, kThickness_vox, kSkin);
+workspace::Workspace workspace_of(workspace::LayerMethod method, const Settings& settings) {
+  workspace::LayerProfile profile = layers(kMu, kThickness_vox, kSkin);
   profile.method = method;
-  profile.element = voxel::ShapingElement::kSphereContained;
+  profile.element = workspace::ShapingElement::kSphereContained;
   return activate({{.name = "complex cylinder", .mesh_W = track_cylinder(), .profile = profile}},
                   track_grid({0, -16, 0}, {120, 110, 80}), settings);
 }
@@ -56,8 +56,8 @@ double skin_error_vox(const Walk& walked, double y_vox) {
 }
 
 void run(Report& report, const Settings& settings) {
-  const auto thesis = workspace_of(voxel::LayerMethod::kDilation, settings),
-             ours = workspace_of(voxel::LayerMethod::kDistance, settings);
+  const auto thesis = workspace_of(workspace::LayerMethod::kDilation, settings),
+             ours = workspace_of(workspace::LayerMethod::kDistance, settings);
   Plot& plot = report.plot("tracks",
                            "Drag on a point at 0.1 m/s past the complex cylinder, z = 40\nμ = 32, 20, 13, "
                            "11, 10, 9, skin 100; six layers of 4 voxels of 5 mm",

@@ -31,7 +31,7 @@ struct ThereAndBack {
   std::vector<double> there, back;  // both by place
 };
 
-ThereAndBack track(const voxel::Workspace& workspace, const Settings& settings,
+ThereAndBack track(const workspace::Workspace& workspace, const Settings& settings,
                    const robot::SensingOptions& options, const std::optional<robot::ClusterSpec>& cluster,
                    const std::vector<double>& x_vox) {
   Probe probe(workspace, settings, options, cluster);
@@ -69,7 +69,7 @@ double greatest_step(const ThereAndBack& felt) {
 }
 
 /// Torque that opposes theta at each angle, N·m.
-std::vector<double> swing(const runtime::CellConfig& cell, const voxel::Workspace& workspace, int count,
+std::vector<double> swing(const runtime::CellConfig& cell, const workspace::Workspace& workspace, int count,
                           const std::optional<robot::ClusterSpec>& cluster,
                           const std::vector<double>& angles_deg, Sabotage sabotage) {
   const auto model = axis_phantom(cell, count, robot::Normalisation::kArea, cluster);

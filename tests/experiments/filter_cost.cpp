@@ -138,9 +138,10 @@ int order_of(double distance_m) {  // the stroke binned into the cylinder's gaps
 }
 
 /// The distance along the motion at which the first voxel of a body lies; infinite beyond the reach.
-double first_solid_m(const voxel::Workspace& workspace, const Place& place) {
+double first_solid_m(const workspace::Workspace& workspace, const Place& place) {
   for (double s = 0.0; s <= kReach_m; s += 0.02 * kVoxel_m) {
-    if (workspace.order(workspace.grid().index_of(place.p + s * place.direction)) >= voxel::kOrderBoundary)
+    if (workspace.order(workspace.grid().index_of(place.p + s * place.direction)) >=
+        workspace::kOrderBoundary)
       return s;
   }
   return INFINITY;
@@ -179,13 +180,13 @@ double greatest_printed_error() {
 void run(Report& report, const Settings& settings) {
   const auto scene = two_cylinders();
   const IntersectionScene filtered(scene);
-  std::vector<voxel::Body> bodies;
+  std::vector<layers::Body> bodies;
   for (const auto& mesh : scene) {
     bodies.push_back(
         {.name = "cylinder", .mesh_W = mesh, .profile = layers({32, 20, 13, 11, 10, 9}, kThickness_vox)});
   }
-  const voxel::Workspace workspace =
-      activate(bodies, voxel::grid_over({-0.3, -0.3, -0.2}, {0.6, 0.3, 0.2}, kVoxel_m), settings);
+  const workspace::Workspace workspace =
+      activate(bodies, layers::grid_over({-0.3, -0.3, -0.2}, {0.6, 0.3, 0.2}, kVoxel_m), settings);
 
   const int per_leg = settings.fast ? 20 : 100;
   Table& table = report.table(

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/geometry/primitives.hpp"
-#include "common/voxel/fidelity.hpp"
+#include "common/layers/fidelity.hpp"
 #include "tests/experiments/rig.hpp"
 #include "tests/experiments/sections.hpp"
 #include "tests/experiments/specimens.hpp"
@@ -13,8 +13,8 @@
 namespace phantom::experiments {
 namespace {
 
-using voxel::LayerMethod;
-using voxel::ShapingElement;
+using workspace::LayerMethod;
+using workspace::ShapingElement;
 
 constexpr double kVoxel_m = 0.005;
 const std::vector<float> kMu{32, 25, 20, 17, 15, 13};
@@ -45,19 +45,19 @@ std::vector<Specimen> bodies() {
           {"cone", placed(geometry::make_cone(0.07, 0.0, 0.14, 96), off)}};
 }
 
-voxel::LayerProfile profile_of(const Way& way, int m) {
-  voxel::LayerProfile profile = layers(kMu, m);
+workspace::LayerProfile profile_of(const Way& way, int m) {
+  workspace::LayerProfile profile = layers(kMu, m);
   profile.method = way.method;
   profile.element = way.element;
   return profile;
 }
 
-voxel::Workspace layered(const geometry::TriangleMesh& mesh, const voxel::LayerProfile& profile,
-                         const Settings& settings) {
+workspace::Workspace layered(const geometry::TriangleMesh& mesh, const workspace::LayerProfile& profile,
+                             const Settings& settings) {
   const geometry::BoundingBox box = mesh.bounding_box();
   const Eigen::Vector3d margin = Eigen::Vector3d::Constant(kVoxel_m * (profile.reach_vox() + 3));
   const auto grid =
-      voxel::grid_over(box.min_m.cast<double>() - margin, box.max_m.cast<double>() + margin, kVoxel_m);
+      layers::grid_over(box.min_m.cast<double>() - margin, box.max_m.cast<double>() + margin, kVoxel_m);
   return activate({{.name = "body", .mesh_W = mesh, .profile = profile}}, grid, settings);
 }
 
@@ -67,14 +67,14 @@ struct Error {
   double mean = 0.0, rms = 0.0, greatest = 0.0;
 };
 
-Error error_of(const geometry::TriangleMesh& mesh, const voxel::LayerProfile& profile,
+Error error_of(const geometry::TriangleMesh& mesh, const workspace::LayerProfile& profile,
                const Settings& settings) {
   const auto workspace = layered(mesh, profile, settings);
-  const voxel::LayerFidelity outermost = voxel::measure_fidelity(mesh, profile, workspace, 2).back();
+  const layers::LayerFidelity outermost = layers::measure_fidelity(mesh, profile, workspace, 2).back();
   Error error{0.0, outermost.whole.mean_vox, outermost.whole.rms_vox,
               std::max(outermost.whole.max_vox, -outermost.whole.min_vox)};
-  for (const voxel::Side side : {voxel::Side::kEdge, voxel::Side::kCorner}) {
-    const voxel::Deviation& d = outermost.by_side[static_cast<std::size_t>(side)];
+  for (const layers::Side side : {layers::Side::kEdge, layers::Side::kCorner}) {
+    const layers::Deviation& d = outermost.by_side[static_cast<std::size_t>(side)];
     if (d.faces > 0) error.diagonal = std::max({error.diagonal, d.max_vox, -d.min_vox});
   }
   return error;
@@ -85,12 +85,12 @@ double free_bore_m(double inner_radius_m, int m, const Settings& settings) {
   const auto tube = hollow_cylinder(inner_radius_m + 0.03, inner_radius_m, 0.1);
   const auto workspace = layered(tube, profile_of(kWays[3], m), settings);
   const auto& grid = workspace.grid();
-  const voxel::Index3 middle = grid.index_of(Eigen::Vector3d::Zero());
+  const workspace::Index3 middle = grid.index_of(Eigen::Vector3d::Zero());
   double free = 0.0;
   for (std::int32_t y = 0; y < grid.size_vox[1]; ++y) {
     for (std::int32_t x = 0; x < grid.size_vox[0]; ++x) {
       const Eigen::Vector3d p = grid.centre_of({x, y, middle.z});
-      if (p.head<2>().norm() < inner_radius_m && workspace.order({x, y, middle.z}) == voxel::kOrderFree)
+      if (p.head<2>().norm() < inner_radius_m && workspace.order({x, y, middle.z}) == workspace::kOrderFree)
         ++free;
     }
   }

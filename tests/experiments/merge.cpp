@@ -17,19 +17,19 @@ const std::vector<float> kMu{32, 20, 13, 11, 10, 9};
 const Eigen::Vector3d kLow_vox{0, -5, 5}, kHigh_vox{200, 110, 75};
 constexpr double kZ_vox = 40.0, kA_vox = 80.0, kB_vox = 20.0;  // heights of AA1 and BB1 in the plan
 
-voxel::Body body(const char* name, geometry::TriangleMesh mesh) {
+layers::Body body(const char* name, geometry::TriangleMesh mesh) {
   return {.name = name, .mesh_W = std::move(mesh), .profile = layers(kMu, kThickness_vox)};
 }
 
 /// The complex cylinder and, to the right of it, a round one (figures 5.8, 5.9).
-std::vector<voxel::Body> pair_of_cylinders() {
+std::vector<layers::Body> pair_of_cylinders() {
   const auto round = geometry::make_cylinder(26 * kTrackVoxel_m, 40 * kTrackVoxel_m, 96);
   return {body("complex cylinder", track_cylinder()),
           body("round cylinder", placed(round, kTrackVoxel_m * Eigen::Vector3d(122.2, 50.3, 40.0)))};
 }
 
 /// A cylinder beside the wedge block, its groove up (figure 5.7).
-std::vector<voxel::Body> cylinder_and_wedge() {
+std::vector<layers::Body> cylinder_and_wedge() {
   const auto wedge = wedge_block(kTrackVoxel_m * Eigen::Vector3d(60, 50, 40),
                                  kTrackVoxel_m * Eigen::Vector2d(30, 50), 4 * kTrackVoxel_m);
   const auto round = geometry::make_cylinder(20 * kTrackVoxel_m, 40 * kTrackVoxel_m, 96);
@@ -37,13 +37,13 @@ std::vector<voxel::Body> cylinder_and_wedge() {
           body("wedge block", placed(wedge, kTrackVoxel_m * Eigen::Vector3d(122.3, 50.2, 40.0)))};
 }
 
-voxel::Workspace merged(const std::vector<voxel::Body>& bodies, const Settings& settings) {
+workspace::Workspace merged(const std::vector<layers::Body>& bodies, const Settings& settings) {
   return activate(bodies, track_grid(kLow_vox, kHigh_vox), settings);
 }
 
 /// Voxels in which the merged μ is not the greater of the two, or the object named is not the one that has
 /// it.
-double wrong_voxels(const std::vector<voxel::Body>& bodies, const voxel::Workspace& both,
+double wrong_voxels(const std::vector<layers::Body>& bodies, const workspace::Workspace& both,
                     const Settings& settings) {
   const auto a = merged({bodies[0]}, settings), b = merged({bodies[1]}, settings);
   double wrong = 0.0;
@@ -51,7 +51,7 @@ double wrong_voxels(const std::vector<voxel::Body>& bodies, const voxel::Workspa
   for (std::int32_t z = 0; z < size[2]; ++z) {
     for (std::int32_t y = 0; y < size[1]; ++y) {
       for (std::int32_t x = 0; x < size[0]; ++x) {
-        const voxel::Index3 v{x, y, z};
+        const workspace::Index3 v{x, y, z};
         const float mu_a = a.mu(v), mu_b = b.mu(v);
         const std::uint16_t expected = mu_a == 0.0F && mu_b == 0.0F ? 0 : mu_a >= mu_b ? 1 : 2;
         if (both.mu(v) != std::max(mu_a, mu_b) || both.object(v) != expected) ++wrong;
@@ -62,11 +62,11 @@ double wrong_voxels(const std::vector<voxel::Body>& bodies, const voxel::Workspa
 }
 
 /// Fluid between the wedge's legs at a height, as the width of the free or layered part on its middle line.
-double split_width_vox(const voxel::Workspace& workspace, double z_vox) {
+double split_width_vox(const workspace::Workspace& workspace, double z_vox) {
   double width = 0.0;
   for (double x_vox = 95.5; x_vox < 150.0; x_vox += 1.0) {
     const auto v = workspace.grid().index_of(kTrackVoxel_m * Eigen::Vector3d(x_vox, 50.5, z_vox + 0.5));
-    if (workspace.order(v) > 0 && workspace.order(v) < voxel::kOrderBoundary) ++width;
+    if (workspace.order(v) > 0 && workspace.order(v) < workspace::kOrderBoundary) ++width;
   }
   return width;
 }

@@ -46,7 +46,7 @@ int guard_for(double error_m, double voxel_size_m) {
 }
 
 void code(TeleopSetup& setup, Coding coding, double error_m, const Settings& settings) {
-  voxel::LayerProfile profile = layers({32, 20, 13, 11, 10, 8}, coding >= Coding::kThinLayers ? 1 : 4);
+  workspace::LayerProfile profile = layers({32, 20, 13, 11, 10, 8}, coding >= Coding::kThinLayers ? 1 : 4);
   if (coding == Coding::kInnerLayers) {
     profile.inside_thickness_vox = {1, 1};
     profile.mu_inside_Pa_s_per_m = {40, 60};
@@ -55,10 +55,10 @@ void code(TeleopSetup& setup, Coding coding, double error_m, const Settings& set
   setup.cell.objects.front().profile = sabotaged(profile, settings.sabotage);
   setup.workspace = phantom_sensing::build_workspace(setup.cell);
   if (coding != Coding::kFreeInside) return;
-  for (const voxel::BrickKey key : setup.workspace.bricks()) {
+  for (const workspace::BrickKey key : setup.workspace.bricks()) {
     const auto brick = setup.workspace.edit_brick(key);
-    for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i) {
-      if (brick.order[i] != voxel::kOrderInterior) continue;
+    for (std::size_t i = 0; i < workspace::kBrickVoxels; ++i) {
+      if (brick.order[i] != workspace::kOrderInterior) continue;
       brick.mu_code[i] = 0;
       brick.object[i] = 0;
     }

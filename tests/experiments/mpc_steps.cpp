@@ -27,17 +27,17 @@ percept::MpcDesign design(const std::vector<int>& gaps_vox) {
 }
 
 /// The plate's face is at x = 0; its fluid reaches to negative x.
-voxel::Workspace plate(const percept::MpcDesign& design, const Settings& settings) {
+workspace::Workspace plate(const percept::MpcDesign& design, const Settings& settings) {
   const auto layers = must(percept::mpc_layers(design, kVoxel_m, percept::MpcTransition::kStepped));
-  voxel::LayerProfile profile;
+  workspace::LayerProfile profile;
   profile.thickness_vox = layers.thickness_vox;
   profile.mu_Pa_s_per_m.assign(layers.gamma_N_s_per_m.begin(), layers.gamma_N_s_per_m.end());
   profile.mu_skin_Pa_s_per_m = 2.0F * profile.mu_Pa_s_per_m.front();
   const geometry::Pose X_WB{Eigen::Matrix3d::Identity(), {0.5 * kVoxel_m, 0.0, 0.0}};
-  voxel::Body body{.name = "plate",
-                   .mesh_W = geometry::make_box({kVoxel_m, 0.2, 0.2}).transformed(X_WB),
-                   .profile = profile};
-  return activate({body}, voxel::grid_over({-0.15, -0.05, -0.05}, {0.02, 0.05, 0.05}, kVoxel_m), settings);
+  layers::Body body{.name = "plate",
+                    .mesh_W = geometry::make_box({kVoxel_m, 0.2, 0.2}).transformed(X_WB),
+                    .profile = profile};
+  return activate({body}, layers::grid_over({-0.15, -0.05, -0.05}, {0.02, 0.05, 0.05}, kVoxel_m), settings);
 }
 
 struct Motion {
@@ -49,7 +49,7 @@ struct Approach {
   std::vector<double> time_s, travel_m, speed_m_per_s, force_N;
 };
 
-Approach approach(const voxel::Workspace& workspace, const Motion& motion, const Settings& settings) {
+Approach approach(const workspace::Workspace& workspace, const Motion& motion, const Settings& settings) {
   Probe probe(workspace, settings);
   Approach result;
   const double v0 = motion.start_m_per_s, v1 = motion.end_m_per_s;
@@ -121,7 +121,7 @@ void run(Report& report, const Settings& settings) {
   double worst = 0.0, linearity = 0.0, rise = 0.0;
   for (const Coding& coding : codings) {
     const percept::MpcDesign cylinder = design(coding.gaps_vox);
-    const voxel::Workspace workspace = plate(cylinder, settings);
+    const workspace::Workspace workspace = plate(cylinder, settings);
     Table& table =
         report.table(coding.table, {"motion", "time [s]", "fraction of x", "speed [m/s]", "RP [N]"});
     Panel& panel = plot.panel(coding.name, "fraction of x = 10 cm travelled", "response parameter RP [N]");

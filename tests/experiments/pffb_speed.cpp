@@ -56,7 +56,7 @@ double mean_Nm(const Swing& swing, double from_deg, double to_deg) {
 }
 
 /// Where the link enters the outermost layer, by geometry.
-double ideal_onset_deg(const voxel::LayerProfile& profile, double voxel_size_m) {
+double ideal_onset_deg(const workspace::LayerProfile& profile, double voxel_size_m) {
   double angle_deg = 0.0;
   while (ideal_coefficient(profile, voxel_size_m, rad(angle_deg)) == 0.0) angle_deg += 0.01;
   return angle_deg;

@@ -24,7 +24,7 @@ constexpr double kStated_deg = 15.0;
 
 double degrees(double rad) { return rad * 180.0 / std::numbers::pi; }
 
-voxel::Workspace workspace_of(const geometry::TriangleMesh& mesh, const Settings& settings) {
+workspace::Workspace workspace_of(const geometry::TriangleMesh& mesh, const Settings& settings) {
   return activate({{.name = "object", .mesh_W = mesh, .profile = layers(kMu, kThickness_vox)}},
                   track_grid({-5, -20, 0}, {125, 110, 100}), settings);
 }
@@ -39,7 +39,7 @@ struct Reading {
 using Truth =
     std::function<Eigen::Vector3d(const Eigen::Vector3d& p_vox)>;  // from p to the nearest point, in voxels
 
-std::vector<Reading> readings_on(const voxel::Workspace& workspace, double y_vox, double z_vox,
+std::vector<Reading> readings_on(const workspace::Workspace& workspace, double y_vox, double z_vox,
                                  double from_vox, double to_vox, double step_vox, const Truth& truth) {
   const percept::ClusterZone zone(kReach_vox, percept::ZoneShape::kSphere);
   std::vector<Reading> result;

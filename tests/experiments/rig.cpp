@@ -5,7 +5,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "common/voxel/live_workspace.hpp"
+#include "common/layers/live_workspace.hpp"
 
 namespace phantom::experiments {
 namespace {
@@ -49,7 +49,7 @@ robot::SkinLayout tip_sensor(const robot::SerialArm& arm, double voxel_size_m,
 
 }  // namespace
 
-voxel::LayerProfile sabotaged(voxel::LayerProfile profile, Sabotage sabotage) {
+workspace::LayerProfile sabotaged(workspace::LayerProfile profile, Sabotage sabotage) {
   if (sabotage == Sabotage::kConstantMu) {
     float mu = profile.mu_Pa_s_per_m.front();
     for (float& layer : profile.mu_Pa_s_per_m) {
@@ -87,31 +87,31 @@ survey::RangeHead sabotaged(survey::RangeHead head, Sabotage sabotage) {
   return head;
 }
 
-voxel::LayerProfile layers(const std::vector<float>& mu_Pa_s_per_m, int thickness_vox,
-                           float mu_skin_Pa_s_per_m) {
-  voxel::LayerProfile profile;
+workspace::LayerProfile layers(const std::vector<float>& mu_Pa_s_per_m, int thickness_vox,
+                               float mu_skin_Pa_s_per_m) {
+  workspace::LayerProfile profile;
   profile.mu_Pa_s_per_m = mu_Pa_s_per_m;
   profile.thickness_vox.assign(mu_Pa_s_per_m.size(), thickness_vox);
   profile.mu_skin_Pa_s_per_m = mu_skin_Pa_s_per_m;
   return profile;
 }
 
-voxel::Workspace activate(std::vector<voxel::Body> bodies, const voxel::GridSpec& grid,
-                          const Settings& settings, voxel::MergeLaw law) {
-  std::vector<voxel::LiveBody> live;
+workspace::Workspace activate(std::vector<layers::Body> bodies, const workspace::GridSpec& grid,
+                              const Settings& settings, layers::MergeLaw law) {
+  std::vector<layers::LiveBody> live;
   std::uint16_t id = 0;
-  for (voxel::Body& body : bodies) {
+  for (layers::Body& body : bodies) {
     body.id = ++id;
     body.profile = sabotaged(std::move(body.profile), settings.sabotage);
     body.mesh_W = sabotaged(std::move(body.mesh_W), grid.voxel_size_m, settings.sabotage);
     live.push_back({&body, 0});
   }
-  voxel::LiveWorkspace workspace(grid, law);
+  layers::LiveWorkspace workspace(grid, law);
   must(workspace.add(live, 1));
   return std::move(workspace).take();
 }
 
-Probe::Probe(const voxel::Workspace& workspace, const Settings& settings,
+Probe::Probe(const workspace::Workspace& workspace, const Settings& settings,
              const robot::SensingOptions& options, const std::optional<robot::ClusterSpec>& cluster)
     : workspace_(workspace),
       sabotage_(settings.sabotage),

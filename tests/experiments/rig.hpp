@@ -4,13 +4,13 @@
 #include <optional>
 #include <vector>
 
+#include "common/layers/activation.hpp"
+#include "common/layers/merge.hpp"
 #include "common/robot/drag.hpp"
 #include "common/robot/serial_arm.hpp"
 #include "common/robot/skin.hpp"
 #include "common/robot/skin_sensing.hpp"
 #include "common/survey/range_head.hpp"
-#include "common/voxel/activation.hpp"
-#include "common/voxel/merge.hpp"
 #include "tests/experiments/experiment.hpp"
 
 namespace phantom::experiments {
@@ -20,7 +20,7 @@ namespace phantom::experiments {
 
 /// Layers as given; or all with the first one's μ (less the least that "falling outwards" asks for); or the
 /// first one a voxel wider, so that the others lie one too far out.
-voxel::LayerProfile sabotaged(voxel::LayerProfile profile, Sabotage sabotage);
+workspace::LayerProfile sabotaged(workspace::LayerProfile profile, Sabotage sabotage);
 /// A speed, rad/s or m/s, as given; or always kIgnoredSpeed with its sign (0 stays 0).
 double sabotaged(double speed, Sabotage sabotage);
 core::JointArray sabotaged(core::JointArray speeds, Sabotage sabotage);
@@ -38,13 +38,14 @@ T must(core::Expected<T> result) {
 }
 
 /// Layers of one thickness each, in voxels.
-voxel::LayerProfile layers(const std::vector<float>& mu_Pa_s_per_m, int thickness_vox,
-                           float mu_skin_Pa_s_per_m = 100.0F);
+workspace::LayerProfile layers(const std::vector<float>& mu_Pa_s_per_m, int thickness_vox,
+                               float mu_skin_Pa_s_per_m = 100.0F);
 
 /// Bodies activated in a grid and merged, with their profiles sabotaged as the settings say. Objects get the
 /// ids 1, 2, …
-voxel::Workspace activate(std::vector<voxel::Body> bodies, const voxel::GridSpec& grid,
-                          const Settings& settings, voxel::MergeLaw law = voxel::MergeLaw::kHighestViscosity);
+workspace::Workspace activate(std::vector<layers::Body> bodies, const workspace::GridSpec& grid,
+                              const Settings& settings,
+                              layers::MergeLaw law = layers::MergeLaw::kHighestViscosity);
 
 /// What the probe met at one place.
 struct Felt {
@@ -58,14 +59,14 @@ struct Felt {
 class Probe {
  public:
   /// `cluster`: an enhanced sensor in place of the point.
-  Probe(const voxel::Workspace& workspace, const Settings& settings,
+  Probe(const workspace::Workspace& workspace, const Settings& settings,
         const robot::SensingOptions& options = {},
         const std::optional<robot::ClusterSpec>& cluster = std::nullopt);
   Felt at(const Eigen::Vector3d& p_W_m, const Eigen::Vector3d& v_W_m_per_s);
   const robot::SkinSensing& sensing() const { return sensing_; }
 
  private:
-  const voxel::Workspace& workspace_;
+  const workspace::Workspace& workspace_;
   Sabotage sabotage_;
   robot::SerialArm arm_;
   robot::SkinLayout layout_;

@@ -65,12 +65,12 @@ TEST(Specimens, WedgeAndTubeAreClosedWithTheVolumesOfTheirFormulas) {
 }
 
 /// A wall at x ≥ 0 with two layers of two voxels of 1 cm.
-voxel::Workspace wall(Sabotage sabotage) {
+workspace::Workspace wall(Sabotage sabotage) {
   const geometry::Pose X_WB{Eigen::Matrix3d::Identity(), {0.1, 0.0, 0.0}};
-  const voxel::Body body{.name = "wall",
-                         .mesh_W = geometry::make_box({0.2, 1.0, 1.0}).transformed(X_WB),
-                         .profile = layers({20.0F, 10.0F}, 2)};
-  return activate({body}, voxel::grid_over({-0.2, -0.2, -0.2}, {0.2, 0.2, 0.2}, 0.01),
+  const layers::Body body{.name = "wall",
+                          .mesh_W = geometry::make_box({0.2, 1.0, 1.0}).transformed(X_WB),
+                          .profile = layers({20.0F, 10.0F}, 2)};
+  return activate({body}, layers::grid_over({-0.2, -0.2, -0.2}, {0.2, 0.2, 0.2}, 0.01),
                   {.sabotage = sabotage});
 }
 

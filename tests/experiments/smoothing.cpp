@@ -32,7 +32,7 @@ const std::array<Coding, 2> kCodings{
     {{"linear", {32, 29, 26, 23, 20, 17, 14, 11, 8, 5}}, {"nonlinear", {32, 20, 13, 11, 10, 9, 8}}}};
 
 /// A sample a voxel: the memory takes a new entry with each.
-Walk walk_with(const voxel::Workspace& workspace, const robot::MemoryWeights& weights,
+Walk walk_with(const workspace::Workspace& workspace, const robot::MemoryWeights& weights,
                const Settings& settings) {
   robot::SensingOptions options;
   if (weights.size() > 1) options.memory = weights;

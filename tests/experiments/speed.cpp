@@ -16,7 +16,7 @@ constexpr double kRadius_vox = 30.0, kHeight_vox = 40.0;
 const Eigen::Vector3d kCentre_vox{60.3, 60.2, 40.1};  // of the cone's axis, at half its height
 constexpr double kY_vox = 34.0, kZ_vox = 32.0;
 
-voxel::Workspace cone(const Settings& settings) {
+workspace::Workspace cone(const Settings& settings) {
   const auto mesh = geometry::make_cone(kTrackVoxel_m * kRadius_vox, 0.0, kTrackVoxel_m * kHeight_vox, 96);
   return activate({{.name = "cone",
                     .mesh_W = placed(mesh, kTrackVoxel_m * kCentre_vox),

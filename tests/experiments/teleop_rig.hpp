@@ -20,9 +20,9 @@ struct TeleopSetup {
   runtime::CellConfig cell;  ///< cells/bar, as modelled; where the bar really stands: its X_deviation
   slave_io::ArmModel arm;    ///< the test arm; its link touches along its axis
   phantom_sensing::PhantomModel phantom;  ///< 60 sensors along the link
-  master_io::Config master;    ///< shipped, with a light master joint: hardly any friction (figure 5.22)
-  slave_io::Config slave;      ///< shipped
-  voxel::Workspace workspace;  ///< of the cell
+  master_io::Config master;        ///< shipped, with a light master joint: hardly any friction (figure 5.22)
+  slave_io::Config slave;          ///< shipped
+  workspace::Workspace workspace;  ///< of the cell
 };
 
 /// `operator_model` and `law` as on master_io's command line. Profile and speeds are sabotaged as the

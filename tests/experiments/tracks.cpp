@@ -14,8 +14,8 @@ constexpr double kRadius_vox = 32.0, kHeight_vox = 40.0, kTurned_rad = 0.05;
 
 }  // namespace
 
-voxel::GridSpec track_grid(const Eigen::Vector3d& low_vox, const Eigen::Vector3d& high_vox) {
-  return voxel::grid_over(kTrackVoxel_m * low_vox, kTrackVoxel_m * high_vox, kTrackVoxel_m);
+workspace::GridSpec track_grid(const Eigen::Vector3d& low_vox, const Eigen::Vector3d& high_vox) {
+  return layers::grid_over(kTrackVoxel_m * low_vox, kTrackVoxel_m * high_vox, kTrackVoxel_m);
 }
 
 geometry::TriangleMesh track_cylinder() {

@@ -11,7 +11,7 @@ namespace phantom::experiments {
 inline constexpr double kTrackVoxel_m = 0.005;
 
 /// Voxels from `low` to `high`, in voxels.
-voxel::GridSpec track_grid(const Eigen::Vector3d& low_vox, const Eigen::Vector3d& high_vox);
+workspace::GridSpec track_grid(const Eigen::Vector3d& low_vox, const Eigen::Vector3d& high_vox);
 
 /// The complex cylinder that the tracks pass: axis along z at (60, 44), radius 32 over its lobes, z from 20
 /// to 60, turned a little, so that its two lobes towards y = 20 are at different distances from that track.

@@ -1,7 +1,7 @@
 // A wedge block with a V groove and a cone become voxels (thesis 4.3.3c): is the volume right, are the
 // sections the shape's?
 
-#include "common/voxel/voxelise.hpp"
+#include "common/voxelise/voxelise.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -35,19 +35,19 @@ std::vector<Solid> solids() {
 }
 
 struct Voxels {
-  voxel::GridSpec grid;
-  voxel::SolidVoxels solid;
+  workspace::GridSpec grid;
+  voxelise::SolidVoxels solid;
 };
 
 Voxels voxels_of(const geometry::TriangleMesh& mesh, double voxel_m, const Settings& settings) {
-  Voxels result{voxel::grid_over({-0.13, -0.11, -0.11}, {0.13, 0.11, 0.11}, voxel_m), {}};
-  result.solid = must(voxel::voxelise(sabotaged(mesh, voxel_m, settings.sabotage), result.grid,
-                                      voxel::VoxelBox::of(result.grid)));
+  Voxels result{layers::grid_over({-0.13, -0.11, -0.11}, {0.13, 0.11, 0.11}, voxel_m), {}};
+  result.solid = must(voxelise::voxelise(sabotaged(mesh, voxel_m, settings.sabotage), result.grid,
+                                         workspace::VoxelBox::of(result.grid)));
   return result;
 }
 
 /// 0 free, 1 interior, 2 boundary.
-double kind_of(const voxel::SolidVoxels& solid, std::array<std::int32_t, 3> v) {
+double kind_of(const voxelise::SolidVoxels& solid, std::array<std::int32_t, 3> v) {
   const std::array<std::int32_t, 3> at{v[0] - solid.box.min.x, v[1] - solid.box.min.y,
                                        v[2] - solid.box.min.z};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -65,7 +65,7 @@ void draw_section(Report& report, Plot& plot, const std::string& title, const st
   Table& table = report.table(name, {axes[u], axes[v], "kind"});
   Eigen::Vector3d through = voxels.grid.origin_m;
   through[normal] = at_m;
-  const voxel::Index3 first = voxels.grid.index_of(through);
+  const workspace::Index3 first = voxels.grid.index_of(through);
   std::array<std::int32_t, 3> at{first.x, first.y, first.z};
   for (at[v] = 0; at[v] < voxels.grid.size_vox[v]; ++at[v]) {
     for (at[u] = 0; at[u] < voxels.grid.size_vox[u]; ++at[u]) {
@@ -93,7 +93,7 @@ double compare_sections(Table& table, const Voxels& cone, const Voxels& wedge) {
   double worst = 0.0;
   for (std::int32_t k = 0; k < cone.grid.size_vox[2]; ++k) {
     const double z_m = cone.grid.centre_of({0, 0, k}).z() - z0;
-    const auto area = [&](const voxel::SolidVoxels& solid) {
+    const auto area = [&](const voxelise::SolidVoxels& solid) {
       const std::int32_t z = k - solid.box.min.z;
       if (z < 0 || z >= solid.box.size[2]) return 0.0;
       double voxels = 0.0;

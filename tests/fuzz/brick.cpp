@@ -8,29 +8,30 @@
 #include <vector>
 
 #include "common/geometry/mesh.hpp"
-#include "common/voxel/brick_codec.hpp"
-#include "common/voxel/brick_tiles.hpp"
+#include "common/workspace/brick_codec.hpp"
+#include "common/workspace/brick_tiles.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
   using namespace phantom;
-  const auto brick = std::make_unique<voxel::BrickContent>(), again = std::make_unique<voxel::BrickContent>();
+  const auto brick = std::make_unique<workspace::BrickContent>(),
+             again = std::make_unique<workspace::BrickContent>();
   const auto expect_again =
       [&](const core::Status& status) {  // as it was, and so must be what is known of it
         const auto& [voxels, facts] = *brick;
-        const voxel::BrickFacts literal = voxel::facts_of(voxels);
+        const workspace::BrickFacts literal = workspace::facts_of(voxels);
         if (!status || std::memcmp(&voxels, &again->voxels, sizeof voxels) != 0 ||
             facts.object != literal.object || facts.uniform != literal.uniform ||
             facts.greatest_code != literal.greatest_code ||
             facts.greatest_fluid_code != literal.greatest_fluid_code)
           std::abort();
       };
-  if (voxel::decode_brick({bytes, size}, *brick))
-    expect_again(voxel::decode_brick(voxel::encode_brick(brick->voxels.view()), *again));
-  if (voxel::untile_brick({bytes, size}, *brick)) {  // what lies behind the checksum
-    std::vector<std::uint8_t> tiled(voxel::kMostTiledBytes);
-    tiled.resize(
-        voxel::tile_brick(brick->voxels.view(), std::span<std::uint8_t, voxel::kMostTiledBytes>(tiled)));
-    expect_again(voxel::untile_brick(tiled, *again));
+  if (workspace::decode_brick({bytes, size}, *brick))
+    expect_again(workspace::decode_brick(workspace::encode_brick(brick->voxels.view()), *again));
+  if (workspace::untile_brick({bytes, size}, *brick)) {  // what lies behind the checksum
+    std::vector<std::uint8_t> tiled(workspace::kMostTiledBytes);
+    tiled.resize(workspace::tile_brick(brick->voxels.view(),
+                                       std::span<std::uint8_t, workspace::kMostTiledBytes>(tiled)));
+    expect_again(workspace::untile_brick(tiled, *again));
   }
   if (size < 8) return 0;
   std::uint32_t counts[2];

@@ -8,8 +8,8 @@
 
 #include "common/geometry/mesh.hpp"
 #include "common/geometry/mesh_report.hpp"
-#include "common/voxel/activation.hpp"
-#include "common/voxel/voxelise.hpp"
+#include "common/layers/activation.hpp"
+#include "common/voxelise/voxelise.hpp"
 
 namespace {
 
@@ -49,9 +49,10 @@ geometry::TriangleMesh any_mesh(FuzzedDataProvider& data) {
   return mesh;
 }
 
-void check_voxels(const geometry::TriangleMesh& mesh, const voxel::GridSpec& grid) {
-  const auto clip = voxel::VoxelBox::of(grid);
-  const auto one = voxel::voxelise(mesh, grid, clip), two = voxel::voxelise(mesh, grid, clip, {2, nullptr});
+void check_voxels(const geometry::TriangleMesh& mesh, const workspace::GridSpec& grid) {
+  const auto clip = workspace::VoxelBox::of(grid);
+  const auto one = voxelise::voxelise(mesh, grid, clip),
+             two = voxelise::voxelise(mesh, grid, clip, {2, nullptr});
   demand(one.has_value() == two.has_value());
   demand(one.has_value() || !one.status().message().empty());
   if (!one) return;
@@ -59,12 +60,13 @@ void check_voxels(const geometry::TriangleMesh& mesh, const voxel::GridSpec& gri
   demand(one->box.intersection(clip).voxel_count() == one->box.voxel_count());
 }
 
-void check_layers(FuzzedDataProvider& data, const geometry::TriangleMesh& mesh, const voxel::GridSpec& grid) {
-  voxel::Body body{"body", 1, mesh, {}};
+void check_layers(FuzzedDataProvider& data, const geometry::TriangleMesh& mesh,
+                  const workspace::GridSpec& grid) {
+  layers::Body body{"body", 1, mesh, {}};
   body.profile.thickness_vox = {data.ConsumeIntegralInRange<int>(1, 4), 2};
   body.profile.mu_Pa_s_per_m = {30.0F, 20.0F};
   body.profile.guard_vox = data.ConsumeIntegralInRange<int>(0, 2);
-  const auto active = voxel::activate_object(body, grid);
+  const auto active = layers::activate_object(body, grid);
   demand(active.has_value() || !active.status().message().empty());
   if (!mesh.all_finite()) demand(!active.has_value());
 }
@@ -75,9 +77,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   FuzzedDataProvider data(bytes, size);
   const auto edge = data.ConsumeIntegralInRange<std::int32_t>(1, 40);
   const double sizes[] = {1.0, 0.5, 0.037, 5.0, 1e-4, 1e4};
-  const voxel::GridSpec grid{{data.ConsumeIntegralInRange<int>(-20, 20) * 0.25, -3.0, 0.1},
-                             data.PickValueInArray(sizes),
-                             {edge, 1 + edge / 2, edge}};
+  const workspace::GridSpec grid{{data.ConsumeIntegralInRange<int>(-20, 20) * 0.25, -3.0, 0.1},
+                                 data.PickValueInArray(sizes),
+                                 {edge, 1 + edge / 2, edge}};
   const geometry::TriangleMesh mesh = any_mesh(data);
 
   const auto packed = geometry::mesh_bytes(mesh);

@@ -23,9 +23,9 @@ class CheckLayers(unittest.TestCase):
     def test_broken_rules_are_named_with_their_place(self):
         for path, include in [
             ("common/core/a.hpp", '"common/geometry/pose.hpp"'),
-            ("common/geometry/a.cpp", '"common/voxel/grid.hpp"'),
-            ("common/voxel/a.cpp", '"phantom_idl/percept.h"'),
-            ("common/voxel/a.cpp", "<fastdds/dds/topic/Topic.hpp>"),
+            ("common/geometry/a.cpp", '"common/workspace/grid.hpp"'),
+            ("common/voxelise/a.cpp", '"phantom_idl/percept.h"'),
+            ("common/voxelise/a.cpp", "<fastdds/dds/topic/Topic.hpp>"),
             ("common/geometry/a.hpp", "<assimp/scene.h>"),
             ("common/robot/a.hpp", "<Eigen/Geometry>"),
             ("common/dds/a.cpp", '"common/runtime/cell.hpp"'),
@@ -48,7 +48,7 @@ class CheckLayers(unittest.TestCase):
 
     def test_what_is_allowed_passes(self):
         for path, include in [
-            ("common/voxel/a.cpp", '"common/geometry/mesh.hpp"'),
+            ("common/voxelise/a.cpp", '"common/geometry/mesh.hpp"'),
             ("common/geometry/a.cpp", "<assimp/scene.h>"),
             ("common/robot/a.hpp", "<Eigen/Core>"),
             ("components/master_io/dds_adapter.cpp", '"phantom_idl/percept.h"'),

@@ -32,13 +32,13 @@ TEST(AllowedContact, IsBounded) {
 }
 
 /// Fluid of object 1 for x < 16 and of object 2 for x ≥ 16, thicker the farther from there.
-voxel::Workspace two_objects() {
-  voxel::Workspace workspace({Eigen::Vector3d::Zero(), 0.01, {32, 32, 32}}, {0.0F, 9.0F, 13.0F, 32.0F});
+workspace::Workspace two_objects() {
+  workspace::Workspace workspace({Eigen::Vector3d::Zero(), 0.01, {32, 32, 32}}, {0.0F, 9.0F, 13.0F, 32.0F});
   const auto brick = workspace.edit_brick({0, 0, 0});
   for (std::uint32_t z = 0; z < 32; ++z) {
     for (std::uint32_t y = 0; y < 32; ++y) {
       for (std::uint32_t x = 0; x < 32; ++x) {
-        const std::size_t at = voxel::brick_offset(x, y, z);
+        const std::size_t at = workspace::brick_offset(x, y, z);
         brick.mu_code[at] = x < 14 || x >= 18 ? std::uint8_t{3} : std::uint8_t{1};
         brick.object[at] = x < 16 ? std::uint16_t{1} : std::uint16_t{2};
       }
@@ -48,7 +48,7 @@ voxel::Workspace two_objects() {
 }
 
 TEST(AllowedContact, TheGradientSeesAMutedObjectAsFreeSpace) {
-  const voxel::Workspace workspace = two_objects();
+  const workspace::Workspace workspace = two_objects();
   const ClusterZone zone(4, ZoneShape::kCube);
   EXPECT_LT(zone.gradient(workspace, {15, 16, 16}).pgv_W_m.x(), 0.0) << "object 1 is the nearer one";
   AllowedContact allowed;

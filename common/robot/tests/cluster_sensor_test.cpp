@@ -21,8 +21,8 @@ namespace {
 
 using testing::HasSubstr;
 
-const voxel::Workspace& world() {
-  static const voxel::Workspace workspace = test_worlds::balls();
+const workspace::Workspace& world() {
+  static const workspace::Workspace workspace = test_worlds::balls();
   return workspace;
 }
 
@@ -46,7 +46,7 @@ double ssa(const ClusterSpec& spec, int x, int y, int z) {
 }
 
 /// Σ(SLA·SSA)/ΣSSA, literally, and the greatest code where SSA is not 0.
-ClusterReading literal(const ClusterSpec& spec, const voxel::Workspace& workspace, voxel::Index3 c,
+ClusterReading literal(const ClusterSpec& spec, const workspace::Workspace& workspace, workspace::Index3 c,
                        const ResponseCurve& curve) {
   double sum = 0.0, weight = 0.0;
   ClusterReading reading;
@@ -55,7 +55,7 @@ ClusterReading literal(const ClusterSpec& spec, const voxel::Workspace& workspac
     for (int y = -m; y <= m; ++y) {
       for (int z = -m; z <= m; ++z) {
         const double w = ssa(spec, x, y, z);
-        const voxel::Index3 v{c.x + x, c.y + y, c.z + z};
+        const workspace::Index3 v{c.x + x, c.y + y, c.z + z};
         sum += w * curve(static_cast<double>(workspace.mu(v)));
         weight += w;
         if (w > 0.0) reading.greatest = std::max(reading.greatest, workspace.mu_code(v));
@@ -112,7 +112,7 @@ TEST(ClusterSensor, ReadsTheLiteralMean) {
       for (int trial = 0; trial < 12; ++trial) {
         // Everywhere: amid bricks, across their borders, over the grid's border, outside.
         const auto at = [&] { return std::uniform_int_distribution<std::int32_t>(-5, 245)(random); };
-        const voxel::Index3 centre{at(), at(), at()};
+        const workspace::Index3 centre{at(), at(), at()};
         for (const auto& [table, law] : {std::pair{&plain, ResponseCurve()}, std::pair{&shaped, curve}}) {
           const ClusterReading reading = stencil.read(world(), centre, *table),
                                expected = literal(spec, world(), centre, law);
@@ -129,11 +129,11 @@ TEST(ClusterSensor, ReadsTheLiteralMean) {
 TEST(ClusterSensor, ReadsTheSameWithAPaletteTooLargeToCount) {
   std::vector<float> many{0.0F};
   for (int i = 1; i < 60; ++i) many.push_back(static_cast<float>(i) * 1.5F);
-  voxel::Workspace workspace({Eigen::Vector3d::Zero(), 0.01, {64, 64, 64}}, many);
+  workspace::Workspace workspace({Eigen::Vector3d::Zero(), 0.01, {64, 64, 64}}, many);
   std::mt19937 random(2);
-  for (const voxel::BrickKey key : {voxel::BrickKey{0, 0, 0}, {1, 0, 0}, {1, 1, 1}}) {
+  for (const workspace::BrickKey key : {workspace::BrickKey{0, 0, 0}, {1, 0, 0}, {1, 1, 1}}) {
     auto brick = workspace.edit_brick(key);
-    for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i)
+    for (std::size_t i = 0; i < workspace::kBrickVoxels; ++i)
       brick.mu_code[i] = static_cast<std::uint8_t>(random() % 60);
   }
   ResponseTable table;
@@ -211,7 +211,7 @@ TEST(ClusterSkin, SumsAreTheLiteralOnes) {
           for (std::size_t s = rig.layout.first[link]; s < rig.layout.first[link + 1]; ++s) {
             const Eigen::Vector3d p = rig.X_WL[link] * rig.layout.position(s),
                                   d = p - rig.X_WL[link].translation_m;
-            const voxel::Index3 v = world().grid().index_of(p);
+            const workspace::Index3 v = world().grid().index_of(p);
             const std::uint8_t kind = rig.layout.cluster_kind[s];
             const double mu = kind == 0 ? static_cast<double>(world().mu(v))
                                         : literal(rig.layout.clusters[kind - 1U], world(), v, {}).mean;
@@ -253,7 +253,7 @@ TEST(ClusterSkin, TwentySpheresMatchSixtyPoints) {
       test_arms::link("base", 0, "0 0 0") + test_arms::link("bar", 1, "0.3 0 0") +
           test_arms::moving_joint("j", "revolute", "base", "bar", "0 0 0", "0 0 0", "0 0 1", 3),
       "bar", test_arms::at(-0.3, -0.4, 1.0));
-  const voxel::Workspace bar = test_worlds::make([](const Eigen::Vector3d& p) {
+  const workspace::Workspace bar = test_worlds::make([](const Eigen::Vector3d& p) {
     return test_worlds::layer_code(
         std::hypot(std::max(0.0, std::abs(p.y() - 0.1) - 0.025), std::max(0.0, std::abs(p.z() - 1.0) - 0.1)));
   });
@@ -302,7 +302,7 @@ TEST(ClusterSkin, WorstSensorOfASlenderLinkIsWhereItsZoneMeetsTheMost) {
     rig.at(q);
     std::uint8_t greatest = 0;
     for (std::size_t s = 0; s < rig.layout.size(); ++s) {
-      const voxel::Index3 v =
+      const workspace::Index3 v =
           world().grid().index_of(rig.X_WL[rig.layout.link_of(s)] * rig.layout.position(s));
       greatest = std::max(greatest, literal({3, ClusterShape::kSphere}, world(), v, {}).greatest);
     }
@@ -320,7 +320,7 @@ TEST(ClusterSkin, WorstSensorOfASlenderLinkIsWhereItsZoneMeetsTheMost) {
 TEST(ClusterSkin, AllocatesNothing) {
   Rig rig(slender({3, ClusterShape::kFraction}));
   rig.arm.link_poses({0.1, 0.4, 0.9}, rig.X_WL);
-  const voxel::Workspace& workspace = world();  // made at its first use
+  const workspace::Workspace& workspace = world();  // made at its first use
   const test::HeapGuard guard;
   rig.sensing.sense(rig.X_WL, 7, workspace);
 }

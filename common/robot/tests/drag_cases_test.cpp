@@ -17,8 +17,8 @@ namespace {
 
 using core::JointArray;
 
-const voxel::Workspace& ball_world() {
-  static const voxel::Workspace workspace = test_worlds::balls();
+const workspace::Workspace& ball_world() {
+  static const workspace::Workspace workspace = test_worlds::balls();
   return workspace;
 }
 

@@ -32,7 +32,7 @@ struct Rig {
 
   SerialArm arm;
   SkinLayout layout;
-  voxel::Workspace world;
+  workspace::Workspace world;
   SkinSensing sensing;
   LinkPoses X_WL;
   DragCoefficients drag;

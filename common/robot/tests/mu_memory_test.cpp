@@ -99,7 +99,7 @@ TEST(MuMemory, RefusesWeightsThatCannotBe) {
 TEST(MuMemory, ASkinRemembersEachSensorsWay) {
   const SerialArm arm = test_arms::suspended();
   const SkinLayout layout = *lay_out_skin(arm, test_worlds::tubes(), {.voxel_size_m = 0.01});
-  const voxel::Workspace world = test_worlds::balls();
+  const workspace::Workspace world = test_worlds::balls();
   SkinSensing sensing(layout, {.gradient = true, .memory = kFading});
   std::vector<LiteralMemory> literal(layout.size(), LiteralMemory(kFading));
   LinkPoses X_WL;
@@ -114,7 +114,7 @@ TEST(MuMemory, ASkinRemembersEachSensorsWay) {
     for (std::size_t link = 1; link <= 7; ++link) {
       double sum = 0.0;
       for (std::size_t s = layout.first[link]; s < layout.first[link + 1]; ++s) {
-        const voxel::Index3 v = world.grid().index_of(X_WL[link] * layout.position(s));
+        const workspace::Index3 v = world.grid().index_of(X_WL[link] * layout.position(s));
         const auto id = static_cast<std::uint32_t>((v.z * 10'000 + v.y) * 1'000 + v.x);
         sum += layout.weight[s] * literal[s].sense(id, static_cast<double>(world.mu(v)));
       }

@@ -56,7 +56,7 @@ struct Case {
     offsets = {blocks.data(), x_steps.data(), y_steps.data(), z_steps.data()};
   }
 
-  voxel::Workspace world;
+  workspace::Workspace world;
   Field field;
   AlignedVector<double> x, y, z, weight, mu;
   Points points;
@@ -200,9 +200,9 @@ TEST(SensingKernel, LargePalettesAreLookedUpRight) {
   std::mt19937 random(2);
   for (const std::size_t palette_size :
        {std::size_t{16}, std::size_t{32}, std::size_t{64}, std::size_t{256}}) {
-    for (const voxel::BrickKey key : c.world.bricks()) {
+    for (const workspace::BrickKey key : c.world.bricks()) {
       auto brick = c.world.edit_brick(key);
-      for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i)
+      for (std::size_t i = 0; i < workspace::kBrickVoxels; ++i)
         brick.mu_code[i] = static_cast<std::uint8_t>(random() % palette_size);
     }
     std::vector<std::uint8_t> codes(c.points.count);

@@ -196,7 +196,7 @@ TEST(AxisSensors, StandWhereTheThesisPutsThem) {
 /// Eqs. 5.8 to 5.10 word by word, on an arm that turns through fluid.
 TEST(AxisSensors, BothNormalisationsAreTheThesiss) {
   const SerialArm arm = test_arms::planar(test_arms::at(-0.2, -0.1, 0.9));
-  const voxel::Workspace world = test_worlds::balls();
+  const workspace::Workspace world = test_worlds::balls();
   const double LL = 0.4;
   for (const int K : {10, 20, 40, 60, 90}) {
     for (const Normalisation normalisation : {Normalisation::kCount, Normalisation::kActive}) {
@@ -337,7 +337,7 @@ TEST(MeshSkin, IsTheSameForTheSameMeshHoweverItIsCut) {
 /// A tube's drag is that of its mesh: both skins stand for the same surface.
 TEST(MeshSkin, FeelsWhatTheStructuredSkinOfTheSameShapeFeels) {
   const SerialArm arm = test_arms::planar(test_arms::at(-0.2, -0.1, 0.9));
-  const voxel::Workspace world = test_worlds::balls();
+  const workspace::Workspace world = test_worlds::balls();
   SkinSegment tube;
   tube.to_m = {0.3, 0.0, 0.0};
   tube.from_radius_m = tube.to_radius_m = 0.04;

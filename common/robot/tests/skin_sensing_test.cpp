@@ -22,7 +22,7 @@ SkinLayout layout_of(const SerialArm& arm) {
 TEST(SkinSensing, FindsTheGreatestViscosityAndWhoMeetsIt) {
   const SerialArm arm = test_arms::suspended();
   const SkinLayout layout = layout_of(arm);
-  const voxel::Workspace world = test_worlds::balls();
+  const workspace::Workspace world = test_worlds::balls();
   SkinSensing sensing(layout, {});
   std::mt19937 random(1);
   int found = 0;
@@ -62,7 +62,7 @@ TEST(SkinSensing, AmongEqualsTakesTheOneNearestToTheObject) {
   tube.to_m = {0.4, 0.0, 0.0};
   tube.from_radius_m = tube.to_radius_m = 0.05;
   const SkinLayout layout = *lay_out_skin(arm, {{"upper", {tube}}}, {.voxel_size_m = 0.01});
-  const voxel::Workspace world =
+  const workspace::Workspace world =
       test_worlds::make([](const Eigen::Vector3d& p) { return test_worlds::layer_code(p.z() - 0.35, 0.04); });
   SkinSensing sensing(layout, {});
   LinkPoses X_WL;
@@ -75,7 +75,7 @@ TEST(SkinSensing, AmongEqualsTakesTheOneNearestToTheObject) {
 TEST(SkinSensing, OutsideTheGridIsFreeSpace) {
   const SerialArm arm = test_arms::suspended(test_arms::at(50.0, -80.0, 3.0));
   const SkinLayout layout = layout_of(arm);
-  const voxel::Workspace world =
+  const workspace::Workspace world =
       test_worlds::make([](const Eigen::Vector3d&) { return std::uint8_t{5}; }, {0, 0, 1}, 0.04);
   SkinSensing sensing(layout, {.gradient = true});
   LinkPoses X_WL;
@@ -90,7 +90,7 @@ TEST(SkinSensing, SensorsThatStickOutOfTheGridCountOnlyInside) {
   // The grid ends in the middle of the arm; every voxel in it is fluid.
   const SerialArm arm = test_arms::suspended(test_arms::at(0.0, 0.0, 0.4));
   const SkinLayout layout = layout_of(arm);
-  const voxel::Workspace world =
+  const workspace::Workspace world =
       test_worlds::make([](const Eigen::Vector3d&) { return std::uint8_t{5}; }, {0, 0, 1.2}, 0.04);
   SkinSensing sensing(layout, {});
   LinkPoses X_WL;
@@ -109,7 +109,8 @@ TEST(SkinSensing, SensorsThatStickOutOfTheGridCountOnlyInside) {
 TEST(SkinSensing, ALinkWhosePoseIsNotFiniteFeelsNothing) {
   const SerialArm arm = test_arms::suspended();
   const SkinLayout layout = layout_of(arm);
-  const voxel::Workspace world = test_worlds::make([](const Eigen::Vector3d&) { return std::uint8_t{5}; });
+  const workspace::Workspace world =
+      test_worlds::make([](const Eigen::Vector3d&) { return std::uint8_t{5}; });
   SkinSensing sensing(layout, {.gradient = true});
   LinkPoses X_WL;
   arm.link_poses({}, X_WL);
@@ -138,7 +139,7 @@ TEST(SkinSensing, MutedObjectsAreNotFeltByThatLinkUntilTheyAreAgain) {
   axis.cluster = ClusterSpec{2, ClusterShape::kSphere};
   skin[2].axes.push_back(axis);
   const SkinLayout layout = *lay_out_skin(arm, skin, {.voxel_size_m = 0.01});
-  const voxel::Workspace world =
+  const workspace::Workspace world =
       test_worlds::make([](const Eigen::Vector3d&) { return std::uint8_t{5}; });  // all object 1
   SkinSensing sensing(layout, {});
   LinkPoses X_WL;
@@ -207,7 +208,7 @@ TEST(SkinSensing, GivesTheSameBitForBitWithAnyNumberOfThreads) {
   const SerialArm arm = test_arms::suspended();
   const SkinLayout layout = large_layout(arm);
   ASSERT_GT(layout.size(), 50'000U);
-  const voxel::Workspace world = test_worlds::balls();
+  const workspace::Workspace world = test_worlds::balls();
   for (const bool slow : {false, true}) {
     SensingOptions options{.gradient = true};
     if (slow) options.memory = {1, 0.9, 0.75};
@@ -240,7 +241,7 @@ TEST(SkinSensing, GivesTheSameBitForBitWithAnyNumberOfThreads) {
 TEST(SkinSensing, AnEmptyWorkspaceIsFreeSpace) {
   const SerialArm arm = test_arms::suspended();
   const SkinLayout layout = layout_of(arm);
-  const voxel::Workspace nothing;
+  const workspace::Workspace nothing;
   SkinSensing sensing(layout, {.gradient = true});
   LinkPoses X_WL;
   arm.link_poses({}, X_WL);
@@ -250,7 +251,7 @@ TEST(SkinSensing, AnEmptyWorkspaceIsFreeSpace) {
 
 TEST(SkinSensing, RefiningTheSkinConvergesWhenWeightedByArea) {
   const SerialArm arm = test_arms::suspended();
-  const voxel::Workspace world = test_worlds::balls();
+  const workspace::Workspace world = test_worlds::balls();
   LinkPoses X_WL;
   arm.link_poses({0.1, 0.4, 0.9, -1.2, 0.2, 0.3, 0.1}, X_WL);
   std::vector<double> totals;

@@ -7,18 +7,18 @@
 #include <vector>
 
 #include "common/robot/skin.hpp"
-#include "common/voxel/workspace.hpp"
+#include "common/workspace/workspace.hpp"
 
 namespace phantom::robot::test_worlds {
 
 inline const std::vector<float> kPalette{0.0F, 5.0F, 9.0F, 13.0F, 20.0F, 32.0F, 100.0F};
 
 /// Box of 2.4 m around `centre` with 10 mm voxels. `code_at` gives the μ code of a voxel's centre.
-inline voxel::Workspace make(const std::function<std::uint8_t(const Eigen::Vector3d&)>& code_at,
-                             const Eigen::Vector3d& centre = {0, 0, 1}, double voxel_m = 0.01) {
+inline workspace::Workspace make(const std::function<std::uint8_t(const Eigen::Vector3d&)>& code_at,
+                                 const Eigen::Vector3d& centre = {0, 0, 1}, double voxel_m = 0.01) {
   const auto n = static_cast<std::int32_t>(2.4 / voxel_m);
-  voxel::GridSpec grid{centre - Eigen::Vector3d::Constant(1.2), voxel_m, {n, n, n}};
-  voxel::Workspace workspace(grid, kPalette);
+  workspace::GridSpec grid{centre - Eigen::Vector3d::Constant(1.2), voxel_m, {n, n, n}};
+  workspace::Workspace workspace(grid, kPalette);
   for (std::int32_t z = 0; z < n; ++z) {
     for (std::int32_t y = 0; y < n; ++y) {
       for (std::int32_t x = 0; x < n; ++x) {
@@ -26,10 +26,10 @@ inline voxel::Workspace make(const std::function<std::uint8_t(const Eigen::Vecto
         if (code == 0) continue;
         const auto brick = workspace.edit_brick({x >> 5, y >> 5, z >> 5});
         const std::size_t at =
-            voxel::brick_offset(static_cast<std::uint32_t>(x) & 31U, static_cast<std::uint32_t>(y) & 31U,
-                                static_cast<std::uint32_t>(z) & 31U);
+            workspace::brick_offset(static_cast<std::uint32_t>(x) & 31U, static_cast<std::uint32_t>(y) & 31U,
+                                    static_cast<std::uint32_t>(z) & 31U);
         brick.mu_code[at] = code;
-        brick.order[at] = static_cast<std::int8_t>(code == 6 ? voxel::kOrderBoundary : 6 - code);
+        brick.order[at] = static_cast<std::int8_t>(code == 6 ? workspace::kOrderBoundary : 6 - code);
         brick.object[at] = 1;
       }
     }
@@ -58,7 +58,7 @@ inline const Eigen::Vector4d& nearest_ball(const Eigen::Vector3d& p) {
 }
 
 /// Balls scattered through the suspended arm's reach.
-inline voxel::Workspace balls(const Eigen::Vector3d& shift = Eigen::Vector3d::Zero()) {
+inline workspace::Workspace balls(const Eigen::Vector3d& shift = Eigen::Vector3d::Zero()) {
   return make(
       [&](const Eigen::Vector3d& p) {
         const Eigen::Vector4d& ball = nearest_ball(p - shift);

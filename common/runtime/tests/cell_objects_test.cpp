@@ -36,7 +36,7 @@ class CellObjects : public testing::Test {
   ObjectConfig read(const std::string& shape) const {
     return read_object_text("name: part\n" + shape + "\n", cell_);
   }
-  voxel::LayerProfile profile(const std::string& text) const {
+  workspace::LayerProfile profile(const std::string& text) const {
     return read("primitive: {sphere: {radius_m: 0.1}}\nprofile: {" + text + "}").profile;
   }
   /// Message of the refusal.
@@ -215,14 +215,15 @@ TEST_F(CellObjects, ProfilesSayHowLayersAreMade) {
   const auto found = profile(
       "set: linear, method: dilation, element: sphere-contained, guard_vox: 2,"
       " inside: {thickness_vox: [2, 3], mu_Pa_s_per_m: [50, 80]}");
-  EXPECT_EQ(found.method, voxel::LayerMethod::kDilation);
-  EXPECT_EQ(found.element, voxel::ShapingElement::kSphereContained);
+  EXPECT_EQ(found.method, workspace::LayerMethod::kDilation);
+  EXPECT_EQ(found.element, workspace::ShapingElement::kSphereContained);
   EXPECT_EQ(found.guard_vox, 2);
   EXPECT_THAT(found.inside_thickness_vox, ElementsAre(2, 3));
   EXPECT_THAT(found.mu_inside_Pa_s_per_m, ElementsAre(50, 80));
-  EXPECT_EQ(profile("set: linear, method: surface").method, voxel::LayerMethod::kSurface);
-  EXPECT_EQ(profile("set: linear, method: dilation, element: cube").element, voxel::ShapingElement::kCube);
-  EXPECT_EQ(profile("set: linear").method, voxel::LayerMethod::kDistance);
+  EXPECT_EQ(profile("set: linear, method: surface").method, workspace::LayerMethod::kSurface);
+  EXPECT_EQ(profile("set: linear, method: dilation, element: cube").element,
+            workspace::ShapingElement::kCube);
+  EXPECT_EQ(profile("set: linear").method, workspace::LayerMethod::kDistance);
 }
 
 TEST_F(CellObjects, EachFaultOfAProfileIsNamed) {

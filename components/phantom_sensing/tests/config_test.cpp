@@ -106,7 +106,7 @@ TEST(Model, TheShippedCellGivesAnArmInSkinAndAWorkspace) {
   const PhantomModel model = load_model(cell, config);
   EXPECT_EQ(model.arm.joint_count(), 7U);
   EXPECT_GT(model.skin.size(), 10'000U);
-  const voxel::Workspace workspace = build_workspace(cell);
+  const workspace::Workspace workspace = build_workspace(cell);
   EXPECT_GT(workspace.brick_count(), 50U);
   EXPECT_EQ(workspace.palette(), (std::vector<float>{0, 9, 10, 11, 13, 20, 32, 100}));
   // The work table's plate lies below z = 0.3 m; just above it is its first layer.

@@ -15,7 +15,7 @@
 
 #include "common/dds/endpoint.hpp"
 #include "common/dds/tests/test_network.hpp"
-#include "common/voxel/brick_codec.hpp"
+#include "common/workspace/brick_codec.hpp"
 #include "components/phantom_sensing/dds_adapter_messages.hpp"
 #include "components/phantom_sensing/tests/rig.hpp"
 
@@ -210,14 +210,14 @@ class Server {
  public:
   Server(const core::NetworkOptions& network, std::uint64_t version, const std::string& object)
       : participant_("wva_server", network) {
-    const voxel::Workspace& wall = rig::wall();
-    for (const voxel::BrickKey key : wall.bricks()) {
+    const workspace::Workspace& wall = rig::wall();
+    for (const workspace::BrickKey key : wall.bricks()) {
       msg::WorkspaceBrick brick;
       brick.bx(key.x);
       brick.by(key.y);
       brick.bz(key.z);
       brick.version(version);
-      brick.voxels_zstd(voxel::encode_brick(wall.brick(key)));
+      brick.voxels_zstd(workspace::encode_brick(wall.brick(key)));
       bricks_.write(brick);
     }
     msg::WorkspaceObject named;
@@ -228,7 +228,7 @@ class Server {
     commit(version, wall.grid().voxel_size_m);
   }
   void commit(std::uint64_t number, double voxel_size_m) {
-    const voxel::Workspace& wall = rig::wall();
+    const workspace::Workspace& wall = rig::wall();
     msg::WorkspaceVersion version;
     version.cell("wall");
     version.version(number);

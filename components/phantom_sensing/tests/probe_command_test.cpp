@@ -74,15 +74,15 @@ std::vector<Sensor> read_skin(const std::filesystem::path& path) {
   return sensors;
 }
 
-voxel::Index3 voxel_at(const voxel::Workspace& workspace, const Eigen::Vector3d& p_W_m) {
+workspace::Index3 voxel_at(const workspace::Workspace& workspace, const Eigen::Vector3d& p_W_m) {
   const Eigen::Vector3d v = (p_W_m - workspace.grid().origin_m) / workspace.grid().voxel_size_m;
   return {static_cast<std::int32_t>(std::floor(v.x())), static_cast<std::int32_t>(std::floor(v.y())),
           static_cast<std::int32_t>(std::floor(v.z()))};
 }
 
 /// μ_e of a sensor: the voxel's, or Σ(SLA·SSA)/ΣSSA over its zone (eq. 6.1).
-double felt(const Sensor& sensor, const voxel::Workspace& workspace, const Eigen::Vector3d& p_W_m) {
-  const voxel::Index3 c = voxel_at(workspace, p_W_m);
+double felt(const Sensor& sensor, const workspace::Workspace& workspace, const Eigen::Vector3d& p_W_m) {
+  const workspace::Index3 c = voxel_at(workspace, p_W_m);
   const int m = sensor.reach_vox;
   if (m == 0) return static_cast<double>(workspace.mu(c));
   double sum = 0.0, weights = 0.0;
@@ -107,7 +107,7 @@ struct Literal {
 };
 
 Literal literal(const robot::SerialArm& arm, const std::vector<Sensor>& skin,
-                const voxel::Workspace& workspace, const std::vector<double>& q,
+                const workspace::Workspace& workspace, const std::vector<double>& q,
                 const std::vector<double>& v) {
   const std::size_t n = arm.joint_count();
   std::vector<Eigen::Isometry3d> X_W(n + 1);
@@ -187,7 +187,7 @@ void write_rows(const Rows& rows, const std::filesystem::path& path) {
 
 /// Runs the command in both modes and compares every joint of every row.
 void expect_literal(const std::filesystem::path& cell_file, const std::string& arm_name,
-                    const voxel::Workspace& workspace) {
+                    const workspace::Workspace& workspace) {
   SCOPED_TRACE(arm_name);
   Config config;
   config.arm = arm_name;
@@ -227,8 +227,8 @@ void expect_literal(const std::filesystem::path& cell_file, const std::string& a
     EXPECT_GT(met[j], 2U) << "joint " << j + 1 << " hardly ever meets fluid";
 }
 
-const voxel::Workspace& bench_workspace() {
-  static const voxel::Workspace workspace = build_workspace(runtime::load_cell(kBench));
+const workspace::Workspace& bench_workspace() {
+  static const workspace::Workspace workspace = build_workspace(runtime::load_cell(kBench));
   return workspace;
 }
 

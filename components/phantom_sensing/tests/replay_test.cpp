@@ -78,7 +78,7 @@ class RecordedSession : public testing::Test {
   void TearDown() override { std::filesystem::remove(path); }
 
   void put_workspace(Tape& tape, WorkspaceKeeper& keeper) {
-    const voxel::Workspace& world = rig::wall();
+    const workspace::Workspace& world = rig::wall();
     msg::WorkspaceVersion version;
     version.version(world.version);
     version.origin_m().x(world.grid().origin_m.x());
@@ -96,7 +96,7 @@ class RecordedSession : public testing::Test {
       brick.by(key.y);
       brick.bz(key.z);
       brick.version(world.version);
-      brick.voxels_zstd(voxel::encode_brick(world.brick(key)));
+      brick.voxels_zstd(workspace::encode_brick(world.brick(key)));
       tape.put(dds::kWorkspaceBrick, brick);
       keeper.put_brick({}, key, world.version, brick.voxels_zstd());
       ++bricks;

@@ -10,7 +10,7 @@
 
 #include "common/percept/closeness.hpp"
 #include "common/runtime/cell_bodies.hpp"
-#include "common/voxel/distance_field.hpp"
+#include "common/voxelise/distance_field.hpp"
 #include "components/phantom_sensing/model.hpp"
 
 namespace phantom::phantom_sensing {
@@ -36,13 +36,13 @@ class Retreat : public testing::Test {
         model_(load_model(cell_, coarse())),
         workspace_(build_workspace(cell_)),
         sensed_{&workspace_, percept::greatest_neighbour_mu(workspace_)} {
-    std::vector<voxel::FieldBody> bodies;
+    std::vector<voxelise::FieldBody> bodies;
     for (const auto& loaded : runtime::load_bodies(cell_))
       bodies.push_back({loaded.body.mesh_W, loaded.body.id});
-    voxel::GridSpec grid = workspace_.grid();  // directions need no finer one
+    workspace::GridSpec grid = workspace_.grid();  // directions need no finer one
     grid.voxel_size_m *= 4.0;
     for (auto& size : grid.size_vox) size = (size + 3) / 4;
-    auto field = voxel::DistanceField::build(grid, bodies, {.outside_m = 0.13});
+    auto field = voxelise::DistanceField::build(grid, bodies, {.outside_m = 0.13});
     if (!field) throw std::runtime_error(field.status().message());
     distance_ = *std::move(field);
   }
@@ -125,9 +125,9 @@ class Retreat : public testing::Test {
 
   runtime::CellConfig cell_;
   PhantomModel model_;
-  voxel::Workspace workspace_;
+  workspace::Workspace workspace_;
   SensedWorkspace sensed_;
-  voxel::DistanceField distance_;
+  voxelise::DistanceField distance_;
 };
 
 TEST_F(Retreat, CostsLessThanATenthWithAllJointsMovingAndTheSameWhenSymmetric) {

@@ -17,8 +17,8 @@ inline PhantomModel suspended_model() {
 }
 
 /// A wall whose surface is the plane x = 0.35 m, with five layers of 40 mm before it.
-inline const voxel::Workspace& wall() {
-  static const voxel::Workspace world = robot::test_worlds::make(
+inline const workspace::Workspace& wall() {
+  static const workspace::Workspace world = robot::test_worlds::make(
       [](const Eigen::Vector3d& p) { return robot::test_worlds::layer_code(0.35 - p.x()); });
   return world;
 }

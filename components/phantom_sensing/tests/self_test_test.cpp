@@ -18,8 +18,8 @@ const runtime::CellConfig& bench() {
   return cell;
 }
 
-const voxel::Workspace& bench_workspace() {
-  static const voxel::Workspace workspace = build_workspace(bench());
+const workspace::Workspace& bench_workspace() {
+  static const workspace::Workspace workspace = build_workspace(bench());
   return workspace;
 }
 
@@ -53,9 +53,10 @@ TEST(SelfTest, PassesOnTheWorkspaceOfTheCell) {
 }
 
 /// A voxel of a layer, and where its brick keeps it.
-std::pair<voxel::BrickKey, std::size_t> layer_voxel(const voxel::Workspace& workspace, std::int8_t order) {
-  for (const voxel::BrickKey key : workspace.bricks()) {
-    for (std::size_t i = 0; i < voxel::kBrickVoxels; ++i) {
+std::pair<workspace::BrickKey, std::size_t> layer_voxel(const workspace::Workspace& workspace,
+                                                        std::int8_t order) {
+  for (const workspace::BrickKey key : workspace.bricks()) {
+    for (std::size_t i = 0; i < workspace::kBrickVoxels; ++i) {
       if (workspace.brick(key).order[i] == order) return {key, i};
     }
   }
@@ -63,7 +64,7 @@ std::pair<voxel::BrickKey, std::size_t> layer_voxel(const voxel::Workspace& work
 }
 
 TEST(SelfTest, FailsOnAVoxelOfAnotherViscosity) {
-  voxel::Workspace broken = bench_workspace();
+  workspace::Workspace broken = bench_workspace();
   const auto [key, at] = layer_voxel(broken, 2);
   broken.edit_brick(key).mu_code[at] -= 1;
   const SelfTestResult result = test_workspace(broken, bench(), {});
@@ -72,14 +73,14 @@ TEST(SelfTest, FailsOnAVoxelOfAnotherViscosity) {
 }
 
 TEST(SelfTest, FailsOnAVoxelOfAnotherOrder) {
-  voxel::Workspace broken = bench_workspace();
+  workspace::Workspace broken = bench_workspace();
   const auto [key, at] = layer_voxel(broken, 2);
   broken.edit_brick(key).order[at] = 98;
   EXPECT_FALSE(test_workspace(broken, bench(), {}).passed);
 }
 
 TEST(SelfTest, FailsOnFluidOfNobody) {
-  voxel::Workspace broken = bench_workspace();
+  workspace::Workspace broken = bench_workspace();
   const auto [key, at] = layer_voxel(broken, 3);
   broken.edit_brick(key).object[at] = 0;
   EXPECT_THAT(test_workspace(broken, bench(), {}).message, HasSubstr("belongs to no object"));

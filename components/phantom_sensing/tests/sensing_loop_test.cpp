@@ -10,7 +10,7 @@
 #include <limits>
 #include <thread>
 
-#include "common/voxel/brick_codec.hpp"
+#include "common/workspace/brick_codec.hpp"
 #include "components/phantom_sensing/tests/rig.hpp"
 #include "tests/support/eventually.hpp"
 
@@ -45,10 +45,10 @@ struct Seen : PerceptSink {
 };
 
 /// Sends a workspace as its topics would.
-void send(const voxel::Workspace& world, std::uint64_t version, WorkspaceKeeper& keeper,
-          const voxel::SourceId& source = {}) {
-  for (const voxel::BrickKey key : world.bricks()) {
-    keeper.put_brick(source, key, version, voxel::encode_brick(world.brick(key)));
+void send(const workspace::Workspace& world, std::uint64_t version, WorkspaceKeeper& keeper,
+          const workspace::SourceId& source = {}) {
+  for (const workspace::BrickKey key : world.bricks()) {
+    keeper.put_brick(source, key, version, workspace::encode_brick(world.brick(key)));
   }
   keeper.commit(source, {version, world.grid(), world.palette(),
                          static_cast<std::uint32_t>(world.brick_count()), world.content_hash()});
@@ -285,14 +285,14 @@ TEST(ElapsedS, StaysWithinASecondWhateverTheWriterSays) {
 
 TEST_F(Loop, AnOldWorkspaceIsLetGoOnlyWhenTheTickHasMovedOn) {
   give_workspace(1);
-  const voxel::Workspace* first = keeper_.newest().voxels;
+  const workspace::Workspace* first = keeper_.newest().voxels;
   ASSERT_NE(first, nullptr);
   EXPECT_EQ(first->version, 1U);
   send(rig::wall(), 2, keeper_);
   ASSERT_TRUE(eventually([&] { return keeper_.version() == 2; }));
   EXPECT_EQ(first->version, 1U);  // still ours to read
   EXPECT_TRUE(eventually([&] { return keeper_.versions_kept() == 2; }));
-  const voxel::Workspace* second = keeper_.newest().voxels;
+  const workspace::Workspace* second = keeper_.newest().voxels;
   EXPECT_EQ(second->version, 2U);
   EXPECT_TRUE(eventually([&] { return keeper_.versions_kept() == 1; }));
 }
@@ -307,7 +307,7 @@ TEST_F(Loop, ABrickThatIsNoneIsRefusedAndTheWorkspaceStays) {
 
 TEST_F(Loop, AVersionThatIsRefusedTakesNoPerceptAway) {
   give_workspace(4);
-  voxel::VersionDescription bad{5, rig::wall().grid(), rig::wall().palette(), 1, 1};
+  workspace::VersionDescription bad{5, rig::wall().grid(), rig::wall().palette(), 1, 1};
   bad.grid.voxel_size_m = std::nan("");
   keeper_.commit({}, bad);
   bad = {3, rig::wall().grid(), rig::wall().palette(), 1, 1};  // lower than what its server said before
@@ -322,14 +322,14 @@ TEST_F(Loop, AVersionThatIsRefusedTakesNoPerceptAway) {
 }
 
 TEST_F(Loop, ASecondServerIsSetAsideWhileTheFirstIsThere) {
-  constexpr voxel::SourceId kOther{7};
+  constexpr workspace::SourceId kOther{7};
   give_workspace(4);
   send(rig::wall(), 9, keeper_, kOther);
   ASSERT_TRUE(eventually([&] { return keeper_.contested(); }));
   send(rig::wall(), 5, keeper_);
   ASSERT_TRUE(eventually([&] { return keeper_.version() == 5; }));
   EXPECT_EQ(keeper_.announced(), 5U);
-  EXPECT_EQ(keeper_.source(), voxel::SourceId{});
+  EXPECT_EQ(keeper_.source(), workspace::SourceId{});
   for (std::uint64_t i = 1; i <= 20; ++i) {
     const core::Nanoseconds now_ns = core::from_seconds(static_cast<double>(i));
     offer(i, now_ns);

@@ -14,7 +14,7 @@
 #include "common/dds/endpoint.hpp"
 #include "common/dds/stamp.hpp"
 #include "common/dds/tests/test_network.hpp"
-#include "common/voxel/workspace_assembler.hpp"
+#include "common/workspace/workspace_assembler.hpp"
 #include "components/wva_server/dds_adapter_client.hpp"
 #include "components/wva_server/mesh_chunks.hpp"
 #include "components/wva_server/tests/test_cell.hpp"
@@ -62,7 +62,7 @@ class Consumer {
         versions_(participant_, dds::kWorkspaceVersion,
                   [this](const msg::WorkspaceVersion& v, const dds::SampleInfo&) {
                     waiter_.change([&] {
-                      voxel::VersionDescription d;
+                      workspace::VersionDescription d;
                       d.version = v.version();
                       d.grid = {{v.origin_m().x(), v.origin_m().y(), v.origin_m().z()},
                                 v.voxel_size_m(),
@@ -92,7 +92,7 @@ class Consumer {
   bool has_objects(std::size_t objects, std::size_t chunks) {
     return waiter_.wait([&] { return seen_objects_.size() == objects && seen_chunks_.size() == chunks; });
   }
-  const voxel::Workspace& workspace() const { return *assembler_.current(); }
+  const workspace::Workspace& workspace() const { return *assembler_.current(); }
   std::size_t take_bricks_heard() { return std::exchange(bricks_heard_, 0); }
   const std::map<std::uint16_t, msg::WorkspaceObject>& objects() const { return seen_objects_; }
   const std::map<std::pair<std::uint64_t, std::uint32_t>, msg::MeshChunk>& chunks() const {
@@ -101,7 +101,7 @@ class Consumer {
 
  private:
   dds::Waiter waiter_;
-  voxel::WorkspaceAssembler assembler_;
+  workspace::WorkspaceAssembler assembler_;
   std::size_t bricks_heard_ = 0;
   std::map<std::uint16_t, msg::WorkspaceObject> seen_objects_;
   std::map<std::pair<std::uint64_t, std::uint32_t>, msg::MeshChunk> seen_chunks_;
@@ -118,7 +118,7 @@ class DdsAdapterTest : public TestCell {
   /// Everything of a cell that was just activated.
   static void publish(DdsAdapter& adapter, const LiveCell& cell, std::size_t chunk_bytes = 1024) {
     for (const auto& [id, object] : cell.objects()) adapter.publish_object(object, chunk_bytes);
-    voxel::WorkspaceChange all;
+    layers::WorkspaceChange all;
     all.version = cell.workspace().version;
     all.changed = cell.workspace().bricks();
     adapter.publish_change(cell, all, 2);

@@ -50,7 +50,7 @@ class TestCell : public ::testing::Test {
     EXPECT_TRUE(change) << change.status().message();
     return live;
   }
-  static std::int8_t order_at(const voxel::Workspace& workspace, double x, double y, double z) {
+  static std::int8_t order_at(const workspace::Workspace& workspace, double x, double y, double z) {
     return workspace.order(workspace.grid().index_of({x, y, z}));
   }
 

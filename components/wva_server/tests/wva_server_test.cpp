@@ -28,15 +28,15 @@ class WvaServer : public TestCell {
 
 TEST_F(WvaServer, ActivatesEveryObjectWhereTheModelHasIt) {
   const LiveCell live = activated(cell(), 7);
-  const voxel::Workspace& w = live.workspace();
+  const workspace::Workspace& w = live.workspace();
   EXPECT_EQ(w.version, 7U);
   EXPECT_EQ(w.grid().size_vox, (std::array<std::int32_t, 3>{80, 80, 50}));
-  EXPECT_EQ(order_at(w, 0.001, 0.001, 0.301), voxel::kOrderInterior);  // not at its real deviation
+  EXPECT_EQ(order_at(w, 0.001, 0.001, 0.301), workspace::kOrderInterior);  // not at its real deviation
   EXPECT_EQ(order_at(w, 0.075, 0.001, 0.301), 1);
-  EXPECT_EQ(order_at(w, -0.201, 0.101, 0.15), voxel::kOrderInterior);
+  EXPECT_EQ(order_at(w, -0.201, 0.101, 0.15), workspace::kOrderInterior);
   EXPECT_EQ(w.object(w.grid().index_of({-0.201, 0.101, 0.15})), 2);
   EXPECT_EQ(w.object(w.grid().index_of({0.201, 0.101, 0.15})), 3);
-  EXPECT_EQ(order_at(w, 0.235, 0.105, 0.155), voxel::kOrderGuard);
+  EXPECT_EQ(order_at(w, 0.235, 0.105, 0.155), workspace::kOrderGuard);
   EXPECT_EQ(w.mu(w.grid().index_of({0.235, 0.105, 0.155})), 25.0F);
   EXPECT_EQ(w.palette(), (std::vector<float>{0, 20, 25, 32, 90, 100}));
   EXPECT_EQ(live.content_hash(), w.content_hash());
@@ -130,7 +130,7 @@ TEST_F(Commands, MoveEndsInTheCellWhoseFileHasItThere) {
   EXPECT_EQ(change->workspace.version, 8U);
   EXPECT_THAT(change->said,
               AllOf(HasSubstr("moved 'ball' (object 1)"), HasSubstr("(0.100, -0.100, 0.200) m")));
-  EXPECT_EQ(order_at(live_->workspace(), 0.101, -0.101, 0.201), voxel::kOrderInterior);
+  EXPECT_EQ(order_at(live_->workspace(), 0.101, -0.101, 0.201), workspace::kOrderInterior);
   EXPECT_EQ(live_->content_hash(), hash_of(cell_with("xyz_m: [0.0, 0.0, 0.3]", "xyz_m: [0.1, -0.1, 0.2]")));
   EXPECT_EQ(live_->objects().at(1).config.X_WO.translation_m, Eigen::Vector3d(0.1, -0.1, 0.2));
 }
@@ -139,12 +139,12 @@ TEST_F(Commands, MoveMayGiveAGuardSkinThatLaterMovesKeep) {
   CellCommand command = move("ball", {0.1, -0.1, 0.2});
   command.guard_vox = 2;
   const std::size_t others =
-      voxel::count_orders(live_->workspace())[static_cast<std::uint8_t>(voxel::kOrderGuard)];
+      layers::count_orders(live_->workspace())[static_cast<std::uint8_t>(workspace::kOrderGuard)];
   const auto change = live_->apply(command, 8, {});
   ASSERT_TRUE(change) << change.status().message();
   EXPECT_THAT(change->said, HasSubstr("guard 2 voxels"));
   const auto guards = [&] {
-    return voxel::count_orders(live_->workspace())[static_cast<std::uint8_t>(voxel::kOrderGuard)];
+    return layers::count_orders(live_->workspace())[static_cast<std::uint8_t>(workspace::kOrderGuard)];
   };
   const auto guarded = guards();
   EXPECT_GT(guarded, others);
@@ -166,7 +166,7 @@ TEST_F(Commands, RemoveEndsInTheCellWhoseFileLacksIt) {
   ASSERT_TRUE(apply(remove("right post")));
   EXPECT_FALSE(live_->objects().contains(3));
   EXPECT_EQ(live_->workspace().palette(), (std::vector<float>{0, 20, 32, 100}));  // 25 and 90 were its own
-  EXPECT_EQ(order_at(live_->workspace(), 0.201, 0.101, 0.15), voxel::kOrderFree);
+  EXPECT_EQ(order_at(live_->workspace(), 0.201, 0.101, 0.15), workspace::kOrderFree);
 }
 
 TEST_F(Commands, AddReadsAnObjectAsACellFileHasItAndGivesItAFreshId) {
@@ -176,7 +176,7 @@ TEST_F(Commands, AddReadsAnObjectAsACellFileHasItAndGivesItAFreshId) {
   ASSERT_TRUE(change) << change.status().message();
   EXPECT_EQ(change->id, 4);  // ids that were given away stay so
   EXPECT_THAT(change->said, HasSubstr("added 'right post' (object 4)"));
-  EXPECT_EQ(order_at(live_->workspace(), 0.201, -0.201, 0.15), voxel::kOrderInterior);
+  EXPECT_EQ(order_at(live_->workspace(), 0.201, -0.201, 0.15), workspace::kOrderInterior);
   EXPECT_EQ(live_->workspace().object(live_->workspace().grid().index_of({0.201, -0.201, 0.15})), 4);
   EXPECT_EQ(live_->objects().at(4).mesh_hash, live_->objects().at(2).mesh_hash);
 }
@@ -185,11 +185,11 @@ TEST_F(Commands, AddTakesASolidByFormula) {
   const auto change =
       apply(add("{name: dome, primitive: {sphere: {radius_m: 0.06}}, pose: {xyz_m: [0.2, -0.2, 0.2]}}"));
   ASSERT_TRUE(change) << change.status().message();
-  EXPECT_EQ(order_at(live_->workspace(), 0.201, -0.201, 0.201), voxel::kOrderInterior);
+  EXPECT_EQ(order_at(live_->workspace(), 0.201, -0.201, 0.201), workspace::kOrderInterior);
   const auto moved = live_->apply(move("dome", {-0.2, -0.2, 0.2}), 9, {});
   ASSERT_TRUE(moved);
-  EXPECT_EQ(order_at(live_->workspace(), -0.201, -0.201, 0.201), voxel::kOrderInterior);
-  EXPECT_EQ(order_at(live_->workspace(), 0.201, -0.201, 0.201), voxel::kOrderFree);
+  EXPECT_EQ(order_at(live_->workspace(), -0.201, -0.201, 0.201), workspace::kOrderInterior);
+  EXPECT_EQ(order_at(live_->workspace(), 0.201, -0.201, 0.201), workspace::kOrderFree);
 }
 
 TEST_F(Commands, AddIsRefusedOnceTheVoxelsTakeTooMuchMemory) {

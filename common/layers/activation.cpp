@@ -1,0 +1,350 @@
+#include "common/layers/activation.hpp"
+
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+
+#include "common/core/parallel.hpp"
+#include "common/layers/layer_methods.hpp"
+#include "common/layers/merge.hpp"
+#include "common/voxelise/voxelise_implicit.hpp"
+
+namespace phantom::layers {
+namespace {
+
+core::Status error_of(const Body& body, const core::Status& status) {
+  return {status.code(), "'" + body.name + "': " + status.message()};
+}
+
+std::string extent_text(const workspace::VoxelBox& box) {
+  return std::to_string(box.size[0]) + " × " + std::to_string(box.size[1]) + " × " +
+         std::to_string(box.size[2]);
+}
+
+core::Status check_size(const workspace::VoxelBox& box) {
+  if (box.voxel_count() <= kMaxObjectVoxels) return core::Status::ok();
+  return {core::ErrorCode::kResourceExhausted,
+          "takes " + extent_text(box) + " voxels with its layers; allowed: at most " +
+              std::to_string(kMaxObjectVoxels) +
+              " in all. Is the mesh's scale right, or the voxel size too small?"};
+}
+
+core::Expected<voxelise::SolidVoxels> solid_of(const Body& body, const workspace::GridSpec& grid,
+                                               const workspace::VoxelBox& clip,
+                                               const workspace::WorkOptions& options) {
+  return body.implicit_W ? voxelise::voxelise(*body.implicit_W, grid, clip, options)
+                         : voxelise::voxelise(body.mesh_W, grid, clip, options);
+}
+
+/// The voxels that the body takes without its layers. Voxel addresses are 32 bit integers.
+core::Expected<workspace::VoxelBox> place_of(const Body& body, const workspace::GridSpec& grid) {
+  geometry::BoundingBox bounds = body.mesh_W.bounding_box();
+  if (!bounds.finite)
+    return core::Status(core::ErrorCode::kInvalidArgument, "has a coordinate that is not a finite number");
+  if (body.implicit_W) {
+    const geometry::Box exact = body.implicit_W->bounding_box();
+    bounds = {exact.min_m.cast<float>(), exact.max_m.cast<float>()};
+  }
+  const double farthest_m =
+      bounds.empty() ? 0.0 : std::max(-bounds.min_m.minCoeff(), bounds.max_m.maxCoeff());
+  if (farthest_m < std::min(1e6, 1e9 * grid.voxel_size_m))
+    return body.implicit_W ? voxelise::voxel_bounds(*body.implicit_W, grid)
+                           : voxelise::voxel_bounds(bounds, grid);
+  char farthest[32];
+  std::snprintf(farthest, sizeof farthest, "%.3g", farthest_m);
+  return core::Status(core::ErrorCode::kResourceExhausted,
+                      std::string("reaches ") + farthest + " m from the origin; is its scale right?");
+}
+
+/// Smallest box (in the solid's own voxels' addresses) that holds all its boundary and interior voxels.
+workspace::VoxelBox tight_box(const voxelise::SolidVoxels& solid) {
+  std::int32_t low[3] = {INT32_MAX, INT32_MAX, INT32_MAX}, high[3] = {-1, -1, -1};
+  for (std::int32_t z = 0; z < solid.box.size[2]; ++z) {
+    for (std::int32_t y = 0; y < solid.box.size[1]; ++y) {
+      for (std::size_t i = 0; i < solid.boundary.words_per_row(); ++i) {
+        const std::uint64_t word = solid.boundary.row(y, z)[i] | solid.inside.row(y, z)[i];
+        if (word == 0) continue;
+        const auto x = static_cast<std::int32_t>(i * 64);
+        const std::int32_t first[3] = {x + std::countr_zero(word), y, z},
+                           last[3] = {x + 63 - std::countl_zero(word), y, z};
+        for (int axis = 0; axis < 3; ++axis) {
+          low[axis] = std::min(low[axis], first[axis]);
+          high[axis] = std::max(high[axis], last[axis]);
+        }
+      }
+    }
+  }
+  if (high[0] < 0) return {};
+  return {{solid.box.min.x + low[0], solid.box.min.y + low[1], solid.box.min.z + low[2]},
+          {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1}};
+}
+
+/// Times, progress and requests to stop.
+class Steps {
+ public:
+  explicit Steps(const ActivationOptions& options) : options_(options), start_s_(now_s()) {}
+  double now_s() const { return options_.stopwatch ? options_.stopwatch() : 0.0; }
+  double start_s() const { return start_s_; }
+  void report(double share) const {
+    if (options_.on_progress) options_.on_progress(share);
+  }
+  /// Tells the share that is done; false if the work shall end here.
+  bool go_on(double share) const {
+    report(share);
+    return !options_.keep_going || options_.keep_going();
+  }
+
+ private:
+  const ActivationOptions& options_;
+  double start_s_;
+};
+
+const core::Status kStopped{core::ErrorCode::kUnavailable, "activation was stopped"};
+
+constexpr double kVoxelised = 0.3;  // share of the work, error_of
+
+struct SolidCount {
+  std::atomic<std::size_t> boundary = 0, interior = 0;
+};
+
+/// Counts the voxels of the solid that lie in `part`.
+void count_in(const voxelise::SolidVoxels& solid, const workspace::VoxelBox& part, int threads,
+              SolidCount& count) {
+  const workspace::VoxelBox& box = solid.box;
+  const workspace::VoxelBox here = box.intersection(part);
+  if (here.empty()) return;
+  const std::int32_t low = here.min.x - box.min.x, high = low + here.size[0] - 1, y = here.min.y - box.min.y;
+  const std::uint64_t from = ~std::uint64_t{0} << (low & 63), to = ~std::uint64_t{0} >> (63 - (high & 63));
+  const auto first = static_cast<std::size_t>(low >> 6), last = static_cast<std::size_t>(high >> 6);
+  const bool whole_rows = here.size[0] == box.size[0];
+  const auto add = [&](const workspace::BitCounts& more) {
+    count.boundary += more.a;
+    count.interior += more.only_b;
+  };
+  core::parallel_for(threads, static_cast<std::size_t>(here.size[2]), [&](std::size_t layer, std::size_t) {
+    const std::int32_t z = here.min.z - box.min.z + static_cast<std::int32_t>(layer);
+    if (whole_rows) {
+      const std::size_t words = solid.inside.words_per_row() * static_cast<std::size_t>(here.size[1]);
+      return add(workspace::count_bits(solid.boundary.row(y, z), solid.inside.row(y, z), words));
+    }
+    std::vector<std::uint64_t> words[2];
+    for (std::int32_t row = y; row < y + here.size[1]; ++row) {
+      const std::uint64_t* const rows[2] = {solid.boundary.row(row, z), solid.inside.row(row, z)};
+      for (std::size_t i = 0; i < 2; ++i) {
+        words[i].assign(rows[i] + first, rows[i] + last + 1);
+        words[i].front() &= from;
+        words[i].back() &= to;
+      }
+      add(workspace::count_bits(words[0].data(), words[1].data(), words[0].size()));
+    }
+  });
+}
+
+/// Cuts what an object reaches of a grid into parts of whole bricks.
+std::vector<workspace::VoxelBox> parts_of(const workspace::VoxelBox& reached, const workspace::GridSpec& grid,
+                                          std::size_t most_voxels) {
+  std::array<std::int32_t, 3> first{reached.min.x & -workspace::kBrickEdge,
+                                    reached.min.y & -workspace::kBrickEdge,
+                                    reached.min.z & -workspace::kBrickEdge},
+      end, edge;
+  const std::array<std::int32_t, 3> min{reached.min.x, reached.min.y, reached.min.z};
+  const auto cube =
+      static_cast<std::int32_t>(std::cbrt(static_cast<double>(most_voxels))) & -workspace::kBrickEdge;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    end[axis] = std::min(grid.size_vox[axis], (min[axis] + reached.size[axis] + workspace::kBrickEdge - 1) &
+                                                  -workspace::kBrickEdge);
+    edge[axis] = reached.voxel_count() <= most_voxels ? end[axis] - first[axis]
+                                                      : std::max(workspace::kBrickEdge, cube);
+  }
+  std::vector<workspace::VoxelBox> parts;
+  for (std::int32_t z = first[2]; z < end[2]; z += edge[2]) {
+    for (std::int32_t y = first[1]; y < end[1]; y += edge[1]) {
+      for (std::int32_t x = first[0]; x < end[0]; x += edge[0])
+        parts.push_back(
+            {{x, y, z},
+             {std::min(edge[0], end[0] - x), std::min(edge[1], end[1] - y), std::min(edge[2], end[2] - z)}});
+    }
+  }
+  return parts;
+}
+
+/// Makes an object's bricks, part by part.
+class ObjectActivation {
+ public:
+  ObjectActivation(const Body& body, const workspace::GridSpec& grid, const ActivationOptions& options,
+                   const Steps& steps)
+      : body_(body),
+        grid_(grid),
+        options_(options),
+        steps_(steps),
+        margin_(-voxelise_clip(grid, body.profile).min.x) {}
+
+  /// `reached`: what the object reaches of the grid.
+  core::Expected<ActivatedObject> all(const workspace::VoxelBox& reached) {
+    if (reached.empty()) return finish();
+    const std::vector<workspace::VoxelBox> parts = parts_of(reached, grid_, options_.most_voxels_at_once);
+    parts_ = static_cast<double>(parts.size());
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      part_ = static_cast<double>(i);
+      const double start_s = steps_.now_s();
+      auto solid = solid_of(
+          body_, grid_, parts[i].grown(margin_),
+          {options_.threads, [&](double share) { return steps_.go_on(share_of_all(kVoxelised * share)); }});
+      if (!solid) return error_of(body_, solid.status());
+      object_.report.voxelise_s += steps_.now_s() - start_s;
+      if (!add(*solid, parts[i])) return error_of(body_, kStopped);
+    }
+    return finish();
+  }
+  /// The same of a solid that is known as a whole.
+  core::Expected<ActivatedObject> of(const voxelise::SolidVoxels& solid) {
+    if (!add(solid, workspace::VoxelBox::of(grid_))) return error_of(body_, kStopped);
+    return finish();
+  }
+
+ private:
+  bool add(const voxelise::SolidVoxels& solid, const workspace::VoxelBox& part) {
+    if (!steps_.go_on(share_of_all(kVoxelised))) return false;
+    const double start_s = steps_.now_s();
+    bool stopped = false;
+    const auto go_on = [&](double share) {
+      stopped = stopped || !steps_.go_on(share_of_all(kVoxelised + (1.0 - kVoxelised) * share));
+      return !stopped;
+    };
+    workspace::ObjectBricks bricks =
+        lay_layers(body_.mesh_W, solid, body_.profile, grid_, part, {options_.threads, go_on});
+    if (stopped) return false;
+    for (workspace::ObjectBricks::Part& brick : bricks.take_parts()) bricks_.push_back(std::move(brick));
+    BodyReport& report = object_.report;
+    SolidCount count;
+    count_in(solid, part, options_.threads, count);
+    report.boundary_voxels += count.boundary;
+    report.interior_voxels += count.interior;
+    const std::size_t disputed = report.mesh.disputed_voxels;
+    if (!known_ || !solid.box.empty()) report.mesh = solid.report;  // of a part without the mesh it says less
+    report.mesh.disputed_voxels = disputed + solid.report.disputed_voxels;
+    known_ = true;
+    report.layers_s += steps_.now_s() - start_s;
+    return true;
+  }
+  /// Of all parts, by the share of the one at hand; rises from one to the next without rounding back.
+  double share_of_all(double share) const { return (part_ + share) / parts_; }
+  ActivatedObject finish() {
+    object_.bricks = workspace::ObjectBricks(std::move(bricks_));
+    return std::move(object_);
+  }
+
+  const Body& body_;
+  const workspace::GridSpec& grid_;
+  const ActivationOptions& options_;
+  const Steps& steps_;
+  std::int32_t margin_;
+  double part_ = 0.0, parts_ = 1.0;  // the one at hand, and how many there are
+  bool known_ = false;
+  std::vector<workspace::ObjectBricks::Part> bricks_;
+  ActivatedObject object_;
+};
+
+/// Checks profile and place; the voxels that the body takes without its layers.
+core::Expected<workspace::VoxelBox> checked_place(const Body& body, const workspace::GridSpec& grid) {
+  if (core::Status checked = workspace::check_profile(body.profile); !checked) return error_of(body, checked);
+  auto place = place_of(body, grid);
+  if (!place) return error_of(body, place.status());
+  return place;
+}
+
+/// The workspace of one object.
+workspace::Workspace workspace_of(const Body& body, const workspace::GridSpec& grid,
+                                  const ActivatedObject& object, int threads) {
+  workspace::Workspace workspace(grid, *workspace::make_palette({body.profile}));
+  const workspace::CodeTable codes = workspace::code_table(body.profile, workspace.palette());
+  const MergeEntry entry{&object.bricks, body.id, &codes};
+  merge_bricks(MergeLaw::kHighestViscosity, {&entry, 1}, object.bricks.keys(), workspace, threads);
+  return workspace;
+}
+
+}  // namespace
+
+workspace::GridSpec grid_over(const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m,
+                              double voxel_size_m) {
+  workspace::GridSpec grid{min_m, voxel_size_m, {}};
+  for (int axis = 0; axis < 3; ++axis) {
+    // The millionth keeps 2.2 m ÷ 5 mm at 440 voxels whatever the quotient's rounding.
+    grid.size_vox[static_cast<std::size_t>(axis)] =
+        static_cast<std::int32_t>(std::ceil((max_m[axis] - min_m[axis]) / voxel_size_m - 1e-6));
+  }
+  return grid;
+}
+
+core::Expected<ActivatedObject> activate_object(const Body& body, const workspace::GridSpec& grid,
+                                                const ActivationOptions& options) {
+  const auto place = checked_place(body, grid);
+  if (!place) return place.status();
+  const workspace::VoxelBox reached = place->grown(body.profile.reach_vox());
+  if (core::Status checked = check_size(reached.intersection(voxelise_clip(grid, body.profile))); !checked)
+    return error_of(body, checked);
+  const Steps steps(options);
+  auto object =
+      ObjectActivation(body, grid, options, steps).all(reached.intersection(workspace::VoxelBox::of(grid)));
+  if (!object) return object.status();
+  object->report.box = reached.intersection(voxelise_clip(grid, body.profile));
+  steps.report(1.0);
+  return object;
+}
+
+core::Expected<std::pair<workspace::Workspace, BodyReport>> activate_alone(const Body& body,
+                                                                           double voxel_size_m,
+                                                                           const ActivationOptions& options) {
+  const workspace::GridSpec lattice{Eigen::Vector3d::Zero(), voxel_size_m, {0, 0, 0}};
+  const auto around = checked_place(body, lattice);
+  if (!around) return around.status();
+  const workspace::VoxelBox reached = around->grown(body.profile.reach_vox());
+  if (core::Status checked = check_size(reached); !checked) return error_of(body, checked);
+  const auto grid_of = [&](const workspace::VoxelBox& box) {
+    return workspace::GridSpec{voxel_size_m * Eigen::Vector3d(box.min.x, box.min.y, box.min.z), voxel_size_m,
+                               box.size};
+  };
+  const Steps steps(options);
+  if (reached.voxel_count() > options.most_voxels_at_once) {
+    auto object = activate_object(body, grid_of(reached), options);
+    if (!object) return object.status();
+    return std::pair{workspace_of(body, grid_of(reached), *object, options.threads), object->report};
+  }
+  auto solid = solid_of(body, lattice, *around,
+                        {options.threads, [&](double share) { return steps.go_on(kVoxelised * share); }});
+  if (!solid) return error_of(body, solid.status());
+  const double voxelise_s = steps.now_s() - steps.start_s();
+  const workspace::VoxelBox whole = tight_box(*solid).grown(body.profile.reach_vox());
+  solid->box.min = {solid->box.min.x - whole.min.x, solid->box.min.y - whole.min.y,
+                    solid->box.min.z - whole.min.z};
+  const workspace::GridSpec grid = grid_of(whole);
+  auto object = ObjectActivation(body, grid, options, steps).of(*solid);
+  if (!object) return object.status();
+  object->report.voxelise_s = voxelise_s;
+  object->report.box = workspace::VoxelBox::of(grid);
+  workspace::Workspace workspace = workspace_of(body, grid, *object, options.threads);
+  steps.report(1.0);
+  return std::pair{std::move(workspace), object->report};
+}
+
+std::array<std::uint64_t, 256> count_orders(const workspace::Workspace& workspace) {
+  std::array<std::uint64_t, 256> counts{};
+  std::uint64_t in_bricks = 0;
+  for (const workspace::BrickKey key : workspace.bricks()) {
+    const auto brick = workspace.brick(key);
+    const workspace::VoxelBox part =
+        workspace::box_of(key).intersection(workspace::VoxelBox::of(workspace.grid()));
+    for (std::uint32_t z = 0; z < static_cast<std::uint32_t>(part.size[2]); ++z) {
+      for (std::uint32_t y = 0; y < static_cast<std::uint32_t>(part.size[1]); ++y) {
+        for (std::uint32_t x = 0; x < static_cast<std::uint32_t>(part.size[0]); ++x) {
+          ++counts[static_cast<std::uint8_t>(brick.order[workspace::brick_offset(x, y, z)])];
+        }
+      }
+    }
+    in_bricks += part.voxel_count();
+  }
+  counts[0] += static_cast<std::uint64_t>(workspace.grid().voxel_count()) - in_bricks;
+  return counts;
+}
+
+}  // namespace phantom::layers

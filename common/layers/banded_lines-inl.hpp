@@ -1,0 +1,197 @@
+// Private to banded_distance.cpp: its first pass, distances along z in bytes. Compiled once per instruction
+// set.
+
+#if defined(PHANTOM_LAYERS_BANDED_LINES_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef PHANTOM_LAYERS_BANDED_LINES_INL
+#undef PHANTOM_LAYERS_BANDED_LINES_INL
+#else
+#define PHANTOM_LAYERS_BANDED_LINES_INL
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstring>
+
+#include "common/layers/banded_distance.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace phantom::layers::detail::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+constexpr hn::ScalableTag<std::uint8_t> kBytes;
+constexpr hn::ScalableTag<std::uint16_t> kShorts;
+constexpr std::size_t kPad = kLongestVector;
+constexpr std::size_t kMoreOffsets = 3;  // neighbours are looked at in groups
+static_assert(kMoreOffsets < kPad);
+static_assert(kPad == 64, "a word of bits");
+
+/// Sizes of one block with its surroundings.
+struct Extent {
+  Extent(const BrickBlock& block, std::size_t reach_vox)
+      : reach(reach_vox),
+        halo((reach_vox + workspace::kBrickEdge - 1) / workspace::kBrickEdge * workspace::kBrickEdge),
+        nx(static_cast<std::size_t>(block.nx) * workspace::kBrickEdge),
+        ny(static_cast<std::size_t>(block.ny) * workspace::kBrickEdge),
+        nz(static_cast<std::size_t>(block.nz) * workspace::kBrickEdge),
+        rows(ny + 2 * reach),
+        used(nx + 2 * halo),
+        length((used + kPad - 1) / kPad * kPad),
+        width(length + kPad / 2),
+        slice(((rows + 2 * kMoreOffsets) * length / kPad | 1) * kPad) {}
+  std::size_t reach, halo;  // along x what lies around begins at a whole brick
+  std::size_t nx, ny, nz;
+  std::size_t rows;    // along y, with what lies within reach
+  std::size_t used;    // along x, with what lies within reach
+  std::size_t length;  // the same in whole words and vectors
+  // From a row of squares to the next, from a slice of distances along z to the next: odd numbers of cache
+  // lines, so that neighbours do not fall into the same few sets.
+  std::size_t width, slice;
+};
+
+/// First voxel of a row of the block.
+workspace::Index3 voxel_of(const BrickBlock& block, std::size_t y, std::size_t z) {
+  return {block.min.x, block.min.y + static_cast<std::int32_t>(y),
+          block.min.z + static_cast<std::int32_t>(z)};
+}
+
+/// Where the orders of the bricks go that a row crosses.
+std::int8_t* const* bricks_at(const BrickBlock& block, std::size_t y, std::size_t z) {
+  return block.bricks.data() +
+         ((z / workspace::kBrickEdge) * static_cast<std::size_t>(block.ny) + y / workspace::kBrickEdge) *
+             static_cast<std::size_t>(block.nx);
+}
+
+/// How far neighbours are to be looked at: first … last.
+struct Offsets {
+  int first, last;
+};
+
+/// From which places of a span a voxel between `from` and `to` can be within reach.
+Offsets offsets_from(const SolidSpan& span, int from, int to, int reach) {
+  return {std::max({1, span.first - to, from - span.last}),
+          std::min(reach, std::max(to - span.first, span.last - from))};
+}
+
+/// Squared distance that stands for "farther than the reach".
+std::uint16_t far_of(std::size_t reach) { return static_cast<std::uint16_t>((reach + 1) * (reach + 1)); }
+
+/// The voxels of a vector that are solid, by 64 bits of which it takes those from x on.
+HWY_INLINE hn::Mask<decltype(kBytes)> solid_at(const std::uint64_t* bits, std::size_t x) {
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(bits) + x / 8;
+#if HWY_TARGET == HWY_SCALAR
+  return hn::Ne(hn::Set(kBytes, static_cast<std::uint8_t>(*bytes >> (x % 8) & 1)), hn::Zero(kBytes));
+#else
+  return hn::LoadMaskBits(kBytes, bytes);
+#endif
+}
+
+/// The block's slices that have words of the solid, counted from the block's first slice within reach.
+struct Slices {
+  std::size_t first, last;
+};
+
+/// Bits of 64 voxels side by side, one word a slice, from words of 32 voxels. Writes up to a vector more than
+/// asked.
+void join_words(const std::uint32_t* low, const std::uint32_t* high, std::size_t count, std::uint64_t* bits) {
+  constexpr hn::ScalableTag<std::uint64_t> kWords;
+  constexpr hn::Rebind<std::uint32_t, decltype(kWords)> kHalves;
+  static_assert(hn::MaxLanes(kWords) <= SolidRows::kReadBeyond);
+  for (std::size_t i = 0; i < count; i += hn::Lanes(kWords)) {
+    const auto here = hn::PromoteTo(kWords, hn::LoadU(kHalves, low + i)),
+               behind = hn::PromoteTo(kWords, hn::LoadU(kHalves, high + i));
+    hn::StoreU(hn::Or(here, hn::ShiftLeft<32>(behind)), kWords, bits + i);
+  }
+}
+
+/// Distance along z of a vector of lines that begins at x of `bits` (a word for each of the surroundings'
+/// slices), for all slices of the block; note(layer of bricks, a bit for each of its slices with something
+/// in reach) is told each layer, if notes are wanted.
+template <bool kNotesWanted, class Note>
+HWY_INLINE void distances_along_lines(const Extent& e, Slices slices, const std::uint64_t* bits,
+                                      std::size_t x, std::uint8_t* out, const Note& note) {
+  const std::size_t begin = e.reach, end = e.reach + e.nz;
+  const auto one = hn::Set(kBytes, std::uint8_t{1}),
+             top = hn::Set(kBytes, static_cast<std::uint8_t>(e.reach + 1));
+  auto close = hn::Zero(kBytes);
+  const auto step = [&](std::size_t slice) HWY_ATTR {
+    close = hn::IfThenElse(solid_at(bits + slice, x), top, hn::SaturatedSub(close, one));
+  };
+  for (std::size_t slice = slices.first; slice < begin; ++slice) step(slice);
+  std::uint8_t* to = out + x;
+  for (std::size_t slice = begin; slice < end; ++slice, to += e.slice) {
+    step(slice);
+    hn::StoreU(close, kBytes, to);
+  }
+  close = hn::Zero(kBytes);
+  for (std::size_t slice = slices.last; slice-- > end;) step(slice);
+  for (std::size_t layer = e.nz / workspace::kBrickEdge; layer-- > 0;) {
+    std::uint32_t any = 0;
+    for (std::size_t slice = begin + (layer + 1) * workspace::kBrickEdge;
+         slice-- > begin + layer * workspace::kBrickEdge;) {
+      to -= e.slice;
+      step(slice);
+      const auto nearer = hn::Max(close, hn::LoadU(kBytes, to));
+      hn::StoreU(nearer, kBytes, to);
+      if constexpr (kNotesWanted)
+        any = any << 1 | (hn::AllTrue(kBytes, hn::Eq(nearer, hn::Zero(kBytes))) ? 0 : 1);
+    }
+    if constexpr (kNotesWanted) note(layer, any);
+  }
+}
+
+/// Distance along z of row y of the surroundings, which begins at voxel `first`, for all slices of the block;
+/// says where along x something solid may be. notes.add(vector along x, y, layer, slices in reach, words of
+/// the layer's slices) is told where that is.
+constexpr std::int32_t kRowsAhead = 3;
+template <class Notes>
+SolidSpan distances_along_z(const Extent& e, BandedDistance& work, workspace::Index3 first, std::size_t y,
+                            Notes& notes) {
+  const SolidRows& solid = work.solid();
+  std::uint8_t* const out = work.closeness.data() + (y + kMoreOffsets) * e.length;
+  const std::int32_t to_z = first.z + static_cast<std::int32_t>(e.nz + 2 * e.reach);
+  const SolidRows::Lines lines = solid.lines(first.y, first.z, to_z);
+  const SolidRows::Lines later = solid.lines(first.y + kRowsAhead, first.z, to_z);
+  const Slices slices{static_cast<std::size_t>(lines.first - first.z),
+                      static_cast<std::size_t>(lines.last - first.z)};
+  const std::size_t end = e.nz + 2 * e.reach;
+  work.solid_bits.assign(end + kPad, 0);
+  std::uint64_t* const bits = work.solid_bits.data();
+  SolidSpan span;
+  const auto clear = [&](std::size_t x) {
+    for (std::size_t slice = 0; slice < e.nz; ++slice) std::memset(out + slice * e.slice + x, 0, kPad);
+  };
+  for (std::size_t part = 0; part < e.length; part += kPad) {
+    const std::int32_t column = (first.x + static_cast<std::int32_t>(part)) / workspace::kBrickEdge;
+    if (later.layers != 0) {
+      solid.prefetch(later, column);
+      solid.prefetch(later, column + 1);
+    }
+    const std::uint64_t any = lines.layers == 0 ? 0
+                                                : solid.united(lines, column) |
+                                                      std::uint64_t{solid.united(lines, column + 1)} << 32;
+    if (any == 0) {
+      clear(part);
+      continue;
+    }
+    const int x = static_cast<int>(part);
+    span.add({x + std::countr_zero(any), x + 63 - std::countl_zero(any)});
+    join_words(solid.words(lines, column), solid.words(lines, column + 1), slices.last - slices.first,
+               bits + slices.first);
+    std::fill(bits + slices.last, bits + end, 0);
+    for (std::size_t i = 0; i < kPad; i += hn::Lanes(kBytes)) {
+      distances_along_lines<Notes::kWanted>(
+          e, slices, bits, i, out + part, [&](std::size_t layer, std::uint32_t in_reach) HWY_ATTR {
+            notes.add(part / kPad, y, layer, in_reach, bits + e.reach + layer * workspace::kBrickEdge);
+          });
+    }
+  }
+  return span;
+}
+
+}  // namespace phantom::layers::detail::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

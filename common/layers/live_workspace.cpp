@@ -1,0 +1,197 @@
+#include "common/layers/live_workspace.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include "common/core/parallel.hpp"
+#include "common/workspace/workspace_hash.hpp"
+
+namespace phantom::layers {
+namespace {
+
+core::Status refusal(std::uint16_t id, const std::string& what) {
+  return core::Status::invalid_argument("object " + std::to_string(id) + ": " + what);
+}
+
+core::Status check_version(std::uint64_t next, std::uint64_t present) {
+  if (next > present) return core::Status::ok();
+  return core::Status::invalid_argument("version " + std::to_string(next) + " does not rise above " +
+                                        std::to_string(present));
+}
+
+void sort_unique(std::vector<workspace::BrickKey>& keys) {
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+}
+
+void append(std::vector<workspace::BrickKey>& to, const std::vector<workspace::BrickKey>& keys) {
+  to.insert(to.end(), keys.begin(), keys.end());
+}
+
+/// Some bricks to spare: an array that must grow for a change moves all that is in it.
+std::size_t with_room(std::size_t bricks) { return bricks + bricks / 8 + 64; }
+
+/// The options for one of several bodies, its progress being a part of the whole's.
+ActivationOptions part_of(const ActivationOptions& whole, std::size_t index, std::size_t count) {
+  ActivationOptions part = whole;
+  if (whole.on_progress) {
+    part.on_progress = [&whole, index, count](double share) {
+      whole.on_progress((static_cast<double>(index) + share) / static_cast<double>(count));
+    };
+  }
+  return part;
+}
+
+}  // namespace
+
+core::Expected<LiveWorkspace::Object> LiveWorkspace::activated(const Body& body,
+                                                               const ActivationOptions& options,
+                                                               WorkspaceChange& change) const {
+  auto made = activate_object(body, workspace_.grid(), options);
+  if (!made) return made.status();
+  change.reports.push_back(std::move(made->report));
+  return Object{std::make_shared<const workspace::ObjectBricks>(std::move(made->bricks)), body.profile, 0, 0};
+}
+
+core::Expected<WorkspaceChange> LiveWorkspace::add(std::span<const LiveBody> bodies, std::uint64_t version,
+                                                   const ActivationOptions& options, const OnBody& on_body) {
+  if (core::Status checked = check_version(version, workspace_.version); !checked) return checked;
+  Objects next = objects_;
+  std::vector<workspace::BrickKey> touched;
+  WorkspaceChange change;
+  std::int64_t latest = latest_;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const Body& body = *bodies[i].body;
+    if (body.id == 0 || body.id == 65535) return refusal(body.id, "no such id; allowed: 1 to 65534");
+    if (next.contains(body.id)) return refusal(body.id, "is there already");
+    auto object = activated(body, part_of(options, i, bodies.size()), change);
+    if (!object) return object.status();
+    object->priority = bodies[i].priority;
+    object->latest = ++latest;
+    append(touched, object->bricks->keys());
+    next.emplace(body.id, *std::move(object));
+    if (on_body) on_body(body, change.reports.back(), i + 1);
+  }
+  auto applied = apply(std::move(next), std::move(touched), std::move(change), version, options);
+  if (applied) latest_ = latest;
+  return applied;
+}
+
+core::Expected<WorkspaceChange> LiveWorkspace::move(const Body& body, std::uint64_t version,
+                                                    const ActivationOptions& options) {
+  if (core::Status checked = check_version(version, workspace_.version); !checked) return checked;
+  const auto present = objects_.find(body.id);
+  if (present == objects_.end()) return refusal(body.id, "is not there");
+  WorkspaceChange change;
+  auto object = activated(body, options, change);
+  if (!object) return object.status();
+  object->priority = present->second.priority;
+  object->latest = latest_ + 1;
+  std::vector<workspace::BrickKey> touched = present->second.bricks->keys();
+  append(touched, object->bricks->keys());
+  Objects next = objects_;
+  next[body.id] = *std::move(object);
+  auto applied = apply(std::move(next), std::move(touched), std::move(change), version, options);
+  if (applied) ++latest_;
+  return applied;
+}
+
+core::Expected<WorkspaceChange> LiveWorkspace::remove(std::uint16_t id, std::uint64_t version,
+                                                      const ActivationOptions& options) {
+  if (core::Status checked = check_version(version, workspace_.version); !checked) return checked;
+  const auto present = objects_.find(id);
+  if (present == objects_.end()) return refusal(id, "is not there");
+  std::vector<workspace::BrickKey> touched = present->second.bricks->keys();
+  Objects next = objects_;
+  next.erase(id);
+  return apply(std::move(next), std::move(touched), {}, version, options);
+}
+
+core::Expected<WorkspaceChange> LiveWorkspace::apply(Objects next, std::vector<workspace::BrickKey> touched,
+                                                     WorkspaceChange change, std::uint64_t version,
+                                                     const ActivationOptions& options) {
+  const auto now_s = [&options] { return options.stopwatch ? options.stopwatch() : 0.0; };
+  const double from_s = now_s();
+  std::vector<workspace::LayerProfile> profiles;
+  for (const auto& [id, object] : next) profiles.push_back(object.profile);
+  auto palette = workspace::make_palette(profiles);
+  if (!palette) return palette.status();
+  sort_unique(touched);
+  change.version = version;
+  change.palette_changed = *palette != workspace_.palette();
+  if (change.palette_changed) {
+    workspace::Workspace recoded(workspace_.grid(), *std::move(palette));
+    std::vector<workspace::BrickKey> all;
+    for (const auto& [id, object] : next) append(all, object.bricks->keys());
+    sort_unique(all);
+    recoded.reserve_bricks(with_room(all.size()));
+    merge(next, all, recoded, options.threads);
+    touched = workspace_.bricks();
+    append(touched, all);
+    sort_unique(touched);
+    workspace_ = std::move(recoded);
+    reserved_bricks_ = with_room(all.size());
+  } else {
+    reserve_for(touched);  // the last thing that can fail
+    merge(next, touched, workspace_, options.threads);
+  }
+  objects_ = std::move(next);
+  workspace_.version = version;
+  change.merge_s = now_s() - from_s;
+  take_hashes(touched, options.threads, change);
+  return change;
+}
+
+void LiveWorkspace::merge(const Objects& objects, std::span<const workspace::BrickKey> keys,
+                          workspace::Workspace& workspace, int threads) const {
+  std::vector<workspace::CodeTable> codes;
+  std::vector<MergeEntry> entries;
+  codes.reserve(objects.size());  // entries point to them
+  for (const auto& [id, object] : objects) {
+    codes.push_back(workspace::code_table(object.profile, workspace.palette()));
+    entries.push_back({object.bricks.get(), id, &codes.back(),
+                       law_ == MergeLaw::kLatestObject ? object.latest : object.priority});
+  }
+  merge_bricks(law_, entries, keys, workspace, threads);
+}
+
+/// Room for those bricks of `keys` that are not there yet.
+void LiveWorkspace::reserve_for(std::span<const workspace::BrickKey> keys) {
+  const auto is_new = [this](workspace::BrickKey key) { return !workspace_.has_brick(key); };
+  const std::size_t count =
+      workspace_.brick_count() + static_cast<std::size_t>(std::count_if(keys.begin(), keys.end(), is_new));
+  if (count <= reserved_bricks_) return;
+  workspace_.reserve_bricks(with_room(count));
+  reserved_bricks_ = with_room(count);
+}
+
+void LiveWorkspace::take_hashes(std::span<const workspace::BrickKey> keys, int threads,
+                                WorkspaceChange& change) {
+  std::vector<std::uint64_t> hashes(keys.size());
+  core::parallel_for(threads, keys.size(), [&](std::size_t i, std::size_t) {
+    if (workspace_.has_brick(keys[i])) hashes[i] = workspace::brick_hash(keys[i], workspace_.brick(keys[i]));
+  });
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const workspace::BrickKey key = keys[i];
+    const auto before = hashes_.find(key);
+    if (!workspace_.has_brick(key)) {
+      if (before == hashes_.end()) continue;
+      change.removed.push_back(key);
+      hashes_.erase(before);
+      continue;
+    }
+    if (before != hashes_.end() && before->second == hashes[i]) continue;
+    change.changed.push_back(key);
+    hashes_.insert_or_assign(key, hashes[i]);
+  }
+  content_hash_ = workspace::header_hash(workspace_.grid(), workspace_.palette());
+  for (const auto& [key, hash] : hashes_) content_hash_ += hash;
+}
+
+std::size_t LiveWorkspace::object_bytes() const {
+  std::size_t bytes = 0;
+  for (const auto& [id, object] : objects_) bytes += object.bricks->bytes();
+  return bytes;
+}
+
+}  // namespace phantom::layers

@@ -1,0 +1,151 @@
+#include "common/layers/merge.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <set>
+
+#include "common/core/parallel.hpp"
+#include "common/layers/merge_kernel.hpp"
+
+namespace phantom::layers {
+namespace {
+
+/// The strongest first: what a later one claims must be free, or of a higher μ and the same rank.
+std::vector<MergeEntry> by_strength(MergeLaw law, std::span<const MergeEntry> entries) {
+  std::vector<MergeEntry> sorted(entries.begin(), entries.end());
+  if (law == MergeLaw::kHighestViscosity) {
+    for (MergeEntry& entry : sorted) entry.rank = 0;
+  }
+  std::sort(sorted.begin(), sorted.end(), [](const MergeEntry& a, const MergeEntry& b) {
+    return a.rank != b.rank ? a.rank > b.rank : a.id < b.id;
+  });
+  return sorted;
+}
+
+/// One object's claim on one brick.
+struct Claim {
+  const std::int8_t* orders;
+  const MergeEntry* entry;
+};
+
+/// Who claims what: claims[first[i]] … claims[first[i + 1] − 1] are those on keys[i], the strongest first.
+struct Claims {
+  std::vector<Claim> claims;
+  std::vector<std::size_t> first;
+
+  std::span<const Claim> on(std::size_t key) const {
+    return {claims.data() + first[key], first[key + 1] - first[key]};
+  }
+};
+
+Claims claims_on(std::span<const workspace::BrickKey> keys, const std::vector<MergeEntry>& strongest_first) {
+  Claims claims;
+  claims.first.reserve(keys.size() + 1);
+  for (const workspace::BrickKey key : keys) {
+    claims.first.push_back(claims.claims.size());
+    for (const MergeEntry& entry : strongest_first) {
+      if (const std::int8_t* orders = entry.bricks->orders(key)) claims.claims.push_back({orders, &entry});
+    }
+  }
+  claims.first.push_back(claims.claims.size());
+  return claims;
+}
+
+/// Whether the brick is one object's interior and needs no memory of its own.
+bool interior_alone(workspace::BrickKey key, std::span<const Claim> claims) {
+  return claims.size() == 1 && claims[0].entry->bricks->is_interior(key);
+}
+
+/// Bricks of their own memory at most; all that are one object's interior share one's.
+std::size_t most_made(std::span<const workspace::BrickKey> keys, const Claims& claims) {
+  std::size_t own = 0;
+  std::set<std::uint16_t> filled;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const std::span<const Claim> on_it = claims.on(i);
+    if (interior_alone(keys[i], on_it)) {
+      filled.insert(on_it[0].entry->id);
+    } else if (!on_it.empty()) {
+      ++own;
+    }
+  }
+  return own + filled.size();
+}
+
+/// Where a brick is merged: nowhere if it is filled already; without labels if it shares its only object's.
+struct Room {
+  std::uint8_t* mu_code = nullptr;
+  std::int8_t* order = nullptr;
+  std::uint16_t* object = nullptr;
+};
+
+/// Gives every brick the memory that it needs, filled where that is all there is to it.
+std::vector<Room> make_room(std::span<const workspace::BrickKey> keys, const Claims& claims,
+                            workspace::Workspace& workspace) {
+  for (const workspace::BrickKey key : keys) workspace.remove_brick(key);
+  workspace.reserve_more(most_made(keys, claims));
+  std::vector<Room> rooms(keys.size());
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const std::span<const Claim> on_it = claims.on(i);
+    if (on_it.empty()) continue;
+    const MergeEntry& first = *on_it[0].entry;
+    if (interior_alone(keys[i], on_it)) {
+      workspace.fill_brick(keys[i], (*first.codes)[static_cast<std::uint8_t>(workspace::kOrderInterior)],
+                           workspace::kOrderInterior, first.id);
+      continue;
+    }
+    workspace::BrickLabels labels{nullptr, nullptr, first.id};
+    if (on_it.size() == 1) labels.orders = first.bricks->share(keys[i]);
+    if (on_it.size() > 1) {
+      labels.orders = std::make_shared_for_overwrite<std::int8_t[]>(workspace::kBrickVoxels);
+      labels.objects = std::make_shared_for_overwrite<std::uint16_t[]>(workspace::kBrickVoxels);
+      rooms[i] = {nullptr, labels.orders.get(), labels.objects.get()};
+    }
+    rooms[i].mu_code = workspace.make_brick(keys[i], std::move(labels));
+  }
+  return rooms;
+}
+
+/// One thread's work space: codes that claims of a greater rank have set; they stay.
+using Settled = std::array<std::uint8_t, workspace::kBrickVoxels>;
+
+void merge_brick(std::span<const Claim> claims, const Room& brick, Settled& kept) {
+  const MergeEntry& first = *claims[0].entry;
+  detail::codes_of(*first.codes, claims[0].orders, first.id, brick.mu_code, brick.object);
+  if (claims.size() == 1) return;  // it shares the object's orders
+  std::memcpy(brick.order, claims[0].orders, workspace::kBrickVoxels);
+  const std::uint8_t* settled = nullptr;
+  for (std::size_t c = 1; c < claims.size(); ++c) {
+    const MergeEntry& entry = *claims[c].entry;
+    if (entry.rank != claims[c - 1].entry->rank) {
+      std::memcpy(kept.data(), brick.mu_code, workspace::kBrickVoxels);
+      settled = kept.data();
+    }
+    detail::claim(*entry.codes, claims[c].orders, entry.id, settled, brick.mu_code, brick.order,
+                  brick.object);
+  }
+}
+
+}  // namespace
+
+std::vector<workspace::BrickKey> keys_of(std::span<const MergeEntry> entries) {
+  std::vector<workspace::BrickKey> keys;
+  for (const MergeEntry& entry : entries)
+    keys.insert(keys.end(), entry.bricks->keys().begin(), entry.bricks->keys().end());
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  return keys;
+}
+
+void merge_bricks(MergeLaw law, std::span<const MergeEntry> entries,
+                  std::span<const workspace::BrickKey> keys, workspace::Workspace& workspace, int threads) {
+  const std::vector<MergeEntry> strongest_first = by_strength(law, entries);
+  const Claims claims = claims_on(keys, strongest_first);
+  const std::vector<Room> rooms = make_room(keys, claims, workspace);
+  std::vector<Settled> settled(static_cast<std::size_t>(std::max(1, threads)));
+  core::parallel_for(threads, keys.size(), [&](std::size_t i, std::size_t worker) {
+    if (rooms[i].mu_code != nullptr) merge_brick(claims.on(i), rooms[i], settled[worker]);
+  });
+}
+
+}  // namespace phantom::layers

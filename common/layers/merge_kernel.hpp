@@ -1,0 +1,19 @@
+#pragma once
+
+// Private to this library: one object's claim on one brick, byte by byte.
+
+#include "common/workspace/profile.hpp"
+#include "common/workspace/workspace.hpp"
+
+namespace phantom::layers::detail {
+
+/// μ codes of kBrickVoxels orders; `objects` (may be null): `id` where there is one, else 0.
+void codes_of(const workspace::CodeTable& table, const std::int8_t* orders, std::uint16_t id,
+              std::uint8_t* codes, std::uint16_t* objects);
+
+/// Takes the voxels in which an object's code is above that which is there, unless `settled` (may be null)
+/// has one there.
+void claim(const workspace::CodeTable& table, const std::int8_t* orders, std::uint16_t id,
+           const std::uint8_t* settled, std::uint8_t* codes, std::int8_t* winners, std::uint16_t* objects);
+
+}  // namespace phantom::layers::detail

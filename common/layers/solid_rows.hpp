@@ -1,0 +1,142 @@
+#pragma once
+
+// Private to this library: a solid's voxels in the form in which layers are laid around it.
+
+#include <hwy/cache_control.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "common/voxelise/voxelise.hpp"
+#include "common/workspace/large_pages.hpp"
+#include "common/workspace/workspace.hpp"
+
+namespace phantom::layers::detail {
+
+/// What cubes of a brick's size hold of the solid, at bricks' places (which may lie beyond the grid). One
+/// entry per cube, x fastest.
+struct Cells {
+  std::size_t index(std::int32_t x, std::int32_t y, std::int32_t z) const {
+    return (static_cast<std::size_t>(z) * static_cast<std::size_t>(size[1]) + static_cast<std::size_t>(y)) *
+               static_cast<std::size_t>(size[0]) +
+           static_cast<std::size_t>(x);
+  }
+  /// Per axis: bit i is set if something is solid where the coordinate's last 5 bits are i.
+  struct Bits {
+    std::uint32_t x = 0, y = 0, z = 0;
+    bool interior = false;  ///< throughout
+  };
+
+  workspace::Index3 min;  // a brick's address
+  std::array<std::int32_t, 3> size{};
+  std::vector<Bits> bits;
+};
+
+/// A solid's voxels (boundary or interior) as columns of bits: 32 voxels along x, one word; words one after
+/// the other along z, then along y, so that what is looked at together stands together. Columns begin where
+/// bricks do.
+class SolidRows {
+ public:
+  /// Keeps a reference to the solid.
+  SolidRows(const voxelise::SolidVoxels& solid, int threads);
+
+  static constexpr std::size_t kReadBeyond = 8;
+
+  static constexpr std::size_t kTile = 16;  // columns and slices: a cache line of either
+  /// Words of one y.
+  struct Tile {
+    alignas(64) std::uint32_t solid[kTile][kTile];  ///< [slice][column]
+    alignas(64) std::uint32_t inner[kTile];         ///< [column]: interior in all slices
+    alignas(64) std::uint32_t any[kTile];           ///< [column]: solid in any slice
+  };
+
+  /// Where a tile's words come from: rows of bits, 64 a word.
+  struct TileSource {
+    const workspace::LargeVector<std::uint64_t>*boundary, *inside;
+    std::size_t at;     ///< word of the tile's first slice in both volumes
+    std::size_t ahead;  ///< the same of a tile to come
+    std::size_t layer;  ///< words from a slice to the next
+    std::size_t words;  ///< left of a row from there on; none if it ended before
+    int shift;          ///< bits by which a row begins behind its column's first
+    bool follows;       ///< whether the row has words before
+  };
+
+  /// What there is at one y, for slices within a range.
+  struct Lines {
+    std::int32_t first = 0,
+                 last = 0;  ///< slices that have words, in addresses of the grid; all others are free
+    std::size_t place = 0, united = 0, layers = 0;
+  };
+  /// For slices within [from, to).
+  Lines lines(std::int32_t y, std::int32_t from, std::int32_t to) const noexcept {
+    const std::int32_t in_y = y - box_.min.y;
+    const std::int32_t first = std::max(from, box_.min.z), last = std::min(to, box_.min.z + box_.size[2]);
+    if (in_y < 0 || in_y >= box_.size[1] || first >= last) return {};
+    const auto row = static_cast<std::size_t>(in_y);
+    const std::int32_t layer = (first >> 5) - cells_.min.z;
+    return {first, last,
+            row * static_cast<std::size_t>(box_.size[2]) + static_cast<std::size_t>(first - box_.min.z),
+            row * static_cast<std::size_t>(cells_.size[2]) + static_cast<std::size_t>(layer),
+            static_cast<std::size_t>(((last - 1) >> 5) - (first >> 5) + 1)};
+  }
+  /// Words of the lines, one a slice, for the column of bricks `x`. kReadBeyond words more may be read,
+  /// whatever they are.
+  const std::uint32_t* words(const Lines& lines, std::int32_t x) const noexcept {
+    const std::int32_t column = x - cells_.min.x;
+    return column < 0 || column >= cells_.size[0]
+               ? free_.data()
+               : words_.data() + static_cast<std::size_t>(column) * column_words_ + lines.place;
+  }
+  /// Asks the memory for the same words. (Where it is not inlined, GCC takes it for a function without
+  /// effect.)
+  HWY_INLINE void prefetch(const Lines& lines, std::int32_t x) const noexcept {
+    const std::uint32_t* const from = words(lines, x);
+    for (std::int32_t i = 0; i < lines.last - lines.first; i += 16) hwy::Prefetch(from + i);
+  }
+  /// What is solid in any of the slices, and perhaps in others of the same layers of bricks.
+  std::uint32_t united(const Lines& lines, std::int32_t x) const noexcept {
+    const std::int32_t column = x - cells_.min.x;
+    if (column < 0 || column >= cells_.size[0]) return 0;
+    const std::uint32_t* layer =
+        united_.data() + static_cast<std::size_t>(column) * column_united_ + lines.united;
+    std::uint32_t all = 0;
+    for (std::size_t i = 0; i < lines.layers; ++i) all |= layer[i];
+    return all;
+  }
+  /// 64 voxels of the boundary from x on, in kCount rows from y on.
+  template <std::size_t kCount>
+  std::array<std::uint64_t, kCount> boundary(std::int32_t x, std::int32_t y, std::int32_t z) const noexcept {
+    std::array<std::uint64_t, kCount> bits{};
+    const std::int32_t in_x = x - box_.min.x, in_y = y - box_.min.y, in_z = z - box_.min.z;
+    if (in_z < 0 || in_z >= box_.size[2]) return bits;
+    const auto words = static_cast<std::int32_t>(solid_.boundary.words_per_row());
+    const std::int32_t at = in_x >> 6, shift = in_x & 63, last = words - 1;
+    const std::uint64_t in_low = at >= 0 && at <= last ? ~std::uint64_t{0} : 0,
+                        in_high = at >= -1 && at < last ? ~std::uint64_t{0} : 0;
+    const std::int32_t low = std::clamp(at, 0, last), high = std::clamp(at + 1, 0, last);
+    for (std::int32_t r = std::max(0, -in_y); r < std::min<std::int32_t>(kCount, box_.size[1] - in_y); ++r) {
+      const std::uint64_t* const row = solid_.boundary.row(in_y + r, in_z);
+      bits[static_cast<std::size_t>(r)] = (row[low] & in_low) >> shift | (row[high] & in_high)
+                                                                             << 1 << (63 - shift);
+    }
+    return bits;
+  }
+  const Cells& cells() const noexcept { return cells_; }
+
+ private:
+  TileSource tile_source(std::size_t y, std::size_t z, std::size_t first_column) const;
+  void take_layer(std::int32_t layer);
+  void settle_cells(std::int32_t layer, bool whole_along_z, const std::vector<std::uint32_t>& inner);
+
+  const voxelise::SolidVoxels& solid_;
+  workspace::VoxelBox box_;
+  Cells cells_;
+  std::size_t column_words_, column_united_;
+  workspace::LargeVector<std::uint32_t> words_;   // [column][y][z]
+  workspace::LargeVector<std::uint32_t> united_;  // [column][y][layer of bricks]
+  std::vector<std::uint32_t> free_;               // a column beyond the solid
+};
+
+}  // namespace phantom::layers::detail

@@ -1,0 +1,47 @@
+#pragma once
+
+// Private to this library: the exact distance from any point to a mesh.
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "common/geometry/box_tree.hpp"
+#include "common/geometry/mesh.hpp"
+#include "common/workspace/grid.hpp"
+
+namespace phantom::layers::detail {
+
+/// Where the mesh is nearest to a point.
+struct NearestPoint {
+  double distance_vox = std::numeric_limits<double>::infinity();
+  Eigen::Vector3d point_vox = Eigen::Vector3d::Zero();
+  std::uint32_t triangle = 0;  ///< its place in the tree
+};
+
+/// The triangles of a mesh in a tree of boxes, in voxels of a grid (whole numbers are borders between
+/// voxels). Immutable; nearest() is thread-safe.
+class TriangleTree {
+ public:
+  TriangleTree(const geometry::TriangleMesh& mesh_W, const workspace::GridSpec& grid);
+
+  bool empty() const { return corners_.empty(); }
+  /// The nearest point of all triangles, exactly, if it is not farther than `limit_vox`; else infinitely far.
+  NearestPoint nearest(const Eigen::Vector3d& p_vox, double limit_vox = 1e30) const {
+    return search(p_vox, limit_vox, {});
+  }
+  /// The same without limit, faster if `guess` is the place in the tree of a triangle that lies near.
+  NearestPoint nearest_with_guess(const Eigen::Vector3d& p_vox, std::uint32_t guess) const;
+
+ private:
+  NearestPoint search(const Eigen::Vector3d& p_vox, double limit_vox, NearestPoint best) const;
+  NearestPoint on_triangle(const Eigen::Vector3d& p_vox,
+                           std::uint32_t triangle) const;  // with the distance squared
+
+  geometry::BoxTree tree_;
+  std::vector<std::array<Eigen::Vector3d, 3>> corners_;  // in the order of the tree's places
+};
+
+}  // namespace phantom::layers::detail

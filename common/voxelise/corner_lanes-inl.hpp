@@ -1,0 +1,61 @@
+// Private to this library: triangles' corners, side by side for vectors of triangles. Compiled once per
+// instruction set.
+
+#if defined(PHANTOM_VOXELISE_CORNER_LANES_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef PHANTOM_VOXELISE_CORNER_LANES_INL
+#undef PHANTOM_VOXELISE_CORNER_LANES_INL
+#else
+#define PHANTOM_VOXELISE_CORNER_LANES_INL
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstddef>
+#include <vector>
+
+#include "common/voxelise/snapped_mesh.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace phantom::voxelise::detail::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+constexpr hn::ScalableTag<std::int32_t> kInts;
+
+/// Most triangles at once, for arrays; there are Lanes(kInts) of them.
+constexpr std::size_t kMostLanes = hn::MaxLanes(kInts);
+using CornerLanes = std::int32_t[3][3][kMostLanes];  // [corner][axis], each a whole aligned vector
+
+/// Loads the corners of triangle(0), triangle(1), …
+template <class TriangleAt>
+HWY_INLINE void load_corners(const std::vector<SnappedPoint>& points, const TriangleAt& triangle,
+                             CornerLanes& at) {
+#if HWY_TARGET == HWY_SCALAR
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    for (std::size_t axis = 0; axis < 3; ++axis) at[corner][axis][0] = points[triangle(0)[corner]][axis];
+  }
+#else
+  const hn::FixedTag<std::int32_t, 4> point;
+  const hn::Repartition<std::int64_t, decltype(point)> pairs;
+  for (std::size_t lane = 0; lane < hn::Lanes(kInts); lane += 4) {
+    const Corners four[4] = {triangle(lane), triangle(lane + 1), triangle(lane + 2), triangle(lane + 3)};
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const auto load = [&](std::size_t i)
+                            HWY_ATTR { return hn::Load(point, points[four[i][corner]].data()); };
+      const auto a = load(0), b = load(1), c = load(2), d = load(3);
+      const auto low_ab = hn::BitCast(pairs, hn::InterleaveLower(point, a, b)),
+                 low_cd = hn::BitCast(pairs, hn::InterleaveLower(point, c, d)),
+                 high_ab = hn::BitCast(pairs, hn::InterleaveUpper(point, a, b)),
+                 high_cd = hn::BitCast(pairs, hn::InterleaveUpper(point, c, d));
+      hn::Store(hn::BitCast(point, hn::InterleaveLower(pairs, low_ab, low_cd)), point, at[corner][0] + lane);
+      hn::Store(hn::BitCast(point, hn::InterleaveUpper(pairs, low_ab, low_cd)), point, at[corner][1] + lane);
+      hn::Store(hn::BitCast(point, hn::InterleaveLower(pairs, high_ab, high_cd)), point,
+                at[corner][2] + lane);
+    }
+  }
+#endif
+}
+
+}  // namespace phantom::voxelise::detail::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

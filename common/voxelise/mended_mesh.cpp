@@ -1,0 +1,80 @@
+#include "common/voxelise/mended_mesh.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <utility>
+
+#include "common/geometry/weld.hpp"
+#include "common/geometry/winding_number.hpp"
+
+namespace phantom::voxelise::detail {
+namespace {
+
+geometry::TriangleMesh all_but(std::uint32_t shell, const geometry::TriangleMesh& mesh_W,
+                               const MendedMesh& mended) {
+  geometry::TriangleMesh mesh{mesh_W.vertices_m, {}};
+  for (std::size_t i = 0; i < mended.triangles.size(); ++i) {
+    if (mended.topology.shell_of[i] != shell) mesh.triangles.push_back(mended.triangles[i]);
+  }
+  return mesh;
+}
+
+}  // namespace
+
+MendedMesh mend(const SnappedMesh& mesh) {
+  const std::vector<std::uint32_t> first = geometry::weld(mesh.points);
+  std::vector<Corners> joined;
+  joined.reserve(mesh.triangles.size());
+  for (const Corners& t : mesh.triangles) joined.push_back({first[t[0]], first[t[1]], first[t[2]]});
+  geometry::UniqueTriangles unique = geometry::unique_triangles(joined);
+  MendedMesh mended;
+  mended.degenerate = unique.degenerate;
+  mended.duplicates = unique.duplicates;
+  mended.triangles = std::move(unique.triangles);
+  mended.topology = geometry::topology_of(mended.triangles);
+  for (std::size_t i = 0; i < mended.triangles.size(); ++i) {
+    if (mended.topology.turned[i] == 0) continue;
+    std::swap(mended.triangles[i][1], mended.triangles[i][2]);
+    ++mended.turned;
+  }
+  mended.closed = geometry::is_oriented_surface(mended.triangles);
+  return mended;
+}
+
+bool turn_stray_shells(const geometry::TriangleMesh& mesh_W, MendedMesh& mended) {
+  const auto& shells = mended.topology.shells;
+  std::vector<double> six_volumes(shells.size(), 0.0);
+  std::vector<std::uint32_t> sample(shells.size(), 0);
+  const Eigen::Vector3d origin = mesh_W.vertices_m.front().cast<double>();
+  const auto corner = [&](std::size_t i, std::size_t k) -> Eigen::Vector3d {
+    return mesh_W.vertices_m[mended.triangles[i][k]].cast<double>() - origin;
+  };
+  for (std::uint32_t i = 0; i < mended.triangles.size(); ++i) {
+    Eigen::Matrix3d corners;
+    corners << corner(i, 0), corner(i, 1), corner(i, 2);
+    six_volumes[mended.topology.shell_of[i]] += corners.determinant();
+    sample[mended.topology.shell_of[i]] = i;
+  }
+  constexpr double kAffordable =
+      2e8;  // triangles summed; beyond, every inward shell is turned: solid is safe
+  const auto inward = std::count_if(six_volumes.begin(), six_volumes.end(), [](double v) { return v < 0; });
+  const bool affordable =
+      static_cast<double>(inward) * static_cast<double>(mended.triangles.size()) < kAffordable;
+  std::vector<std::uint8_t> turn(shells.size(), 0);
+  for (std::uint32_t s = 0; s < shells.size(); ++s) {
+    if (!shells[s].closed || !(six_volumes[s] < 0)) continue;
+    const Eigen::Vector3d on_it =
+        origin + (corner(sample[s], 0) + corner(sample[s], 1) + corner(sample[s], 2)) / 3.0;
+    turn[s] = !affordable || geometry::winding_number(all_but(s, mesh_W, mended), on_it) < 0.5 ? 1 : 0;
+  }
+  bool any = false;
+  for (std::size_t i = 0; i < mended.triangles.size(); ++i) {
+    if (turn[mended.topology.shell_of[i]] == 0) continue;
+    std::swap(mended.triangles[i][1], mended.triangles[i][2]);
+    ++mended.turned;
+    any = true;
+  }
+  return any;
+}
+
+}  // namespace phantom::voxelise::detail

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "common/core/status.hpp"
+
+namespace phantom::workspace {
+
+/// Greatest reach of a profile, in voxels: its square must fit 16 bits.
+inline constexpr int kMaxReach_vox = 254;
+/// Greatest number of layers: orders 1…98 (99 is the guard).
+inline constexpr int kMaxLayers = 98;
+
+/// How layers are made (spec 1.4).
+enum class LayerMethod : std::uint8_t {
+  kDistance,  ///< exact Euclidean distance between voxel centres
+  kSurface,   ///< distance from a voxel's centre to the mesh's true surface
+  kDilation   ///< the thesis's: a shaping element centred on every voxel of the layer before
+};
+
+/// Shaping element of the dilation method, in a cube of (2m+1)³ voxels.
+enum class ShapingElement : std::uint8_t {
+  kCube,
+  kSphere,          ///< i² + j² + k² ≤ m²
+  kSphereContained  ///< i² + j² + k² ≤ (m + ½)²
+};
+
+/// Graded fluid around an object (spec 1.4, 1.5).
+struct LayerProfile {
+  std::vector<int> thickness_vox;     ///< m_i per layer, ≥ 1; layer 1 is the nearest
+  std::vector<float> mu_Pa_s_per_m;   ///< per layer, > 0, falling outwards; same length
+  float mu_skin_Pa_s_per_m = 100.0F;  ///< boundary and interior; ≥ the first layer's
+  int guard_vox =
+      0;  ///< j: a protective skin wrapped on the solid, with the μ of layer 1; the layers begin outside it
+  LayerMethod method = LayerMethod::kDistance;
+  ShapingElement element = ShapingElement::kSphere;  ///< of kDilation
+
+  /// Layers inside the body, order −1 (touching the boundary) to −n: what lies deeper has mu_skin. With them
+  /// the boundary has the μ of order −1, so that a model larger than the real object still gives a continuous
+  /// percept.
+  std::vector<int> inside_thickness_vox;
+  std::vector<float> mu_inside_Pa_s_per_m;  ///< rising inwards, from above layer 1's to at most mu_skin
+
+  /// Distance in voxels up to which the object changes the space around it: guard + Σm_i.
+  int reach_vox() const;
+  /// Depth in voxels up to which layers lie inside the body.
+  int inside_depth_vox() const;
+};
+
+/// Whether the profile can be used; the message says what is wrong and what is allowed.
+core::Status check_profile(const LayerProfile& profile);
+
+/// Palette of a workspace: 0 and every μ that the profiles name, rising. Refuses more than 256 different
+/// values.
+core::Expected<std::vector<float>> make_palette(const std::vector<LayerProfile>& profiles);
+
+/// μ code by neighbour order (index: the order's byte). Every μ of the profile must stand in the palette.
+using CodeTable = std::array<std::uint8_t, 256>;
+CodeTable code_table(const LayerProfile& profile, const std::vector<float>& palette_Pa_s_per_m);
+
+}  // namespace phantom::workspace

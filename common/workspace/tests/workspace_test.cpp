@@ -1,0 +1,171 @@
+#include "common/workspace/workspace.hpp"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "common/workspace/palette.hpp"
+#include "common/workspace/tests/random_workspace.hpp"
+
+namespace phantom::workspace {
+namespace {
+
+TEST(BrickOffset, NamesEveryVoxelOnceAndKeepsTilesTogether) {
+  std::set<std::size_t> seen;
+  for (std::uint32_t z = 0; z < 32; ++z) {
+    for (std::uint32_t y = 0; y < 32; ++y) {
+      for (std::uint32_t x = 0; x < 32; ++x) {
+        const std::size_t offset = brick_offset(x, y, z);
+        ASSERT_LT(offset, kBrickVoxels);
+        EXPECT_EQ(offset / 64, brick_offset(x & ~3U, y & ~3U, z & ~3U) / 64);  // one tile, one cache line
+        seen.insert(offset);
+      }
+    }
+  }
+  EXPECT_EQ(seen.size(), kBrickVoxels);
+}
+
+TEST(Workspace, IsFreeWhereNothingIs) {
+  const Workspace nothing;
+  EXPECT_EQ(nothing.mu({0, 0, 0}), 0.0F);
+  const Workspace empty({Eigen::Vector3d::Zero(), 0.01, {70, 40, 33}}, {0.0F, 5.0F});
+  EXPECT_EQ(empty.size_bricks(), (std::array<std::int32_t, 3>{3, 2, 2}));
+  EXPECT_EQ(empty.brick_count(), 0U);
+  for (const Index3 v : {Index3{0, 0, 0}, {69, 39, 32}, {70, 0, 0}, {-1, 5, 5}, {0, 0, 1 << 30}}) {
+    EXPECT_EQ(empty.mu_code(v), 0);
+    EXPECT_EQ(empty.order(v), kOrderFree);
+    EXPECT_EQ(empty.object(v), 0);
+  }
+}
+
+TEST(Workspace, KeepsWhatIsWrittenWhereItIsWritten) {
+  Workspace workspace({Eigen::Vector3d::Zero(), 0.01, {70, 40, 33}}, {0.0F, 5.0F, 9.0F});
+  const auto brick = workspace.edit_brick({2, 1, 1});
+  const std::size_t at = brick_offset(69 - 64, 39 - 32, 0);
+  brick.mu_code[at] = 2;
+  brick.order[at] = kOrderInterior;
+  brick.object[at] = 7;
+  EXPECT_EQ(workspace.mu({69, 39, 32}), 9.0F);
+  EXPECT_EQ(workspace.order({69, 39, 32}), kOrderInterior);
+  EXPECT_EQ(workspace.object({69, 39, 32}), 7);
+  EXPECT_EQ(workspace.mu_code({68, 39, 32}), 0);
+  EXPECT_EQ(workspace.bricks(), (std::vector<BrickKey>{{2, 1, 1}}));
+  EXPECT_EQ(
+      workspace.codes()[workspace.directory()[workspace.directory_index({2, 1, 1})] * kBrickVoxels + at], 2);
+}
+
+TEST(Workspace, ForgetsRemovedBricksAndReusesTheirRoom) {
+  Workspace workspace({Eigen::Vector3d::Zero(), 0.01, {128, 32, 32}}, {0.0F, 5.0F});
+  workspace.edit_brick({0, 0, 0}).mu_code[5] = 1;
+  workspace.edit_brick({1, 0, 0}).mu_code[5] = 1;
+  const std::size_t bytes = workspace.bytes();
+  workspace.remove_brick({0, 0, 0});
+  EXPECT_FALSE(workspace.has_brick({0, 0, 0}));
+  EXPECT_EQ(workspace.brick_count(), 1U);
+  EXPECT_EQ(workspace.edit_brick({3, 0, 0}).mu_code[5], 0);
+  EXPECT_EQ(workspace.bytes(), bytes);
+  EXPECT_EQ(workspace.brick_count(), 2U);
+}
+
+TEST(Workspace, BricksOfOneObjectAndBricksOfOneValueReadLikeAnyOther) {
+  const GridSpec grid{{}, 0.01, {96, 32, 32}};
+  Workspace plain(grid, {0.0F, 5.0F, 9.0F}), lean = plain;
+  for (const BrickKey key : {BrickKey{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}) {
+    const auto to = plain.edit_brick(key);
+    for (std::size_t i = 0; i < kBrickVoxels; ++i) {
+      const bool there = key.x != 0 || i % 3 == 0;
+      to.mu_code[i] = there ? 2 : 0;
+      to.order[i] = there ? kOrderInterior : kOrderFree;
+      to.object[i] = there ? 7 : 0;
+    }
+  }
+  const auto orders = std::make_shared<std::int8_t[]>(kBrickVoxels);
+  std::uint8_t* const codes = lean.make_brick({0, 0, 0}, {orders, nullptr, 7});
+  EXPECT_EQ(lean.brick({0, 0, 0}).object, nullptr);
+  for (std::size_t i = 0; i < kBrickVoxels; ++i) {
+    codes[i] = i % 3 == 0 ? 2 : 0;
+    orders[static_cast<std::ptrdiff_t>(i)] = i % 3 == 0 ? kOrderInterior : kOrderFree;
+  }
+  const std::size_t before = lean.bytes();
+  lean.fill_brick({1, 0, 0}, 2, kOrderInterior, 7);
+  const std::size_t one_more = lean.bytes();
+  EXPECT_GT(one_more, before);
+  lean.fill_brick({2, 0, 0}, 2, kOrderInterior, 7);
+  EXPECT_EQ(lean.bytes(), one_more);  // shared
+  EXPECT_LT(2 * lean.bytes(), plain.bytes());
+  EXPECT_EQ(lean.content_hash(), plain.content_hash());
+  EXPECT_EQ(lean.bricks(), plain.bricks());
+  for (int x = 0; x < 96; ++x) EXPECT_EQ(lean.object({x, 5, 6}), plain.object({x, 5, 6}));
+  // To write into one of them leaves its twin alone.
+  lean.edit_brick({1, 0, 0}).object[3] = 8;
+  plain.edit_brick({1, 0, 0}).object[3] = 8;
+  lean.edit_brick({0, 0, 0}).mu_code[0] = 1;
+  plain.edit_brick({0, 0, 0}).mu_code[0] = 1;
+  EXPECT_EQ(lean.content_hash(), plain.content_hash());
+  lean.remove_brick({1, 0, 0});
+  plain.remove_brick({1, 0, 0});
+  lean.fill_brick({0, 0, 0}, 1, 3, 9);
+  EXPECT_EQ(lean.object({31, 31, 31}), 9);
+  plain.remove_brick({0, 0, 0});
+  lean.remove_brick({0, 0, 0});
+  EXPECT_EQ(lean.content_hash(), plain.content_hash());
+  EXPECT_EQ(lean.brick_count(), 1U);
+}
+
+TEST(Workspace, SharedOrdersStayAsTheyAreWhateverIsWritten) {
+  const std::shared_ptr<std::int8_t[]> orders(new std::int8_t[kBrickVoxels]);
+  std::fill_n(orders.get(), kBrickVoxels, std::int8_t{3});
+  Workspace one({Eigen::Vector3d::Zero(), 0.01, {64, 32, 32}}, {0.0F, 5.0F});
+  std::fill_n(one.make_brick({1, 0, 0}, {orders, nullptr, 7}), kBrickVoxels, std::uint8_t{1});
+  EXPECT_EQ(one.brick({1, 0, 0}).order, orders.get());
+  Workspace other = one;
+  EXPECT_EQ(other.content_hash(), one.content_hash());
+  one.edit_brick({1, 0, 0}).order[0] = 4;
+  EXPECT_EQ(one.order({32, 0, 0}), 4);
+  EXPECT_EQ(one.object({32, 0, 0}), 7);
+  EXPECT_EQ(orders[0], 3);
+  Workspace twin = one;  // shares orders that were one's own
+  twin.edit_brick({1, 0, 0}).order[0] = 5;
+  EXPECT_EQ(one.order({32, 0, 0}), 4);
+  EXPECT_EQ(other.order({32, 0, 0}), 3);
+}
+
+TEST(Workspace, HashTellsContentNotHistory) {
+  const Workspace one = random_workspace(1, false);
+  const Workspace backwards = random_workspace(1, true);
+  EXPECT_EQ(one.content_hash(), backwards.content_hash());
+  Workspace changed = one;
+  const BrickKey key = changed.bricks().front();
+  changed.edit_brick(key).object[17] ^= 1;
+  EXPECT_NE(changed.content_hash(), one.content_hash());
+  changed.edit_brick(key).object[17] ^= 1;
+  EXPECT_EQ(changed.content_hash(), one.content_hash());
+  changed.remove_brick(key);
+  EXPECT_NE(changed.content_hash(), one.content_hash());
+  GridSpec moved = one.grid();
+  moved.origin_m.x() += 1e-3;
+  EXPECT_NE(Workspace(moved, one.palette()).content_hash(),
+            Workspace(one.grid(), one.palette()).content_hash());
+}
+
+TEST(Workspace, HashTellsWhereABrickIs) {
+  Workspace here({Eigen::Vector3d::Zero(), 0.01, {64, 32, 32}}, {0.0F, 5.0F}), there = here;
+  here.edit_brick({0, 0, 0}).mu_code[3] = 1;
+  there.edit_brick({1, 0, 0}).mu_code[3] = 1;
+  EXPECT_NE(here.content_hash(), there.content_hash());
+}
+
+TEST(Palette, MustRiseFromZero) {
+  EXPECT_TRUE(check_palette({0.0F}));
+  EXPECT_TRUE(check_palette({0.0F, 1.0F, 2.0F}));
+  EXPECT_FALSE(check_palette({}));
+  EXPECT_FALSE(check_palette({1.0F, 2.0F}));
+  EXPECT_FALSE(check_palette({0.0F, 2.0F, 2.0F}));
+  EXPECT_FALSE(check_palette({0.0F, std::numeric_limits<float>::quiet_NaN()}));
+  EXPECT_FALSE(check_palette({0.0F, std::numeric_limits<float>::infinity()}));
+  EXPECT_FALSE(check_palette(std::vector<float>(257)));
+  EXPECT_THROW(Workspace({Eigen::Vector3d::Zero(), 0.01, {32, 32, 32}}, {2.0F}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace phantom::workspace

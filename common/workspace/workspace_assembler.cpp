@@ -1,0 +1,272 @@
+#include "common/workspace/workspace_assembler.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "common/workspace/palette.hpp"
+#include "common/workspace/workspace_hash.hpp"
+
+namespace phantom::workspace {
+namespace {
+
+constexpr std::int32_t kMostBricks = 8192 / kBrickEdge;  // along an axis (idl: size 1…8192)
+
+bool possible(BrickKey key) {
+  const auto inside = [](std::int32_t i) { return i >= 0 && i < kMostBricks; };
+  return inside(key.x) && inside(key.y) && inside(key.z);
+}
+
+bool within(const GridSpec& grid, BrickKey key) {
+  return key.x * kBrickEdge < grid.size_vox[0] && key.y * kBrickEdge < grid.size_vox[1] &&
+         key.z * kBrickEdge < grid.size_vox[2];
+}
+
+bool same_grid(const GridSpec& a, const GridSpec& b) {
+  return a.origin_m == b.origin_m && a.voxel_size_m == b.voxel_size_m && a.size_vox == b.size_vox;
+}
+
+/// Whether a volume of that grid and palette can be made of this one.
+bool is_like(const Workspace& workspace, const GridSpec& grid, const std::vector<float>& palette_Pa_s_per_m) {
+  return same_grid(workspace.grid(), grid) && workspace.palette() == palette_Pa_s_per_m;
+}
+
+/// Whether nobody else holds the volume; who did is then done with reading it.
+bool is_sole(const std::shared_ptr<Workspace>& volume) {
+  if (volume.use_count() != 1) return false;
+  // A look at the count does not order what others read before they let go; a change of it does.
+  std::shared_ptr<Workspace>(volume).reset();
+  return true;
+}
+
+/// Puts a brick into the workspace with as little memory as its content needs.
+void store_brick(BrickKey key, const BrickContent& content, Workspace& workspace) {
+  const auto& [brick, facts] = content;
+  const bool several = facts.object == BrickFacts::kSeveral;
+  if (!several && facts.uniform)
+    return workspace.fill_brick(key, brick.mu_code[0], brick.order[0], facts.object);
+  BrickLabels labels{std::make_shared_for_overwrite<std::int8_t[]>(kBrickVoxels), nullptr, facts.object};
+  std::copy(brick.order.begin(), brick.order.end(), labels.orders.get());
+  if (several) {
+    labels.objects = std::make_shared_for_overwrite<std::uint16_t[]>(kBrickVoxels);
+    std::copy(brick.object.begin(), brick.object.end(), labels.objects.get());
+  }
+  std::copy(brick.mu_code.begin(), brick.mu_code.end(), workspace.make_brick(key, std::move(labels)));
+}
+
+constexpr std::size_t kMostReserved =
+    32768;  // bricks: 1 GiB of addresses, of which only what is used becomes memory
+
+/// Some bricks to spare: an array that must grow for a change moves all that is in it.
+std::size_t with_room(std::size_t bricks) { return bricks + bricks / 8 + 64; }
+
+core::Status check(const VersionDescription& description) {
+  const GridSpec& grid = description.grid;
+  if (!grid.origin_m.allFinite())
+    return core::Status::invalid_argument("workspace version: origin is not finite");
+  if (!(std::isfinite(grid.voxel_size_m) && grid.voxel_size_m > 0)) {
+    return core::Status::invalid_argument("workspace version: voxel size is not above 0");
+  }
+  for (const std::int32_t size : grid.size_vox) {
+    if (size < 1 || size > kMostBricks * kBrickEdge) {
+      return core::Status::invalid_argument("workspace version: size of " + std::to_string(size) +
+                                            " voxels; allowed: 1 to 8192");
+    }
+  }
+  return check_palette(description.palette_Pa_s_per_m);
+}
+
+}  // namespace
+
+core::Status WorkspaceAssembler::put_brick(BrickKey key, std::uint64_t version,
+                                           std::span<const std::uint8_t> bytes) {
+  if (!possible(key)) {
+    return core::Status::invalid_argument("workspace brick (" + std::to_string(key.x) + ", " +
+                                          std::to_string(key.y) + ", " + std::to_string(key.z) +
+                                          "): outside of any workspace");
+  }
+  if (bytes.empty()) {
+    remove_brick(key);
+    return core::Status::ok();
+  }
+  BrickContent& content = *scratch_;
+  if (core::Status decoded = decode_brick(bytes, content); !decoded) return decoded;
+  forget(key);
+  Held held{version,
+            brick_hash(key, content.voxels.view()),
+            {},
+            forming_ && within(forming_->grid(), key),
+            content.facts.greatest_code,
+            content.facts.greatest_fluid_code};
+  if (held.formed) {
+    store_brick(key, content, *forming_);
+  } else {
+    held.packed.assign(bytes.begin(), bytes.end());
+  }
+  hash_sum_ += held.hash;
+  Tally& tally = tallies_[version];
+  ++tally.count;
+  tally.hash += held.hash;
+  held_.emplace(key, std::move(held));
+  changed_.insert(key);
+  try_commit();
+  return core::Status::ok();
+}
+
+void WorkspaceAssembler::remove_brick(BrickKey key) {
+  forget(key);
+  try_commit();
+}
+
+void WorkspaceAssembler::forget(BrickKey key) {
+  const auto found = held_.find(key);
+  if (found == held_.end()) return;
+  const Held& held = found->second;
+  const auto tally = tallies_.find(held.version);
+  if (--tally->second.count == 0) {
+    tallies_.erase(tally);
+  } else {
+    tally->second.hash -= held.hash;
+  }
+  hash_sum_ -= held.hash;
+  if (held.formed) forming_->remove_brick(key);
+  held_.erase(found);
+  changed_.insert(key);
+}
+
+core::Status WorkspaceAssembler::commit(const VersionDescription& description) {
+  if (core::Status checked = check(description); !checked) return checked;
+  pending_ = description;
+  if (current_ && is_like(*current_, description.grid, description.palette_Pa_s_per_m)) {
+    end_forming();
+  } else {
+    begin_forming(description);
+  }
+  try_commit();
+  return core::Status::ok();
+}
+
+void WorkspaceAssembler::begin_forming(const VersionDescription& description) {
+  if (forming_ && is_like(*forming_, description.grid, description.palette_Pa_s_per_m)) return;
+  end_forming();
+  forming_ = std::make_shared<Workspace>(description.grid, description.palette_Pa_s_per_m);
+  forming_->reserve_more(with_room(std::min<std::size_t>(description.brick_count, kMostReserved)));
+}
+
+void WorkspaceAssembler::end_forming() {
+  if (!forming_) return;
+  for (auto& [key, held] : held_) {
+    if (!held.formed) continue;
+    held.packed = encode_brick(forming_->brick(key));
+    held.formed = false;
+  }
+  forming_ = nullptr;
+}
+
+std::size_t WorkspaceAssembler::bricks_expected() const {
+  return pending_ ? pending_->brick_count : current_ ? current_->brick_count() : 0;
+}
+
+void WorkspaceAssembler::try_commit() {
+  if (!pending_) return;
+  if (held_.size() > pending_->brick_count) drop_left_overs();
+  if (!fits(*pending_)) return;
+  build(*pending_);
+  pending_.reset();
+}
+
+void WorkspaceAssembler::drop_left_overs() {
+  // A server's first version is newer than any of its predecessor's and names all of its bricks: left-overs
+  // are the bricks of the lowest versions. Only if the rest then has the committed hash are they dropped;
+  // else they may be bricks that a coming disposal or version will explain.
+  const std::size_t surplus = held_.size() - pending_->brick_count;
+  Tally oldest;
+  auto rest = tallies_.begin();
+  for (; rest != tallies_.end() && oldest.count < surplus; ++rest) {
+    oldest.count += rest->second.count;
+    oldest.hash += rest->second.hash;
+  }
+  if (oldest.count != surplus) return;
+  const std::uint64_t header = header_hash(pending_->grid, pending_->palette_Pa_s_per_m);
+  if (header + hash_sum_ - oldest.hash != pending_->content_hash) return;
+  std::vector<BrickKey> gone;
+  for (const auto& [key, held] : held_) {
+    if (rest == tallies_.end() || held.version < rest->first) gone.push_back(key);
+  }
+  for (const BrickKey key : gone) forget(key);
+}
+
+bool WorkspaceAssembler::fits(const VersionDescription& description) const {
+  if (held_.size() != description.brick_count) return false;
+  if (header_hash(description.grid, description.palette_Pa_s_per_m) + hash_sum_ != description.content_hash)
+    return false;
+  return std::all_of(held_.begin(), held_.end(), [&](const auto& entry) {
+    const auto& [key, held] = entry;
+    return within(description.grid, key) && held.greatest_code < description.palette_Pa_s_per_m.size();
+  });
+}
+
+bool WorkspaceAssembler::spare_usable(const GridSpec& grid,
+                                      const std::vector<float>& palette_Pa_s_per_m) const {
+  return spare_ && is_sole(spare_) && is_like(*spare_, grid, palette_Pa_s_per_m);
+}
+
+void WorkspaceAssembler::write_brick(Workspace& to, BrickKey key) {
+  const auto found = held_.find(key);
+  if (found == held_.end()) return to.remove_brick(key);
+  ++bricks_written_;
+  const std::vector<std::uint8_t>& packed = found->second.packed;
+  if (packed.empty()) return to.copy_brick(*current_, key);
+  if (!decode_brick(packed, *scratch_)) throw std::logic_error("a brick that was checked does not decode");
+  store_brick(key, *scratch_, to);
+}
+
+void WorkspaceAssembler::build(const VersionDescription& description) {
+  bricks_written_ = 0;
+  std::shared_ptr<Workspace> built;
+  if (forming_) {
+    built = std::move(forming_);
+    for (const auto& [key, held] : held_) {
+      if (!held.formed) write_brick(*built, key);
+    }
+    bricks_written_ = held_.size();
+  } else if (spare_usable(description.grid, description.palette_Pa_s_per_m)) {
+    built = std::move(spare_);
+    for (const BrickKey key : changed_) spare_behind_.insert(key);
+    for (const BrickKey key : spare_behind_) write_brick(*built, key);
+  } else {
+    built = std::make_shared<Workspace>(description.grid, description.palette_Pa_s_per_m);
+    built->reserve_more(with_room(held_.size()));
+    for (const auto& [key, held] : held_) write_brick(*built, key);
+  }
+  built->version = description.version;
+  std::uint8_t fluid = 0;
+  for (auto& [key, held] : held_) {
+    held.formed = false;
+    held.packed = {};  // from now on it stands in current_
+    fluid = std::max(fluid, held.greatest_fluid_code);
+  }
+  greatest_neighbour_mu_ = static_cast<double>(description.palette_Pa_s_per_m[fluid]);
+  current_ = built;
+  spare_ = std::move(buffer_);
+  spare_behind_ = std::move(changed_);
+  changed_.clear();
+  buffer_ = std::move(built);
+}
+
+void WorkspaceAssembler::prepare() {
+  if (!current_) return;
+  if (!spare_usable(current_->grid(), current_->palette())) {
+    if (spare_ && spare_.use_count() > 1) return;
+    spare_ = std::make_shared<Workspace>(current_->grid(), current_->palette());
+    spare_->reserve_more(with_room(current_->brick_count()));  // first, or all would be moved
+    *spare_ = *current_;
+  } else {
+    // Not from held_: what came since is not known to be whole.
+    for (const BrickKey key : spare_behind_) spare_->copy_brick(*current_, key);
+  }
+  spare_behind_.clear();
+}
+
+}  // namespace phantom::workspace
