@@ -123,8 +123,8 @@ struct OperatorResponder::Impl {
       if (command.kind != msg::COMMAND_RESET || command.number != result.number) return std::nullopt;
       return result.released ? reply(command.kind, true, "released")
                              : reply(command.kind, false,
-                                     "another stop is in force than the one that the reset names; look at "
-                                     "it, then reset it");
+                                     "another stop is in force than the one that the reset names; "
+                                     "look at it, then reset it");
     });
   }
 

@@ -142,9 +142,8 @@ std::shared_ptr<EndpointCounters> Participant::Impl::add_counters(const TopicDes
 
 void report_incompatible(const std::string& component, const EndpointCounters& counters, int policy_id) {
   spdlog::error(
-      "topic {}: {}'s {} and another participant's {} do not fit: {} differs (policy {}); nothing flows "
-      "between "
-      "them. Both must use the topic's QoS profile.",
+      "topic {}: {}'s {} and another participant's {} do not fit: {} differs (policy {}); "
+      "nothing flows between them. Both must use the topic's QoS profile.",
       counters.topic->name, component, counters.writer ? "writer" : "reader",
       counters.writer ? "reader" : "writer", policy_name(policy_id), policy_id);
 }

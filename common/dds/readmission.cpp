@@ -171,8 +171,9 @@ void Readmission::begin_anew(const GuidPrefix& own, const HandshakeWatch::Attemp
                              const Peer& peer) const {
   const std::string who = take_leave(own, attempt.peer, peer);
   spdlog::warn(
-      "{}: {} announces itself, but has not shown for {:.0f} s who it is; its handshake is begun anew "
-      "(attempt {}). It is not spoken with until it succeeds; if it goes on, check its documents.",
+      "{}: {} announces itself, but has not shown for {:.0f} s who it is; "
+      "its handshake is begun anew (attempt {}). It is not spoken with until it succeeds; "
+      "if it goes on, check its documents.",
       component_, who, core::seconds(attempt.waited_ns), attempt.number);
 }
 
@@ -180,9 +181,8 @@ void Readmission::begin_anew(const GuidPrefix& own, const EndsWatch::Attempt& at
                              const Peer& peer) const {
   const std::string who = take_leave(own, attempt.peer, peer);
   spdlog::warn(
-      "{}: {} was lost and has returned, but {} of its readers and writers are not known again; discovery "
-      "with it "
-      "is begun anew (attempt {})",
+      "{}: {} was lost and has returned, but {} of its readers and writers are not known again; "
+      "discovery with it is begun anew (attempt {})",
       component_, who, attempt.missing, attempt.number);
 }
 

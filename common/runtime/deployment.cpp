@@ -62,8 +62,8 @@ void read_network(const ConfigReader& section, core::NetworkOptions& net) {
   // Topologies of earlier versions have it.
   if (section.flag("shared_memory", false))
     spdlog::warn(
-        "{}.shared_memory has no effect any more: with it, who was killed and started again was not heard by "
-        "all",
+        "{}.shared_memory has no effect any more: with it, "
+        "who was killed and started again was not heard by all",
         section.place());
   if (section.has("security")) net.security = section.path("security");
   if (net.discovery_servers.empty()) return;

@@ -159,8 +159,8 @@ std::vector<std::string> advice(const Measurement& measurement, const MeasuredFa
       std::any_of(check.nodes.begin(), check.nodes.end(), [](const NodeCheck& node) { return node.suspect; });
   if (check.plane_probability < kSuspicion && !any) {
     said.push_back("face '" + face.name +
-                   "': its corners lie on no plane, and no few of them explain it; measure the face again, "
-                   "or is it plane at all?");
+                   "': its corners lie on no plane, and no few of them explain it; "
+                   "measure the face again, or is it plane at all?");
     return said;
   }
   for (const NodeCheck& node : check.nodes) {

@@ -159,8 +159,8 @@ core::Expected<PoseFit> refine(const PartModel& part, const Measurement& measure
   const auto [across_m, along_m] = spread(places);
   if (across_m < 1e-6 * along_m)
     return core::Status::invalid_argument(
-        "nodes in one line do not determine a pose: the part may turn about it; allowed: a node beside the "
-        "line");
+        "nodes in one line do not determine a pose: the part may turn about it; "
+        "allowed: a node beside the line");
   for (const std::size_t node : fit.nodes)
     fit.centre_W_m += measurement.nodes[node].p_W_m / static_cast<double>(fit.nodes.size());
   for (int round = 0; round < kMostRounds; ++round) {

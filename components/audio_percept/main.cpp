@@ -13,9 +13,9 @@ int main(int argc, char** argv) {
   runtime::ProcessDescription description;
   description.name = "audio_percept";
   description.summary =
-      "Makes the vicinity of objects audible: pitch tells how close the nearest part of the arm is, loudness "
-      "how fast it moves, and direction where. Alarms tell a lost link, an emergency stop and unsafe motion "
-      "apart from it.";
+      "Makes the vicinity of objects audible: pitch tells how close the nearest part of the arm is, "
+      "loudness how fast it moves, and direction where. "
+      "Alarms tell a lost link, an emergency stop and unsafe motion apart from it.";
   description.details =
       "Topics in: percept, master_state, slave_state, hit_alert, operator_command. Topic out: "
       "component_status.\n"

@@ -184,8 +184,8 @@ int run_replay(const ReplayRequest& request, const core::NetworkOptions& network
   if (!runtime::sleep_unless_stopped(kDiscovery_s)) return runtime::kExitDone;
   if (const std::string conflict = output.conflict(); !conflict.empty() && !request.beside_live) {
     throw core::MissingError(conflict +
-                             " now: a replay beside it would mix past and present; use another --domain, "
-                             "--remap, or --beside-live");
+                             " now: a replay beside it would mix past and present; "
+                             "use another --domain, --remap, or --beside-live");
   }
   if (const std::string unread = output.announce(request.wait_s); !unread.empty())
     spdlog::info("nobody reads {}", unread);

@@ -7,15 +7,14 @@ int main(int argc, char** argv) {
   runtime::ProcessDescription description;
   description.name = "dds_recorder";
   description.summary =
-      "Records topics into MCAP files, which other tools read as well, and plays them back. Never holds up "
-      "what it records: "
-      "what it cannot keep up with is counted and told.";
+      "Records topics into MCAP files, which other tools read as well, and plays them back. "
+      "Never holds up what it records: what it cannot keep up with is counted and told.";
   description.details =
       "Examples:\n"
       "  dds_recorder record                            everything, into ./recordings, until Ctrl-C\n"
       "  dds_recorder record --topics '*_state' percept only these\n"
-      "  dds_recorder record --on-event                 only around hit alerts, faults, `dds_recorder "
-      "trigger`, SIGUSR1\n"
+      "  dds_recorder record --on-event                 only around hit alerts, faults, "
+      "`dds_recorder trigger`, SIGUSR1\n"
       "  dds_recorder info recordings                   what is in there\n"
       "  dds_recorder replay recordings --domain 7 --rate 0.5 --loop\n"
       "  dds_recorder convert recordings --from 10 --until 20 --out part.mcap\n"

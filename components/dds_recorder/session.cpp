@@ -213,8 +213,8 @@ class RecordSession {
   void log_losses(const RecorderFigures& figures) {
     if (figures.losses.overflow == overflow_told_) return;
     spdlog::warn(
-        "{} samples found no room in the queue so far; allowed: a larger queue_MB, fewer topics, a faster "
-        "disk",
+        "{} samples found no room in the queue so far; "
+        "allowed: a larger queue_MB, fewer topics, a faster disk",
         figures.losses.overflow);
     overflow_told_ = figures.losses.overflow;
   }

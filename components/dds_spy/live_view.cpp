@@ -125,8 +125,8 @@ std::vector<std::string> LiveView::screen(const std::string& title, const std::s
 }
 
 std::string LiveView::help() {
-  return "1  rates     samples, rate, period, jitter, gaps of each writer; LATE: deadlines missed as seen "
-         "from here\n"
+  return "1  rates     samples, rate, period, jitter, gaps of each writer; LATE: "
+         "deadlines missed as seen from here\n"
          "2  latency   age of samples on arrival\n"
          "3  events    what happened: joins, losses, gaps, deadlines, liveliness, mismatches\n"
          "4  topology  hosts, processes, topics\n"
@@ -135,8 +135,7 @@ std::string LiveView::help() {
          "/  filter topics: words, or patterns with * ? [ab]; ! before one takes away\n"
          "r  set counts to zero    space  hold the picture    q  quit\n"
          "\n"
-         "The spy reads best effort and volatile: no writer waits for it. What it misses, others may have "
-         "got:\n"
+         "The spy reads best effort and volatile: no writer waits for it. What it misses, others may have got:\n"
          "what the components themselves counted is told under events (component_counter).\n";
 }
 

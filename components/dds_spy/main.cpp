@@ -11,9 +11,8 @@ int main(int argc, char** argv) {
   runtime::ProcessDescription description;
   description.name = "dds_spy";
   description.summary =
-      "Shows what goes on in a DDS domain: who is there, what is sent, how often, how evenly, how old, what "
-      "is lost, and why "
-      "two ends do not communicate. It looks on and disturbs nobody.";
+      "Shows what goes on in a DDS domain: who is there, what is sent, how often, how evenly, how old, "
+      "what is lost, and why two ends do not communicate. It looks on and disturbs nobody.";
   description.details = dds_spy::help_text();
   description.add_options = [&](runtime::Command app) { dds_spy::add_options(app, request); };
   description.parameters = {dds_spy::kParameters};

@@ -50,8 +50,8 @@ void add_options(runtime::Command app, Request& request) {
 }
 
 std::string help_text() {
-  return "Joins the deployment's domain as one more participant, looks and listens. Its readers are best "
-         "effort and volatile:\n"
+  return "Joins the deployment's domain as one more participant, looks and listens. "
+         "Its readers are best effort and volatile:\n"
          "no writer waits for it or repeats anything for it, unless --reliable or --history ask for that.\n"
          "\n"
          "Examples:\n"
@@ -62,8 +62,8 @@ std::string help_text() {
          "  dds_spy echo component_status --instance 'component_name=master_io*'\n"
          "  dds_spy hz '*_state' drag_field --seconds 10\n"
          "  dds_spy latency master_state --seconds 60 --interval 5\n"
-         "  dds_spy qos                               every mismatch: what is offered, what requested, what "
-         "to do\n"
+         "  dds_spy qos                               every mismatch: "
+         "what is offered, what requested, what to do\n"
          "  dds_spy events --kind deadline_missed --kind liveliness_lost --json\n"
          "  dds_spy types phantom::msg::Percept\n"
          "Samples of types that are not the project's are counted and measured, and shown as octets.\n";

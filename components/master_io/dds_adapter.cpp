@@ -20,8 +20,8 @@ std::string refusal(const messages::DragField& field, teleop::DragMode rendered)
   if (field.mode == rendered) return "";
   return std::string("its law of drag is not ") +
          (rendered == teleop::DragMode::kSeparable ? "separable" : "coupled") +
-         ", which this master renders (percept.mode); allowed: the same mode in phantom_sensing.yaml and "
-         "master_io.yaml";
+         ", which this master renders (percept.mode); "
+         "allowed: the same mode in phantom_sensing.yaml and master_io.yaml";
 }
 
 PhantomContact contact_of(const messages::Percept& percept, core::Nanoseconds received_ns) noexcept {

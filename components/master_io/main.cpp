@@ -23,8 +23,8 @@ int main(int argc, char** argv) {
       "1 kHz; here with "
       "a simulated device and a simulated operator who makes reaches, in turn with the percept and without.";
   description.details =
-      "Topics in: slave_state, drag_field, percept, operator_command. Topics out: master_state (1 kHz), "
-      "component_status.\n"
+      "Topics in: slave_state, drag_field, percept, operator_command. Topics out: "
+      "master_state (1 kHz), component_status.\n"
       "Example: master_io --operator constant_velocity --law pf\n"
       "Steer yourself: master_io --driver desk --desk-device terminal (arrows, W A S D; Tab: other joints; "
       "Esc: stop)\n"
@@ -36,10 +36,9 @@ int main(int argc, char** argv) {
     runtime::add_operator_options(command, request, true);
     app.option("--operator", choices.operator_model, "operator model, instead of the configured one")
         .one_of({"minimum_jerk", "cautious", "constant_velocity"});
-    app.option(
-           "--law", choices.law,
-           "bilateral law of Table 5.1, instead of the configured one: pf (a), sctfb (b), pfff (c), pe (d), "
-           "peff (e)")
+    app.option("--law", choices.law,
+               "bilateral law of Table 5.1, instead of the configured one: "
+               "pf (a), sctfb (b), pfff (c), pe (d), peff (e)")
         .one_of({"pf", "sctfb", "pfff", "pe", "peff"});
     app.option("--driver", choices.driver,
                "who moves the master, instead of the configured one: sim, desk or can")

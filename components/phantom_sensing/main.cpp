@@ -20,16 +20,14 @@ int main(int argc, char** argv) {
   description.name = "phantom_sensing";
   description.summary =
       "The phantom: a virtual arm with a virtual skin that wades through the activated workspace in the "
-      "slave's pose. Turns "
-      "every slave_state into drag coefficients per joint, and tells what the skin perceives and where a hit "
-      "threatens.";
+      "slave's pose. Turns every slave_state into drag coefficients per joint, "
+      "and tells what the skin perceives and where a hit threatens.";
   description.details =
       "In: slave_state, workspace_brick, workspace_version, workspace_object, sensing_command. Out: "
-      "drag_field, percept, "
-      "interest_points, hit_alert, sensing_reply, component_status.\n"
+      "drag_field, percept, interest_points, hit_alert, sensing_reply, component_status.\n"
       "Example while it runs: phantom_sensing command allow --object gate_valve --link gripper --for-s 60\n"
-      "Example without DDS: phantom_sensing probe --cell deploy/cells/hot_cell/cell.yaml --joints poses.csv "
-      "--out drag.csv";
+      "Example without DDS: phantom_sensing probe --cell deploy/cells/hot_cell/cell.yaml --joints "
+      "poses.csv --out drag.csv";
   description.add_options = [&](runtime::Command app) {
     const auto add = [&app](const char* name, const char* what, auto& options) {
       runtime::Command added = app.subcommand(name, what);

@@ -123,8 +123,8 @@ std::string words_for(const TickTime& time) {
     words << 100.0 * share << " % of the " << 1e3 * kStatePeriod_s << " ms between two slave_states";
   } else {
     words << "longer than the " << 1e3 * kStatePeriod_s
-          << " ms between two slave_states, so some would be passed over; more threads or fewer sensors "
-             "(skin.pitch_vox) help";
+          << " ms between two slave_states, so some would be passed over; "
+             "more threads or fewer sensors (skin.pitch_vox) help";
   }
   return words.str();
 }

@@ -160,15 +160,14 @@ std::string report_page(const std::string& summary_json) {
   std::string out = kHead;
   out += "<p>" + cell(summary["seconds"]) + " s with all components running.</p>\n";
   out += "<h2>What the operator felt</h2>\n" + pairs_table(summary["percept"], kPercept);
-  out +=
-      figure("torque_over_distance.png",
-             "Percept torque over the distance to the nearest object, on the way in, in the reaches with the "
-             "percept; the greatest over the joints (of a sliding joint, the force in N).");
+  out += figure("torque_over_distance.png",
+                "Percept torque over the distance to the nearest object, on the way in, "
+                "in the reaches with the percept; the greatest over the joints (of a sliding joint, "
+                "the force in N).");
   out += figure("contact_speed.png", "Speed of the tool at the first contact of each reach.");
-  out += figure(
-      "joint.png",
-      "The joint that felt most: positions of master and slave, torque of the hand, and the torques that "
-      "percept and slave feedback exert on it.");
+  out += figure("joint.png",
+                "The joint that felt most: positions of master and slave, torque of the hand, "
+                "and the torques that percept and slave feedback exert on it.");
   out += figure(
       "session.png",
       "The session over time: clearance to the nearest object, torques on the hand (of a sliding joint, "

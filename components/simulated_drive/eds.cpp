@@ -160,11 +160,9 @@ std::string head(const DriveOptions& options) {
       options.device_name + "\nProductNumber=0x0\nRevisionNumber=0x0\nOrderCode=\n";
   for (const int kbit_s : {10, 20, 50, 125, 250, 500, 800, 1000}) text += print("BaudRate_%d=1\n", kbit_s);
   return text +
-         "SimpleBootUpMaster=0\nSimpleBootUpSlave=1\nGranularity=8\nDynamicChannelsSupported=0\nCompactPDO="
-         "0\n"
+         "SimpleBootUpMaster=0\nSimpleBootUpSlave=1\nGranularity=8\nDynamicChannelsSupported=0\nCompactPDO=0\n"
          "GroupMessaging=0\nNrOfRXPDO=4\nNrOfTXPDO=4\nLSS_Supported=0\n\n"
-         "[DummyUsage]\nDummy0001=0\nDummy0002=0\nDummy0003=0\nDummy0004=0\nDummy0005=0\nDummy0006="
-         "0\nDummy0007=0\n\n"
+         "[DummyUsage]\nDummy0001=0\nDummy0002=0\nDummy0003=0\nDummy0004=0\nDummy0005=0\nDummy0006=0\nDummy0007=0\n\n"
          "[Comments]\nLines=0\n";
 }
 

@@ -117,9 +117,8 @@ int main(int argc, char** argv) {
   runtime::ProcessDescription description;
   description.name = "simulated_drive";
   description.summary =
-      "Servo drives without hardware: CiA 402 on a CAN bus, with motors, gears and friction behind them. For "
-      "trying "
-      "slave and master with their real drive code.";
+      "Servo drives without hardware: CiA 402 on a CAN bus, with motors, gears and friction behind them. "
+      "For trying slave and master with their real drive code.";
   description.details =
       "Example: simulated_drive --bus user:arm --fault trip@10:2\n"
       "A userspace bus is served by the first process that names it. Faults (--fault):\n" +

@@ -19,10 +19,9 @@ int main(int argc, char** argv) {
   runtime::ProcessDescription description;
   description.name = "slave_io";
   description.summary =
-      "The arm in the cell: position loops at 1 kHz follow the master, within the arm's limits whatever "
-      "arrives. Its drives are on CAN (CiA 402), or simulated with friction, weight and contact with the "
-      "objects "
-      "where they really stand.";
+      "The arm in the cell: position loops at 1 kHz follow the master, "
+      "within the arm's limits whatever arrives. Its drives are on CAN (CiA 402), "
+      "or simulated with friction, weight and contact with the objects where they really stand.";
   description.details =
       "Topics in: master_state, operator_command. Topics out: slave_state (1 kHz), component_status.\n"
       "Example: slave_io --deployment deploy/topologies/single_host.yaml\n"

@@ -21,8 +21,8 @@ constexpr const char* kHelp =
     "  RANGE PAN TILT        the reading of the next corner: range in mm, pan and tilt in degrees\n"
     "  =NODE                 the next corner is a node that was measured before, on another face\n"
     "  done                  the face is complete: all corners of its border were targeted, in order\n"
-    "  part                  the face ends here, but it has more corners (an edge, a corner, a part of a "
-    "border)\n"
+    "  part                  the face ends here, but it has more corners (an edge, a corner, "
+    "a part of a border)\n"
     "  again NODE RANGE PAN TILT   a better reading in place of a node's old one\n"
     "  more NODE RANGE PAN TILT    a further reading of a node: they are averaged\n"
     "  undo                  forget the last corner\n"
@@ -39,10 +39,10 @@ class Assistant {
 
   bool run() {
     out_ << "Survey of one object, with a library of " << library_.parts.size() << " parts.\n"
-         << "Choose a plane face that you see whole, aim at its corners one after the other, either way "
-            "round, and type what the\n"
-            "head reads: range in mm, pan and tilt in degrees. End the face with: done. Type help for all "
-            "else.\n";
+         << "Choose a plane face that you see whole, aim at its corners one after the other, "
+            "either way round, and type what the\n"
+            "head reads: range in mm, pan and tilt in degrees. End the face with: done. "
+            "Type help for all else.\n";
     if (!setup_.practice.empty())
       out_ << "Practice: an empty line lets the simulated head target the next corner.\n";
     for (std::string line; prompt(), std::getline(in_, line);) {
@@ -88,8 +88,8 @@ class Assistant {
       take({face_name(), true, std::to_string(next_node_), *reading, "typed"});
     } else {
       out_ << "  '" << word
-           << "' is neither a word that I know nor a reading of three numbers (range in mm, pan and tilt in "
-              "deg); help lists all\n";
+           << "' is neither a word that I know nor a reading of three numbers (range in mm, "
+              "pan and tilt in deg); help lists all\n";
     }
   }
 
@@ -122,8 +122,8 @@ class Assistant {
       const double apart_m = (other.p_W_m - node->p_W_m).norm();
       if (other.name == node->name || apart_m > 2 * survey::distance_sigma_m(other, *node)) continue;
       out_ << fmt::format(
-          "  refused: that is {:.1f} mm from node {}, within the errors; is it the same corner? then type "
-          "={}\n",
+          "  refused: that is {:.1f} mm from node {}, within the errors; "
+          "is it the same corner? then type ={}\n",
           1e3 * apart_m, other.name, other.name);
       return false;
     }
@@ -157,8 +157,8 @@ class Assistant {
     on_face_ = 0;
     show();
     if (fitted()) {
-      out_ << "A pose is found. A further face makes it surer; send tells the workspace; save FILE keeps the "
-              "readings.\n";
+      out_ << "A pose is found. A further face makes it surer; send tells the workspace; "
+              "save FILE keeps the readings.\n";
     } else {
       out_ << "Go on with another face, or follow the advice.\n";
     }

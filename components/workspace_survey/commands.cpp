@@ -79,8 +79,8 @@ std::vector<survey::Targeting> simulated(const Request& request, const Config& c
 
 std::string origin_text(const Request& request, const Config& config) {
   return fmt::format(
-      "{} at \"{}\" (x y z in m, roll pitch yaw in deg), simulated with seed {}\nhead at \"{}\", beam offset "
-      "{:.1f} mm",
+      "{} at \"{}\" (x y z in m, roll pitch yaw in deg), simulated with seed {}\nhead at \"{}\", "
+      "beam offset {:.1f} mm",
       request.part, request.pose, request.seed, runtime::pose_text(config.head.X_WH),
       1e3 * config.head.beam_offset_m);
 }

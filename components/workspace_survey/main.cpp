@@ -13,13 +13,11 @@ int main(int argc, char** argv) {
   runtime::ProcessDescription description;
   description.name = "workspace_survey";
   description.summary =
-      "From a few laser points to an object in the running workspace: corners of plane faces, targeted with "
-      "a pan-tilt "
-      "range head from metres away, are matched with a library of CAD models; the part that fits is placed, "
-      "with its "
-      "uncertainty and a guard skin that covers it. Where the data do not say what it is or where it stands, "
-      "it says why "
-      "and what to measure next.";
+      "From a few laser points to an object in the running workspace: "
+      "corners of plane faces, targeted with a pan-tilt range head from metres away, "
+      "are matched with a library of CAD models; the part that fits is placed, "
+      "with its uncertainty and a guard skin that covers it. "
+      "Where the data do not say what it is or where it stands, it says why and what to measure next.";
   description.details =
       "Topics out: workspace_command; in: workspace_reply; both with --send only.\n"
       "Try:  workspace_survey assist --practice v_groove_block --pose \"0.1 0 0.4 90 0 20\"     (then press "

@@ -47,8 +47,8 @@ std::string object_text(const LibraryPart& part, const survey::PartModel& model,
       "pose: " + pose_yaml(X_WO) + fmt::format("\nguard_vox: {}\ncolour: [0.20, 0.35, 0.60]\n", guard_vox);
   if (text.size() > kDescriptionBound) {
     throw core::ConfigError(fmt::format(
-        "part '{}': its mesh of {} triangles is too large to travel with a command ({} bytes; allowed: {}); "
-        "put it into the cell's folder, and its file's name as cell_mesh into library.yaml",
+        "part '{}': its mesh of {} triangles is too large to travel with a command ({} bytes; "
+        "allowed: {}); put it into the cell's folder, and its file's name as cell_mesh into library.yaml",
         part.name, model.mesh_O.triangles.size(), text.size(), kDescriptionBound));
   }
   return text;

@@ -122,8 +122,8 @@ std::string fit_text(const Told& told) {
     text += fmt::format("fit:         probability {:.2g} (chi2 {:.1f} of {} degrees)\n",
                         object.fit.probability(), object.fit.chi2, object.fit.degrees);
     text += fmt::format(
-        "uncertainty: {:.1f} mm, {:.2f} deg (one sigma, worst direction); no point off by more than {:.1f} "
-        "mm ({:.1f} %)\n",
+        "uncertainty: {:.1f} mm, {:.2f} deg (one sigma, worst direction); "
+        "no point off by more than {:.1f} mm ({:.1f} %)\n",
         1e3 * object.fit.position_sigma_m(), object.fit.orientation_sigma_rad() / core::kRadPerDegree,
         1e3 * object.worst_displacement_m, 100 * told.config.options.confidence);
     text += fmt::format("guard:       j = {} (skin voxels of {:.3g} mm)\nresiduals:   ", guard_of(told),

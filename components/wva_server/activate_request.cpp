@@ -28,10 +28,9 @@ const char* const kExamples =
 void add_mesh_options(runtime::Command command, ActivateRequest& request) {
   command.option("--mesh", request.mesh, "mesh file to activate (STL, OBJ, PLY, OFF, glTF, COLLADA, …)");
   command
-      .option(
-          "--scale", request.scale,
-          "metres per unit of the mesh file, e.g. 0.001 for millimetres; default: what the file says, else a "
-          "guess that is told")
+      .option("--scale", request.scale,
+              "metres per unit of the mesh file, e.g. 0.001 for millimetres; "
+              "default: what the file says, else a guess that is told")
       .between(1e-9, 1e9);
   command
       .option("--fit-extent-m", request.fit_extent_m,
@@ -63,19 +62,18 @@ void add_layer_options(runtime::Command command, ActivateRequest& request) {
       .one_of({"distance", "surface", "dilation"});
   command
       .option("--element", request.element,
-              "shaping element of the dilation method: cube, sphere (within m voxels; the default) or "
-              "sphere-contained (within m and a half)")
+              "shaping element of the dilation method: cube, sphere (within m voxels; "
+              "the default) or sphere-contained (within m and a half)")
       .one_of({"cube", "sphere", "sphere-contained"});
   command
       .option("--guard", request.guard,
-              "thickness in voxels of a protective skin around the body, with layer 1's viscosity; the "
-              "layers begin "
-              "outside of it")
+              "thickness in voxels of a protective skin around the body, with layer 1's viscosity; "
+              "the layers begin outside of it")
       .between(0, 254);
   command
       .option("--inside", request.inside,
-              "layers inside the body, each as thick as layer 1, for a model that may be larger than the "
-              "real part")
+              "layers inside the body, each as thick as layer 1, "
+              "for a model that may be larger than the real part")
       .between(0, 98);
   command
       .option("--mu-inside", request.mu_inside,
@@ -111,10 +109,9 @@ void add_options(runtime::Command command, ActivateRequest& request) {
   command.option("--encoding", request.encoding, "of the NRRD file; default: gzip").one_of({"gzip", "raw"});
   command.option("--picture", request.picture,
                  "PNG file to write: three sections through the middle of what is there, coloured by order");
-  command.option(
-      "--fidelity", request.fidelity,
-      "file to write, .csv or .json: how far each layer's outer face lies from where it should, by "
-      "direction; of a mesh only");
+  command.option("--fidelity", request.fidelity,
+                 "file to write, .csv or .json: how far each layer's outer face lies from where it should, "
+                 "by direction; of a mesh only");
   command.details(kExamples);
 }
 
@@ -137,11 +134,10 @@ void check_request(const ActivateRequest& request) {
                            request.mu_skin != 0 || request.guard != 0 || !request.up_axis.empty() ||
                            request.inside != 0 || !request.mu_inside.empty() || !request.fidelity.empty();
     if (mesh_only) {
-      throw wrong_option(
-          "--cell",
-          "the cell file says scale, up-axis, poses, voxel size, layers, viscosities, guards and layers "
-          "inside; "
-          "allowed beside it: --method, --element, --threads, --export, --field, --encoding, --picture");
+      throw wrong_option("--cell",
+                         "the cell file says scale, up-axis, poses, voxel size, layers, viscosities, "
+                         "guards and layers inside; allowed beside it: "
+                         "--method, --element, --threads, --export, --field, --encoding, --picture");
     }
     return;
   }

@@ -172,8 +172,7 @@ std::optional<CellChanges> read_changes(const runtime::CellConfig& cell, const s
   if (cell_name != cell.name || mark != file_mark(cell.file)) {
     throw ConfigError(
         fmt::format("{}: was kept for cell {} as its file was then, and {} is another or was changed since; "
-                    "remove the first to serve the cell as "
-                    "its file has it now",
+                    "remove the first to serve the cell as its file has it now",
                     file.string(), cell_name, cell.file.string()));
   }
   return changes;

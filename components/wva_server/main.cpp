@@ -20,14 +20,13 @@ int main(int argc, char** argv) {
   runtime::ProcessDescription description;
   description.name = "wva_server";
   description.summary =
-      "Turns the cell's CAD models into graded, viscous space: reads every object's mesh, voxelises it at "
-      "its pose, wraps it in neighbour layers, merges all into one workspace and publishes it. Stays for "
-      "those "
-      "who join later, and to add, move and remove objects on command.";
+      "Turns the cell's CAD models into graded, viscous space: "
+      "reads every object's mesh, voxelises it at its pose, wraps it in neighbour layers, "
+      "merges all into one workspace and publishes it. "
+      "Stays for those who join later, and to add, move and remove objects on command.";
   description.details =
       "Topics out: workspace_brick, workspace_version, workspace_object, mesh_chunk, workspace_reply, "
-      "component_status; "
-      "in: workspace_command.\n"
+      "component_status; in: workspace_command.\n"
       "Example while it runs: wva_server command move --object pump --pose \"0.4 -0.1 0.301 0 0 30\"\n"
       "Example without DDS: wva_server activate --mesh part.stl --scale 0.001 --voxel-size-m 0.005 "
       "--layers 4,4,4,4,4,4 --mu 32,20,13,11,10,9 --export part.nrrd";

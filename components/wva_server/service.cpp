@@ -103,9 +103,8 @@ bool Service::activate(std::vector<runtime::CellBody> bodies) {
   adapter_.publish_change(cell_, *change, config_.threads);
   const workspace::Workspace& workspace = cell_.workspace();
   spdlog::info(
-      "workspace of cell {}: {} objects, {} bricks, {:.1f} MiB, built in {:.2f} s; version {} published "
-      "{:.2f} s "
-      "after the start",
+      "workspace of cell {}: {} objects, {} bricks, {:.1f} MiB, built in {:.2f} s; "
+      "version {} published {:.2f} s after the start",
       cell_.cell().name, cell_.objects().size(), workspace.brick_count(),
       static_cast<double>(workspace.bytes()) / (1 << 20), build_s_, workspace.version, now_s() - from_s);
   return true;

@@ -126,8 +126,9 @@ void LiveCell::check_memory() const {
   if (bytes <= limits_.voxel_bytes) return;
   const auto mib = [](std::uint64_t amount) { return static_cast<double>(amount) / (1 << 20); };
   throw ConfigError(
-      fmt::format("the voxels of the {} objects take {:.0f} MiB; allowed: none is added above {:.0f} MiB "
-                  "(max_voxels_mib in wva_server's configuration); remove some first",
+      fmt::format("the voxels of the {} objects take {:.0f} MiB; "
+                  "allowed: none is added above {:.0f} MiB (max_voxels_mib in wva_server's configuration); "
+                  "remove some first",
                   objects_.size(), mib(bytes), mib(limits_.voxel_bytes)));
 }
 
@@ -198,8 +199,8 @@ std::string describe(const ServedObject& object) {
   }
   if (!report.mesh.closed) {
     text += fmt::format(
-        "; the mesh is not closed: lines along three axes voted on what is inside, its winding number "
-        "decided on {} voxels",
+        "; the mesh is not closed: lines along three axes voted on what is inside, "
+        "its winding number decided on {} voxels",
         report.mesh.disputed_voxels);
   }
   return text;

@@ -185,10 +185,9 @@ TEST_P(FaultTable, EveryFaultInEveryStateIsNamedInTimeAndMovesNothing) {
   const bool hold = GetParam() == FaultReaction::kHold;
   std::ofstream table(std::string(PHANTOM_BUILD_DIR) +
                       (hold ? "/drive_faults_hold.md" : "/drive_faults_coast.md"));
-  table
-      << "Drives at 500 Hz, velocity mode, reaction " << (hold ? "hold" : "coast")
-      << ": state reached after each fault in each state, ms until it was known, and how far the sound drive "
-         "went on.\n\n| fault |";
+  table << "Drives at 500 Hz, velocity mode, reaction " << (hold ? "hold" : "coast")
+        << ": state reached after each fault in each state, ms until it was known, "
+           "and how far the sound drive went on.\n\n| fault |";
   for (const Situation& s : kSituations) table << ' ' << s.name << " |";
   table << "\n|---|---|---|---|---|---|\n";
   for (const Fault& fault : kFaults) {

@@ -207,17 +207,13 @@ void run(Report& report, const Settings& settings) {
   report.check("rms deviation of 2000 sensors from the integral of μ r², share of the peak", off_law, 0.0,
                0.025, "");
   report.difference(
-      "The thesis normalises by the number of sensors (5.8, 5.9) or of those in fluid (5.10), so its torque "
-      "has the "
-      "unit of a mean. Ours by default weights a sensor by the area that it stands for: then the torque is "
-      "in N·m and "
-      "converges as the skin becomes finer. All three are shown. Any mean makes up for fluid that is not "
-      "found, so in ours "
-      "too few sensors do not simply report too little: their torque is jagged, short by up to a tenth where "
-      "the bar lies "
-      "between two sensors and too much elsewhere, because eqs. 5.2–5.4 put each sensor at the far end of "
-      "its share of the "
-      "link. What they miss shows in the sum over voxels, each counted once.");
+      "The thesis normalises by the number of sensors (5.8, 5.9) or of those in fluid (5.10), "
+      "so its torque has the unit of a mean. Ours by default weights a sensor by the area that it stands "
+      "for: then the torque is in N·m and converges as the skin becomes finer. All three are shown. "
+      "Any mean makes up for fluid that is not found, so in ours too few sensors do not simply report too "
+      "little: their torque is jagged, short by up to a tenth where the bar lies between two sensors and "
+      "too much elsewhere, because eqs. 5.2–5.4 put each sensor at the far end of its share of the link. "
+      "What they miss shows in the sum over voxels, each counted once.");
 }
 
 }  // namespace
@@ -226,9 +222,8 @@ Experiment arm_sensors() {
   return {"arm-sensors",
           "Number of sensors along a link",
           "figures 5.15–5.17",
-          "The torque on the joint converges as the sensors become more; 60 and 90 are nearly equal; sensors "
-          "farther apart than a voxel "
-          "miss fluid and report too little.",
+          "The torque on the joint converges as the sensors become more; 60 and 90 are nearly equal; "
+          "sensors farther apart than a voxel miss fluid and report too little.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed},
           run};
 }

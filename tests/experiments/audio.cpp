@@ -197,8 +197,8 @@ void plot_laws(Report& report, const percept::ToneLaw& law, double greatest_mu,
   Plot& plot = report.plot(
       "laws",
       "Rendered sound against its laws: six layers of 2 cm with μ = 32, 20, 13, 11, 10, 8 Pa·s/m\n"
-      "220 … 1760 Hz exponential in μ; level 0.08 … 0.6 with the root of speed, equally loud (ISO 226, 60 "
-      "phon)",
+      "220 … 1760 Hz exponential in μ; level 0.08 … 0.6 with the root of speed, equally loud (ISO 226, "
+      "60 phon)",
       2);
   plot.panel("closeness: pitch (figure 6.13 b)", "μ [Pa·s/m]", "frequency [Hz]")
       .series(pitch_law, "μ [Pa·s/m]", "law [Hz]", "law")
@@ -247,10 +247,9 @@ void run(Report& report, const Settings& settings) {
   audio_percept::run_render(
       {.input = csv, .out = wav, .spectrogram = report.folder() / "spectrogram.png", .channels = "mono"},
       config);
-  report.picture(
-      "spectrogram.png",
-      "The rendered sound: approach at 40 mm/s, a second at rest before the plate, then 0 to 0.25 m/s within "
-      "the third layer");
+  report.picture("spectrogram.png",
+                 "The rendered sound: approach at 40 mm/s, a second at rest before the plate, "
+                 "then 0 to 0.25 m/s within the third layer");
   const auto samples = read_wav(wav);
 
   std::vector<Heard> heard;
@@ -284,9 +283,9 @@ void run(Report& report, const Settings& settings) {
   report.check("no clicks: greatest second difference ÷ that of the gliding sine",
                worst_corner(samples, sensed, config.law, greatest_mu), 0.1, 1.5, "");
   report.difference(
-      "The thesis draws the two drivers of figure 6.13 as blocks without laws. Ours codes μ exponentially, "
-      "so that equal steps of "
-      "closeness are equal intervals, and makes all pitches equally loud (ISO 226).");
+      "The thesis draws the two drivers of figure 6.13 as blocks without laws. "
+      "Ours codes μ exponentially, so that equal steps of closeness are equal intervals, "
+      "and makes all pitches equally loud (ISO 226).");
 }
 
 }  // namespace
@@ -295,9 +294,8 @@ Experiment audio() {
   return {"audio",
           "The tone that the operator hears",
           "figure 6.13",
-          "The tone's frequency conveys closeness, also at rest; its level conveys speed and has a minimum "
-          "above zero; silence in free space "
-          "alone.",
+          "The tone's frequency conveys closeness, also at rest; "
+          "its level conveys speed and has a minimum above zero; silence in free space alone.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed, Sabotage::kGrownBodies},
           run};
 }

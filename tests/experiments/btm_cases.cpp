@@ -152,11 +152,10 @@ void run(Report& report, const Settings& settings) {
   for (const Moment& m : cases[3].free)
     printed_Nm = std::max(printed_Nm, 8.0 * (m.master_rad - m.slave_rad) + 0.1 * m.master_rad_s);
   report.difference(
-      "Table 5.1 prints the velocity term of cases d and e as K_vm·Ẋ_m, a brake on every motion; ours is "
-      "K_vm·(Ẋ_m − Ẋ_s), so "
-      "that common motion costs nothing. The free-space drag that hides the percept is the lag of the slave "
-      "behind a fast hand. By "
-      "the letter of the table it would be " +
+      "Table 5.1 prints the velocity term of cases d and e as K_vm·Ẋ_m, a brake on every motion; "
+      "ours is K_vm·(Ẋ_m − Ẋ_s), so that common motion costs nothing. "
+      "The free-space drag that hides the percept is the lag of the slave behind a fast hand. "
+      "By the letter of the table it would be " +
       std::to_string(printed_Nm).substr(0, 4) + " N·m at its greatest instead of " +
       std::to_string(cases[3].drag_Nm).substr(0, 4) +
       " N·m. The thesis states this row without an experiment.");
@@ -168,9 +167,9 @@ Experiment btm_cases() {
   return {"btm-cases",
           "The percept with five bilateral laws",
           "Tables 5.1, 5.2, 6.1",
-          "The percept stands apart with position-forward laws (a, b, c), not with position exchange (d, e), "
-          "whose lag is felt as drag in free "
-          "space; a cautious operator touches more gently with the percept, whatever the law.",
+          "The percept stands apart with position-forward laws (a, b, c), not with position exchange (d, "
+          "e), whose lag is felt as drag in free space; "
+          "a cautious operator touches more gently with the percept, whatever the law.",
           {Sabotage::kIgnoredSpeed},
           run};
 }

@@ -219,11 +219,11 @@ void run(Report& report, const Settings& settings) {
   report.check("zone A: rms deviation of PFFB from G·v·∫ μ r², share of its rms",
                std::sqrt(square / ideal_square), 0.0, 0.05, "");
   report.difference(
-      "The thesis does not print its gains; ours are chosen so that PFFB, SCTFB and MLT have the sizes that "
-      "2 kg·cm of clamp "
-      "suggest. Its light master wheel is a joint with hardly any friction here. The thesis's zone B ends "
-      "with the servo "
-      "shut down; ours stays and leans on the bar, so SCTFB and MLT end level.");
+      "The thesis does not print its gains; ours are chosen so that PFFB, "
+      "SCTFB and MLT have the sizes that 2 kg·cm of clamp suggest. "
+      "Its light master wheel is a joint with hardly any friction here. "
+      "The thesis's zone B ends with the servo shut down; "
+      "ours stays and leans on the bar, so SCTFB and MLT end level.");
 }
 
 }  // namespace
@@ -233,8 +233,7 @@ Experiment coworking() {
           "Phantom and slave feedback together",
           "figures 5.33–5.42",
           "Zone A, no contact: MLT follows PFFB, and the SCTFB of a balanced slave is very small. Zone B: "
-          "PFFB falls as the arm brakes, SCTFB "
-          "rises on contact. Unbalanced: SCTFB is there throughout.",
+          "PFFB falls as the arm brakes, SCTFB rises on contact. Unbalanced: SCTFB is there throughout.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed},
           run};
 }

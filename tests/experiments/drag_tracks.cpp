@@ -110,10 +110,9 @@ void run(Report& report, const Settings& settings) {
   report.check("layers by distance on y = 80: borders outwards of their true place, mean",
                outwards_vox(by_distance[1], 80.0), -0.25, 0.9, "voxels");
   report.difference(
-      "The section of the thesis's cylinder is not printed; ours has two lobes towards y = 20, one nearer "
-      "than the other, and one "
-      "towards y = 80, so that the tracks meet what the figure shows. The greatest μ met outside the body "
-      "is " +
+      "The section of the thesis's cylinder is not printed; "
+      "ours has two lobes towards y = 20, one nearer than the other, and one towards y = 80, "
+      "so that the tracks meet what the figure shows. The greatest μ met outside the body is " +
       std::to_string(static_cast<int>(nearest)) + " Pa·s/m.");
 }
 

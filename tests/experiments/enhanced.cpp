@@ -214,11 +214,10 @@ void run(Report& report, const Settings& settings) {
   past_the_cylinder(report, settings);
   before_the_bar(report, settings);
   report.difference(
-      "The thesis's sphere with 48 % fewer voxels than the cube is that of radius m + ½; ours of type 1 has "
-      "radius m and 64 % fewer (m = 3). "
-      "Where a wide zone reaches into the body it averages the skin's 100 Pa·s/m: near the surface a larger "
-      "m feels more, and the "
-      "greatest step no longer falls from m = 2 to 3.");
+      "The thesis's sphere with 48 % fewer voxels than the cube is that of radius m + ½; "
+      "ours of type 1 has radius m and 64 % fewer (m = 3). "
+      "Where a wide zone reaches into the body it averages the skin's 100 Pa·s/m: "
+      "near the surface a larger m feels more, and the greatest step no longer falls from m = 2 to 3.");
 }
 
 }  // namespace
@@ -227,9 +226,8 @@ Experiment enhanced() {
   return {"enhanced",
           "Enhanced sensors",
           "figures 6.7–6.10",
-          "Enhanced sensors smooth without the lag of a buffer, spheres with fewer voxels than cubes; 20 of "
-          "them with m = 3 feel what 60 points feel, "
-          "smoothly and monotonically.",
+          "Enhanced sensors smooth without the lag of a buffer, spheres with fewer voxels than cubes; "
+          "20 of them with m = 3 feel what 60 points feel, smoothly and monotonically.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed, Sabotage::kGrownBodies},
           run};
 }

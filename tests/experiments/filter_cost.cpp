@@ -333,9 +333,8 @@ void run(Report& report, const Settings& settings) {
   report.check("share of places where both name the same layer, or the next", double(alike) / felt, 0.95, 1,
                "");
   report.difference(
-      "The track and the object's section are ours (the thesis prints neither): counts differ from its "
-      "tables, their "
-      "course along a … h and the unit costs are the same. Of " +
+      "The track and the object's section are ours (the thesis prints neither): "
+      "counts differ from its tables, their course along a … h and the unit costs are the same. Of " +
       std::to_string(in_fluid) +
       " places in fluid the 33 probes miss the "
       "object at " +
@@ -351,9 +350,8 @@ Experiment filter_cost() {
           "Cost of searching for what is near, against voxels",
           "tables 3.2–3.4, figures 3.22, 3.23",
           "The filters find the same hits with and without optimisation; loads add up with the unit costs; "
-          "the worst case "
-          "grows near two objects, where the search is not bounded by anything but the scene. The voxel "
-          "method's cost is constant.",
+          "the worst case grows near two objects, where the search is not bounded by anything but the "
+          "scene. The voxel method's cost is constant.",
           {Sabotage::kLayersOffByOne, Sabotage::kGrownBodies},
           run};
 }

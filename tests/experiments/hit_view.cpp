@@ -106,8 +106,8 @@ int map_rules(Report& report, const Rig& rig, int& tried) {
   Plot& plot = report.plot(
       "rules",
       "Which rule says that a hit threatens (figure 6.20), sensor on the motor body before a plate\n"
-      "six layers of 2 cm with μ = 32, 25, 20, 17, 15, 13 Pa·s/m; 1: very close, 2: moderate and moving, 3: "
-      "far and nearing",
+      "six layers of 2 cm with μ = 32, 25, 20, 17, 15, 13 Pa·s/m; 1: very close, 2: "
+      "moderate and moving, 3: far and nearing",
       2);
   int wrong = 0;
   const double step_m = rig.settings.fast ? 0.004 : 0.002;
@@ -297,9 +297,8 @@ void check_views(Report& report, const Rig& rig, const viewer::ViewerConfig& con
                      .tile_width_px = 320},
                     config);
   report.picture("nodes.png",
-                 "The near hit from the node chosen automatically and from all fourteen (synthetic_viewer "
-                 "sheet); the thesis's figure "
-                 "6.23 shows nodes 4, 3, 7 and T");
+                 "The near hit from the node chosen automatically and from all fourteen "
+                 "(synthetic_viewer sheet); the thesis's figure 6.23 shows nodes 4, 3, 7 and T");
   // A lateral node with a free line of sight shows the gap in full; another may do so as well, hardly better.
   report.check("automatic node " + automatic + ": gap seen ÷ seen from the best node", views.pixels[0] / best,
                0.9, 1.0, "");
@@ -323,11 +322,10 @@ void run(Report& report, const Settings& settings) {
   check_views(report, rig,
               viewer::load_config(settings.source_dir / "components/synthetic_viewer/synthetic_viewer.yaml"));
   report.difference(
-      "The thesis's listing in 6.8.1 has its inequality signs the wrong way round; ours follows the rules as "
-      "they are stated. It lets the "
-      "operator select the node; ours chooses one by itself as well, lateral and with a free line of sight. "
-      "Dimensions of arm and "
-      "plates are ours, so other nodes than the thesis's 4, 3, 7 and T show the gap.");
+      "The thesis's listing in 6.8.1 has its inequality signs the wrong way round; "
+      "ours follows the rules as they are stated. It lets the operator select the node; "
+      "ours chooses one by itself as well, lateral and with a free line of sight. "
+      "Dimensions of arm and plates are ours, so other nodes than the thesis's 4, 3, 7 and T show the gap.");
 }
 
 }  // namespace
@@ -336,9 +334,9 @@ Experiment hit_view() {
   return {"hit-view",
           "Alerts of a threatening hit, and the views of it",
           "figures 6.20–6.23",
-          "Very close a hit threatens whatever the motion, moderately close at any unsafe motion, farther "
-          "away only towards the object; the place is "
-          "looked at from one of fourteen nodes, and the one chosen automatically shows the gap.",
+          "Very close a hit threatens whatever the motion, moderately close at any unsafe motion, "
+          "farther away only towards the object; the place is looked at from one of fourteen nodes, "
+          "and the one chosen automatically shows the gap.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed},
           run};
 }

@@ -179,13 +179,12 @@ void run(Report& report, const Settings& settings) {
       .series(bores, "bore radius [mm]", "expected [mm]", "bore − 6 m", Style::kPoints);
   draw_sections(report, settings);
   report.difference(
-      "The thesis's sphere of radius m, i² + j² + k² ≤ m², and that of radius m + ½, whose size agrees with "
-      "table 4.1, are both "
-      "run; the rule of falling error holds for the latter without exception. Ours by distance is truer than "
-      "either; measured "
-      "from voxels' centres it lies up to a voxel too far out, because a voxel that the surface only cuts is "
-      "body (hence the "
-      "bores). The surface method has no such error.");
+      "The thesis's sphere of radius m, i² + j² + k² ≤ m², and that of radius m + ½, "
+      "whose size agrees with table 4.1, are both run; "
+      "the rule of falling error holds for the latter without exception. "
+      "Ours by distance is truer than either; measured from voxels' centres it lies up to a voxel too far "
+      "out, because a voxel that the surface only cuts is body (hence the bores). "
+      "The surface method has no such error.");
 
   report.check("cube minus sphere: deviation between the axes, share of the offset, least over m", least_gap,
                0.01, 1, "");
@@ -205,9 +204,9 @@ Experiment ranked_layers() {
   return {"layers",
           "Fidelity of the layers around a body",
           "figures 4.26–4.31, table 4.1",
-          "A cube as shaping element distorts layers between the axes; an approximated sphere does far less, "
-          "and less with "
-          "greater m. A hollow cylinder that is wide enough stays open.",
+          "A cube as shaping element distorts layers between the axes; "
+          "an approximated sphere does far less, and less with greater m. "
+          "A hollow cylinder that is wide enough stays open.",
           {Sabotage::kLayersOffByOne, Sabotage::kGrownBodies},
           run};
 }

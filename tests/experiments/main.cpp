@@ -64,11 +64,10 @@ bool run(const Experiment& experiment, const Settings& settings) {
 int main(int argc, char** argv) {
   using namespace phantom::experiments;
   CLI::App app(
-      "Runs the thesis's experiments through the product's libraries and executables. Each leaves its data "
-      "(CSV), "
-      "what is to be drawn (plots.json) and its checks (checks.json) in OUT/NAME. scripts/experiments also "
-      "draws "
-      "and makes a page. Exit code: 0 all checks passed, 1 one did not, 2 wrong arguments.");
+      "Runs the thesis's experiments through the product's libraries and executables. "
+      "Each leaves its data (CSV), what is to be drawn (plots.json) and its checks (checks.json) "
+      "in OUT/NAME. scripts/experiments also draws and makes a page. Exit code: "
+      "0 all checks passed, 1 one did not, 2 wrong arguments.");
   Settings settings{.out = "experiments", .source_dir = PHANTOM_SOURCE_DIR, .bin_dir = PHANTOM_BIN_DIR};
   bool list_only = false, as_json = false;
   std::vector<std::string> names, known;

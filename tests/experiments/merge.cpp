@@ -80,8 +80,8 @@ void run(Report& report, const Settings& settings) {
   const auto pair = pair_of_cylinders(), beside = cylinder_and_wedge();
   const auto workspace = merged(pair, settings), with_wedge = merged(beside, settings);
   Plot& plot = report.plot("paths",
-                           "Two objects, \"higher μ prevails\": μ = 32, 20, 13, 11, 10, 9 in layers of 4 "
-                           "voxels of 5 mm; F at 0.1 m/s, z = 40",
+                           "Two objects, \"higher μ prevails\": "
+                           "μ = 32, 20, 13, 11, 10, 9 in layers of 4 voxels of 5 mm; F at 0.1 m/s, z = 40",
                            2);
   Panel& plan = section_panel(report, plot, "μ at z = 40 and both paths (figure 5.9)", "plan", workspace, 2,
                               (kZ_vox + 0.5) * kTrackVoxel_m, Shown::kMu);
@@ -105,8 +105,8 @@ void run(Report& report, const Settings& settings) {
     saddles[next++] = count_saddles(walked.force_N);
   }
   Plot& heights = report.plot("heights",
-                              "A cylinder and the wedge block merged: sections at rising height (figure "
-                              "5.7); layers of 4 voxels of 5 mm",
+                              "A cylinder and the wedge block merged: "
+                              "sections at rising height (figure 5.7); layers of 4 voxels of 5 mm",
                               3);
   Table& split = report.table("split", {"z [voxels]", "width between the legs [voxels]"});
   double least_widening = INFINITY, before = -INFINITY;
@@ -138,9 +138,9 @@ Experiment merge() {
   return {"merge",
           "Two objects in one workspace",
           "figures 5.7–5.11",
-          "Where two objects' layers meet the higher μ prevails; the drag along AA1 has one saddle, along "
-          "BB1 two: one from the "
-          "merger and one from the object's concavity.",
+          "Where two objects' layers meet the higher μ prevails; "
+          "the drag along AA1 has one saddle, along BB1 two: "
+          "one from the merger and one from the object's concavity.",
           {Sabotage::kConstantMu},
           run};
 }

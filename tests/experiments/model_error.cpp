@@ -165,8 +165,8 @@ Table& plot_way(Report& report, Panel& panel, const std::string& name, const std
 std::string millimetres(double metres) { return std::to_string(std::lround(1000.0 * metres)) + " mm"; }
 
 const char* const kTitle =
-    "link at 13.26 mm/s, percept from its 2 cm that meet the bar, voxel 1 cm, μ = 32, 20, 13, 11, 10, 8 "
-    "Pa·s/m";
+    "link at 13.26 mm/s, percept from its 2 cm that meet the bar, voxel 1 cm, μ = 32, 20, 13, 11, 10, "
+    "8 Pa·s/m";
 
 /// The real object is smaller: its face lies behind the model's.
 void smaller(Report& report, const std::vector<double>& errors_m, const Settings& settings) {
@@ -253,12 +253,11 @@ void run(Report& report, const Settings& settings) {
   smaller(report, errors_m, settings);
   larger(report, errors_m, settings);
   report.difference(
-      "Nothing is felt inside of a model only where its inside is coded as free space, as section 6.10 "
-      "assumes. Ours codes the inside "
-      "with the skin's μ from the start, so that the percept does not end at the model's face; inner layers "
-      "are for a graded one. With "
-      "layers of 4 cm an error of 2 cm leaves the arm in layer 1 anyway: the guard is shown with layers of 1 "
-      "cm.");
+      "Nothing is felt inside of a model only where its inside is coded as free space, "
+      "as section 6.10 assumes. Ours codes the inside with the skin's μ from the start, "
+      "so that the percept does not end at the model's face; inner layers are for a graded one. "
+      "With layers of 4 cm an error of 2 cm leaves the arm in layer 1 anyway: "
+      "the guard is shown with layers of 1 cm.");
 }
 
 }  // namespace
@@ -268,8 +267,7 @@ Experiment model_error() {
           "Objects that are smaller or larger than their models",
           "figures 6.24–6.27, A.22, A.23",
           "With layers inside the model the feedback has no gap from the phantom's to the slave's if the "
-          "object is smaller than its model; a "
-          "guard band covers an object that is larger.",
+          "object is smaller than its model; a guard band covers an object that is larger.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne},
           run};
 }

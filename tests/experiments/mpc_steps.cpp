@@ -164,9 +164,9 @@ Experiment mpc_steps() {
   return {"mpc-steps",
           "Steps of the multiple pass cylinder",
           "figures 3.5, 3.13–3.16",
-          "F rises in steps of γ_n along the approach and is proportional to the speed; narrow gaps (k = 1) "
-          "give more and "
-          "smaller steps, and unequal gaps raise the step rate near the object.",
+          "F rises in steps of γ_n along the approach and is proportional to the speed; "
+          "narrow gaps (k = 1) give more and smaller steps, "
+          "and unequal gaps raise the step rate near the object.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed, Sabotage::kGrownBodies},
           run};
 }

@@ -132,9 +132,9 @@ void run(Report& report, const Settings& settings) {
   report.check("slowest swing: rms deviation from G·v·∫ μ r², share of its rms",
                std::sqrt(square / ideal_square), 0.0, 0.05, "");
   report.difference(
-      "The thesis does not print the speeds of figure 5.24; ours are 1, 2, 4 and 8 °/s. It clamps in the "
-      "workspace model, ours "
-      "on the master, joint by joint: the coefficients that cross the network stay true.");
+      "The thesis does not print the speeds of figure 5.24; ours are 1, 2, 4 and 8 °/s. "
+      "It clamps in the workspace model, ours on the master, joint by joint: "
+      "the coefficients that cross the network stay true.");
 }
 
 }  // namespace
@@ -143,9 +143,9 @@ Experiment pffb_speed() {
   return {"pffb-speed",
           "The phantom's feedback at several speeds",
           "figure 5.24",
-          "Where the feedback sets in depends on the place alone, not on the speed; greater speed gives "
-          "greater feedback, which grows as μ "
-          "is programmed; it never exceeds the clamp of 2.2 kg·cm.",
+          "Where the feedback sets in depends on the place alone, not on the speed; "
+          "greater speed gives greater feedback, which grows as μ is programmed; "
+          "it never exceeds the clamp of 2.2 kg·cm.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed},
           run};
 }

@@ -238,10 +238,10 @@ Experiment pgd() {
   return {"pgd",
           "Principal gradient: where the object lies",
           "figures 6.16–6.18",
-          "The principal gradient vector points to the object; along the cube's upper edge it tilts down, "
-          "along the lower edge up, at "
-          "middle height not at all; its strength tells closeness; motions are classed as safe, neutral or "
-          "dangerous by their angle to it.",
+          "The principal gradient vector points to the object; "
+          "along the cube's upper edge it tilts down, along the lower edge up, "
+          "at middle height not at all; its strength tells closeness; "
+          "motions are classed as safe, neutral or dangerous by their angle to it.",
           {Sabotage::kConstantMu},
           run};
 }

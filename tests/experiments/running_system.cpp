@@ -201,9 +201,9 @@ void run(Report& report, const Settings& settings) {
                static_cast<double>(kLeastInBin), INFINITY, "");
   report.check("exit code of dds_recorder check", checked, 0, 0, "");
   report.difference(
-      "The thesis shows the swing on its rig; ours is made by wva_server, slave_io, phantom_sensing and "
-      "master_io as they are shipped, with simulated drives, and taken from what dds_recorder wrote. The "
-      "samples are joined by the echoes that they carry.");
+      "The thesis shows the swing on its rig; ours is made by wva_server, slave_io, "
+      "phantom_sensing and master_io as they are shipped, with simulated drives, "
+      "and taken from what dds_recorder wrote. The samples are joined by the echoes that they carry.");
 }
 
 }  // namespace
@@ -212,8 +212,8 @@ Experiment running_system() {
   return {"running-system",
           "The swing to the bar, made by the running processes",
           "figure 5.24, section 5.3.1",
-          "The feedback on the master is the drag of the slave's pose times the master's own speed, sets in "
-          "where the outermost layer begins, and never pushes.",
+          "The feedback on the master is the drag of the slave's pose times the master's own speed, "
+          "sets in where the outermost layer begins, and never pushes.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne},
           run};
 }

@@ -140,9 +140,8 @@ void run(Report& report, const Settings& settings) {
   report.check("saddle between the peaks as a share of them, linear less nonlinear",
                saddle_share(walks[0][0]) - saddle_share(walks[1][0]), 0.05, 1, "");
   report.difference(
-      "Table 4.2 prints nine weights for a fading memory of ten: the tenth is taken as 0. \"No delay\" of "
-      "case IV is a lag of one voxel, "
-      "the least that a mean of three can have.");
+      "Table 4.2 prints nine weights for a fading memory of ten: the tenth is taken as 0. "
+      "\"No delay\" of case IV is a lag of one voxel, the least that a mean of three can have.");
 }
 
 }  // namespace
@@ -151,9 +150,9 @@ Experiment smoothing() {
   return {"smoothing",
           "Smoothing by memory",
           "figures 4.36–4.43, table 4.2",
-          "Case I has large steps and no delay, II is smooth with a large delay, III smooth with a moderate "
-          "one, IV finely stepped "
-          "with none to speak of; nonlinear coding saves effort (area) and separates the peaks.",
+          "Case I has large steps and no delay, II is smooth with a large delay, "
+          "III smooth with a moderate one, IV finely stepped with none to speak of; "
+          "nonlinear coding saves effort (area) and separates the peaks.",
           {Sabotage::kConstantMu},
           run};
 }

@@ -89,9 +89,8 @@ Experiment speed() {
   return {"speed",
           "Drag and speed",
           "figure 4.34",
-          "In the same neighbourhood and on the same path the drag grows with the speed; where it begins and "
-          "where it steps does "
-          "not depend on the speed.",
+          "In the same neighbourhood and on the same path the drag grows with the speed; "
+          "where it begins and where it steps does not depend on the speed.",
           {Sabotage::kConstantMu, Sabotage::kLayersOffByOne, Sabotage::kIgnoredSpeed},
           run};
 }

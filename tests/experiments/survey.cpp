@@ -107,8 +107,8 @@ void bad_nodes(Report& report, const Scene& scene, const Settings& settings) {
     off_m = std::max(off_m, std::abs(node.off_plane_m - kBad_m[i]));
   }
   Plot& plot = report.plot("nodes",
-                           "Error aid on the end of the block: range of node 3 is 6 mm too long, of node 5 2 "
-                           "mm too short\nstand-off 3.5 m, block of 40 × 25 × 30 cm",
+                           "Error aid on the end of the block: range of node 3 is 6 mm too long, "
+                           "of node 5 2 mm too short\nstand-off 3.5 m, block of 40 × 25 × 30 cm",
                            2);
   plot.panel("normals of the corners (figure A.15)", "number of the node",
              "departure from the face's normal [°]")
@@ -240,12 +240,11 @@ void run(Report& report, const Settings& settings) {
   plot_clusters(report, wedge, settings);
   fits(report, wedge, settings);
   report.difference(
-      "The thesis shows single measurements; ours are many, with the errors of its instrument, and the "
-      "displacement is that of the "
-      "model's worst point. Beside its fit in four steps ours refines by least squares over all corners, "
-      "weighted by their "
-      "errors. With ±2.5 mm on every range an error of 2 mm at node 5 is no error: it is found with an "
-      "instrument that can tell it.");
+      "The thesis shows single measurements; ours are many, with the errors of its instrument, "
+      "and the displacement is that of the model's worst point. "
+      "Beside its fit in four steps ours refines by least squares over all corners, "
+      "weighted by their errors. With ±2.5 mm on every range an error of 2 mm at node 5 is no error: "
+      "it is found with an instrument that can tell it.");
 }
 
 }  // namespace
@@ -254,9 +253,9 @@ Experiment survey_fit() {
   return {"survey",
           "Placing a part by a few laser points",
           "figures A.16–A.21",
-          "Normals at a face's corners betray a bad range; a larger triangle for the face's normal gives "
-          "less error after fitting, refinement "
-          "over all corners less than either; a guard of j ≤ 2 voxels covers what is left.",
+          "Normals at a face's corners betray a bad range; "
+          "a larger triangle for the face's normal gives less error after fitting, "
+          "refinement over all corners less than either; a guard of j ≤ 2 voxels covers what is left.",
           {Sabotage::kIgnoredOffset},
           run};
 }

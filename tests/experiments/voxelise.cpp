@@ -156,8 +156,8 @@ void run(Report& report, const Settings& settings) {
   const Voxels wedge = voxels_of(all[0].mesh, voxel_m, settings),
                cone = voxels_of(all[1].mesh, voxel_m, settings);
   Plot& drawn = report.plot("sections",
-                            "Voxels of 4 mm: wedge block 200 × 140 × 120 mm with a groove 70 mm deep; cone "
-                            "of radius 80 mm, height 160 mm",
+                            "Voxels of 4 mm: wedge block 200 × 140 × 120 mm with a groove 70 mm deep; "
+                            "cone of radius 80 mm, height 160 mm",
                             2);
   draw_section(report, drawn, "wedge, across the groove (figure 4.13)", "wedge_xz", wedge, 1, 0.0);
   draw_section(report, drawn, "wedge, above the groove's bottom", "wedge_xy", wedge, 2, 0.03);
@@ -171,8 +171,8 @@ void run(Report& report, const Settings& settings) {
   const double section_error_vox = compare_sections(table, cone, wedge);
   report
       .plot("section_sizes",
-            "Size of horizontal sections by the voxels of 4 mm whose centres are inside, against the shape's "
-            "formula")
+            "Size of horizontal sections by the voxels of 4 mm whose centres are inside, "
+            "against the shape's formula")
       .panel("", "height above the middle [mm]", "size [mm]")
       .series(table, "height [mm]", "cone radius, exact [mm]", "cone radius, exact")
       .series(table, "height [mm]", "cone radius, voxels [mm]", "cone radius, voxels", Style::kPoints)

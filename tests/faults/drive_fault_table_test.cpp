@@ -215,8 +215,8 @@ TEST_P(DriveFaultTable, EveryFaultInEveryStateIsNamedAndHeldOrCoastedWithoutAJum
   const bool hold = GetParam() == FaultReaction::kHold;
   std::ostringstream table;
   table << "Drives on CAN at 500 Hz, reaction " << (hold ? "hold" : "coast")
-        << ": the fault is one drive's (or its bus's); how far a sound drive went on within 0.6 s is in the "
-           "last column.\n\n"
+        << ": the fault is one drive's (or its bus's); "
+           "how far a sound drive went on within 0.6 s is in the last column.\n\n"
         << "| fault | master was | slave | master | cause | told | mrad |\n|---|---|---|---|---|---|---|\n";
   for (const DriveFault& fault : faults()) {
     for (const LinkState state : kStates) {
@@ -275,8 +275,8 @@ TEST(DriveFaults, ConfigurationsThatCannotServeAreRefusedByFileLineAndKey) {
       {"a bus over its budget", "rate_Hz: 500 ", "rate_Hz: 1000 ", "at most 85 %"},
   };
   std::ofstream table(std::string(PHANTOM_REPORT_DIR) + "/fault_table_refused.md");
-  table << "Refused at the start (exit code 2), before any drive is spoken to.\n\n| fault | told "
-           "|\n|---|---|\n";
+  table
+      << "Refused at the start (exit code 2), before any drive is spoken to.\n\n| fault | told |\n|---|---|\n";
   for (const Case& c : cases) {
     const auto file = slave_io::changed(c.from, c.to, slave_io::kCanFile);
     try {

@@ -10,11 +10,7 @@ namespace {
 // Loopback alone; peers by address, so that it depends on no multicast.
 constexpr const char* kConfiguration =
     "<CycloneDDS><Domain id='any'><General><Interfaces><NetworkInterface address='127.0.0.1' "
-    "multicast='false'/></Interfaces>"
-    "<AllowMulticast>false</AllowMulticast><MaxMessageSize>65000B</MaxMessageSize></General>"
-    "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>30</"
-    "MaxAutoParticipantIndex>"
-    "<Peers><Peer address='127.0.0.1'/></Peers></Discovery></Domain></CycloneDDS>";
+    "multicast='false'/></Interfaces><AllowMulticast>false</AllowMulticast><MaxMessageSize>65000B</MaxMessageSize></General><Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>30</MaxAutoParticipantIndex><Peers><Peer address='127.0.0.1'/></Peers></Discovery></Domain></CycloneDDS>";
 
 std::int32_t made(std::int32_t entity, const std::string& what) {
   if (entity < 0) throw std::runtime_error("Cyclone DDS: " + what + ": " + dds_strretcode(-entity));

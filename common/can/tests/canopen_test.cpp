@@ -199,9 +199,9 @@ TEST(DriveConfig, ABusOverItsBudgetIsRefusedWithTheNumbers) {
   EXPECT_EQ(load.frames_per_cycle, 19);
   EXPECT_DOUBLE_EQ(load.bits_per_s, 2305e3 + 7 * 65 / 0.02);
   EXPECT_EQ(check(config).message(),
-            "bus 0: 6 drives need 19 frames, 2.305 ms, in each cycle of 1 ms: 2328 kbit/s with heartbeats, "
-            "232.8 % of "
-            "1000 kbit/s; allowed: at most 85 %. Use a longer period, measure_every, or more buses");
+            "bus 0: 6 drives need 19 frames, 2.305 ms, in each cycle of 1 ms: "
+            "2328 kbit/s with heartbeats, 232.8 % of 1000 kbit/s; allowed: at most 85 %. "
+            "Use a longer period, measure_every, or more buses");
   config.bit_rates = {1e6, 1e6, 1e6};  // two drives to a bus
   for (std::size_t a = 0; a < 6; ++a) config.axes[a].bus = a / 2;
   config.timing.measure_every = 4;

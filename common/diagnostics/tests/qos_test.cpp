@@ -116,8 +116,8 @@ TEST(QosText, SaysWhatDepartsFromTheDefault) {
   qos.lifespan_ns = 1000 * kMs;
   qos.partitions = {"", "b"};
   EXPECT_EQ(qos_text(qos),
-            "best effort, volatile, deadline 20 ms, liveliness manual by topic, lease 200 ms, lifespan 1 s, "
-            "partition default, 'b'");
+            "best effort, volatile, deadline 20 ms, liveliness manual by topic, lease 200 ms, "
+            "lifespan 1 s, partition default, 'b'");
 }
 
 TEST(DurationText, UsesTheUnitThatReadsBest) {

@@ -152,8 +152,8 @@ void expect_side_is_checked(const Message& good) {
     EXPECT_EQ(refusal([&](auto& m) { m.position_rad()[2] = q; }), "") << q;
   for (const double q : {1.101, -1.101, 1.11, 3.0, -1e9}) {
     EXPECT_THAT(refusal([&](auto& m) { m.position_rad()[2] = q; }),
-                testing::MatchesRegex("position_rad\\[2\\] \\(j3\\) is .*; allowed: -1 to 1 and 5 % of that "
-                                      "range beyond"));
+                testing::MatchesRegex(
+                    "position_rad\\[2\\] \\(j3\\) is .*; allowed: -1 to 1 and 5 % of that range beyond"));
   }
   EXPECT_EQ(refusal([](auto& m) { m.position_rad()[6] = 1e3; }), "") << "that joint has no limits";
 }

@@ -191,8 +191,7 @@ TEST_F(CellObjects, ProfilesByMultiplePassCylinder) {
   const std::string pipes = "mpc: {cylinder_diameter_m: 0.05, fluid_viscosity_Pa_s: 0.1, gamma: ";
   const std::string three =
       ", pipes: [{diameter_m: 0.01, length_m: 0.1, gap_m: 0.01}, {diameter_m: 0.01, length_m: 0.1, gap_m: "
-      "0.01},"
-      " {diameter_m: 0.01, length_m: 0.1, gap_m: 0.02}]}";
+      "0.01}, {diameter_m: 0.01, length_m: 0.1, gap_m: 0.02}]}";
   const auto stepped = profile(pipes + "stepped" + three);
   EXPECT_THAT(stepped.thickness_vox, ElementsAre(2, 2, 4));
   EXPECT_NEAR(stepped.mu_Pa_s_per_m.at(0), 157.08F, 0.01F);
@@ -252,9 +251,11 @@ TEST_F(CellObjects, EachFaultOfAProfileIsNamed) {
   EXPECT_THAT(profile_refused("function: {mu: \"exp(-x)\", reach_m: 0.1}"),
               HasSubstr("'x' is not known; allowed: d pi e"));
   EXPECT_THAT(profile_refused("function: {mu: \"exp(-d)\", reach_m: 2}"), HasSubstr("98 layers at most"));
-  EXPECT_THAT(profile_refused("mpc: {cylinder_diameter_m: 0.05, fluid_viscosity_Pa_s: 0.1, pipes: "
-                              "[{diameter_m: 0.1, length_m: 0.1, gap_m: 0.01}]}"),
-              HasSubstr("pipe 1 of diameter 0.1 m; allowed: above 0, up to the cylinder's"));
+  EXPECT_THAT(
+      profile_refused(
+          "mpc: {cylinder_diameter_m: 0.05, fluid_viscosity_Pa_s: 0.1, pipes: [{diameter_m: 0.1, length_m: "
+          "0.1, gap_m: 0.01}]}"),
+      HasSubstr("pipe 1 of diameter 0.1 m; allowed: above 0, up to the cylinder's"));
   EXPECT_THAT(profile_refused("mpc: {cylinder_diameter_m: 0.05, fluid_viscosity_Pa_s: 0.1}"),
               HasSubstr("no pipes"));
   EXPECT_THAT(profile_refused("thickness_vox: [300], mu_Pa_s_per_m: [10]"),

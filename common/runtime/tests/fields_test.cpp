@@ -85,9 +85,8 @@ Cart cart(const std::string& yaml) {
 TEST(Fields, ReadEveryKindAndLeaveTheMemberWhereAKeyIsMissing) {
   const Cart all = cart(
       "length_mm: 500\nangle_deg: 30\nride: {pause_s: 0.2, seats: 3, bell: false, mood: brisk, joints: "
-      "{right: "
-      "{gain: 3}}}\nname: Ann\nweights: [0.5, 1]\nseat_m: [1, 2, 3]\nwheels: [{node: 7}, {node: 8, radius_m: "
-      "0.3}]\nbrake: {force_N: 9}\n");
+      "{right: {gain: 3}}}\nname: Ann\nweights: [0.5, 1]\nseat_m: [1, 2, 3]\nwheels: [{node: 7}, {node: "
+      "8, radius_m: 0.3}]\nbrake: {force_N: 9}\n");
   EXPECT_DOUBLE_EQ(all.length_m, 0.5);
   EXPECT_DOUBLE_EQ(all.angle_rad, 0.3);
   EXPECT_EQ(all.pause_ns, 200'000'000);

@@ -80,8 +80,8 @@ TEST_P(EveryPart, WhatIsAcceptedLiesWithinTwoVoxelsOfACentimetreAndWithinWhatIsS
                                         shipped_names().begin());
   const Tally t = run(part, ErrorLaw::kUniform, 400, seed);
   std::printf(
-      "%-15s accepted %d of %d, wrong part %d, within 2 voxels %d, within stated %d; worst %.1f mm, stated "
-      "up to %.1f mm, NEES/6 %.3f\n",
+      "%-15s accepted %d of %d, wrong part %d, within 2 voxels %d, within stated %d; "
+      "worst %.1f mm, stated up to %.1f mm, NEES/6 %.3f\n",
       part.name.c_str(), t.accepted, t.runs, t.wrong_part, t.within_two_voxels, t.within_stated,
       1e3 * t.worst_m, 1e3 * t.stated_m, t.squared_error / std::max(1, t.accepted) / 6);
   EXPECT_GT(t.accepted, t.runs / 4);

@@ -206,8 +206,9 @@ TEST(FeedbackLimits, ARefusalNamesTheJointThatBearsLeastAndWhatItSaysIsAccepted)
   };
   core::JointArray all{};
   all.fill(10.0);
-  EXPECT_THAT(why(all), testing::StartsWith("1/A 10 is not stable on j2_shoulder with law sctfb and 4 ms "
-                                            "delay; allowed: up to 0.01"));
+  EXPECT_THAT(why(all),
+              testing::StartsWith(
+                  "1/A 10 is not stable on j2_shoulder with law sctfb and 4 ms delay; allowed: up to 0.01"));
   for (const double ratio : {1.0, 3.0}) {
     const std::string text = why(all, ratio);
     core::JointArray told{};

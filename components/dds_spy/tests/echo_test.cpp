@@ -34,9 +34,8 @@ TEST(Echo, ShowsASampleAsTextAndAsJson) {
   const auto graph = graph_of("m::Note");
   EXPECT_EQ(Echo(false, 0, 0).take(note(1), graph), "--- note from acme, number 7, 12 octets\nx: 0.5\n");
   EXPECT_EQ(Echo(true, 0, 0).take(note(1), graph),
-            "{\"topic\":\"note\",\"type\":\"m::Note\",\"writer\":\"acme\",\"number\":7,\"received_utc_ns\":0,"
-            "\"source_utc_ns\":0,"
-            "\"size\":12,\"sample\":{\"x\":0.5}}\n");
+            "{\"topic\":\"note\",\"type\":\"m::Note\",\"writer\":\"acme\",\"number\":7,"
+            "\"received_utc_ns\":0,\"source_utc_ns\":0,\"size\":12,\"sample\":{\"x\":0.5}}\n");
 }
 
 TEST(Echo, ShowsOctetsOfWhatItCannotDecode) {

@@ -86,12 +86,12 @@ TEST_F(SystemViewTest, ALateSampleSaysWhetherTheWriterWasLate) {
   view.on_sample(sample(2, 1030 * core::kNsPerMillisecond, 1029 * core::kNsPerMillisecond));
   view.on_sample(sample(3, 1070 * core::kNsPerMillisecond, 1030 * core::kNsPerMillisecond));
   EXPECT_EQ(all(),
-            "deadline_missed slave_state slave_io (process 1001): 30.0 ms between two samples (deadline "
-            "offered: 20 ms); "
-            "they were made 30.0 ms apart: the writer was late\n"
-            "deadline_missed slave_state slave_io (process 1001): 40.0 ms between two samples (deadline "
-            "offered: 20 ms); "
-            "they were made 1.0 ms apart: held up on the way or in this process\n");
+            "deadline_missed slave_state slave_io (process 1001): "
+            "30.0 ms between two samples (deadline offered: 20 ms); they were made 30.0 ms apart: "
+            "the writer was late\n"
+            "deadline_missed slave_state slave_io (process 1001): "
+            "40.0 ms between two samples (deadline offered: 20 ms); they were made 1.0 ms apart: "
+            "held up on the way or in this process\n");
   EXPECT_EQ(view.writers().begin()->second.deadlines_missed, 3u);
 }
 
@@ -102,8 +102,8 @@ TEST_F(SystemViewTest, ASilenceIsToldWhileItLasts) {
   view.look(1500 * core::kNsPerMillisecond, kUtc);
   view.look(1600 * core::kNsPerMillisecond, kUtc);
   EXPECT_EQ(all(),
-            "deadline_missed slave_state slave_io (process 1001): nothing for 500.0 ms (deadline offered: 20 "
-            "ms)\n");
+            "deadline_missed slave_state slave_io (process 1001): nothing for 500.0 ms (deadline offered: "
+            "20 ms)\n");
   view.on_sample(sample(2, 2000 * core::kNsPerMillisecond, 2000 * core::kNsPerMillisecond));
   EXPECT_EQ(told.back().kind, EventKind::kDeadlineMet);
 }
@@ -120,8 +120,8 @@ TEST_F(SystemViewTest, GapsSkipsAndRestartsAreTold) {
   EXPECT_EQ(all(),
             "gap slave_state slave_io (process 1001): 3 samples did not come before number 5\n"
             "skip slave_state slave_io (process 1001): the writer left out 2 numbers of its stamp before 8\n"
-            "restart slave_state slave_io (process 1001): a new session of the writer's process, "
-            "00000000000000ab\n");
+            "restart slave_state slave_io (process 1001): "
+            "a new session of the writer's process, 00000000000000ab\n");
 }
 
 TEST_F(SystemViewTest, ANewReaderOfTheSpyMakesNoGap) {
@@ -138,8 +138,8 @@ TEST_F(SystemViewTest, LivelinessIsToldWithItsLease) {
   view.on_liveliness(guid(1, 2), true, kUtc);
   ASSERT_EQ(told.size(), 2u);
   EXPECT_EQ(told[0].text,
-            "no proof of life for the lease of 200 ms (manual by topic): the writer hangs, was killed or is "
-            "cut off");
+            "no proof of life for the lease of 200 ms (manual by topic): "
+            "the writer hangs, was killed or is cut off");
   EXPECT_EQ(told[1].kind, EventKind::kLivelinessBack);
 }
 
@@ -154,11 +154,9 @@ TEST_F(SystemViewTest, AMismatchIsToldOnceAndAgainAfterItWasGone) {
                : 0;
   };
   EXPECT_EQ(mismatches(), 1u);
-  EXPECT_NE(
-      all().find(
-          "qos_mismatch slave_state slave_io (process 1001) → master_io (process 1002): do not communicate: "
-          "deadline, offered 20 ms, requested 5 ms; see dds_spy qos"),
-      std::string::npos)
+  EXPECT_NE(all().find("qos_mismatch slave_state slave_io (process 1001) → master_io (process 1002): "
+                       "do not communicate: deadline, offered 20 ms, requested 5 ms; see dds_spy qos"),
+            std::string::npos)
       << all();
   view.on_endpoint(reader, Change::kLeft, kUtc);
   view.on_endpoint(reader, Change::kAppeared, kUtc);

@@ -248,15 +248,15 @@ TEST(ProbeCommand, GivesTheLiteralSumsOnForeignArms) {
     const auto arm = robot::SerialArm::from_urdf(urdf, foreign.tip, {});
     ASSERT_TRUE(arm) << arm.status().message();
     std::ofstream file(cell);
-    file << "name: foreign\n"
-            "workspace: {min_m: [-1.2, -1.2, -1.2], max_m: [1.2, 1.2, 1.2], voxel_size_m: 0.02}\n"
-            "profile: {thickness_vox: [6, 6, 6, 6], mu_Pa_s_per_m: [32, 20, 13, 9]}\n"
-            "objects:\n"
-            "  - {name: ball, primitive: {sphere: {radius_m: 0.3}}, pose: {xyz_m: [0.5, 0.2, 0.4]}}\n"
-            "  - {name: block, primitive: {box: {size_m: [0.3, 0.4, 0.5]}}, pose: {xyz_m: [-0.4, -0.5, "
-            "0.3]}}\n"
-            "arms:\n  - name: foreign\n    urdf: "
-         << urdf.filename().string() << "\n    tip_link: " << foreign.tip << "\n    home: [";
+    file
+        << "name: foreign\n"
+           "workspace: {min_m: [-1.2, -1.2, -1.2], max_m: [1.2, 1.2, 1.2], voxel_size_m: 0.02}\n"
+           "profile: {thickness_vox: [6, 6, 6, 6], mu_Pa_s_per_m: [32, 20, 13, 9]}\n"
+           "objects:\n"
+           "  - {name: ball, primitive: {sphere: {radius_m: 0.3}}, pose: {xyz_m: [0.5, 0.2, 0.4]}}\n"
+           "  - {name: block, primitive: {box: {size_m: [0.3, 0.4, 0.5]}}, pose: {xyz_m: [-0.4, -0.5, 0.3]}}\n"
+           "arms:\n  - name: foreign\n    urdf: "
+        << urdf.filename().string() << "\n    tip_link: " << foreign.tip << "\n    home: [";
     for (std::size_t j = 0; j < arm->joint_count(); ++j) {
       const robot::Joint& joint = arm->joints()[j];
       file << (j == 0 ? "" : ", ") << std::clamp(0.0, joint.lower, joint.upper);
@@ -264,9 +264,9 @@ TEST(ProbeCommand, GivesTheLiteralSumsOnForeignArms) {
     file << "]\n    skin:\n";
     for (std::size_t l = 1; l < arm->links().size(); ++l) {
       file << "      - {link: " << arm->links()[l].name
-           << ", segments: [{offset_m: 0, length_m: 0.25, from_radius_m: 0.06, to_radius_m: 0.04, spin_deg: "
-              "10}],"
-              " axes: [{from_m: [0, 0, 0], to_m: [0.1, 0.05, 0], cluster: {reach_vox: 2}}]}\n";
+           << ", segments: [{offset_m: 0, length_m: 0.25, from_radius_m: 0.06, to_radius_m: "
+              "0.04, spin_deg: 10}], axes: [{from_m: [0, 0, 0], to_m: [0.1, 0.05, 0], cluster: {reach_vox: "
+              "2}}]}\n";
     }
     file.close();
     expect_literal(cell, "foreign", build_workspace(runtime::load_cell(cell)));

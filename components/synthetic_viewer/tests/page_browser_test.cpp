@@ -191,10 +191,10 @@ TEST_F(PageInChromium, EverythingCanBeDoneByKeyboard) {
 TEST_F(PageInChromium, OnlyShowsWhereCommandsAreSwitchedOff) {
   serve(false);
   ASSERT_TRUE(eventually([&] { return text("slave-state") == "COUPLED"; }));
-  EXPECT_EQ(browser_->run("return document.querySelectorAll('#commands button:not(:disabled), #commands "
-                          "input:not(:disabled), "
-                          "#commands select:not(:disabled), #stop:not(:disabled), #node:not(:disabled), "
-                          ".tools button:not(:disabled)').length"),
+  EXPECT_EQ(browser_->run(
+                "return document.querySelectorAll('#commands button:not(:disabled), #commands input:not"
+                "(:disabled), #commands select:not(:disabled), #stop:not(:disabled), #node:not(:disabled), "
+                ".tools button:not(:disabled)').length"),
             0);
   EXPECT_THAT(text("answer"), testing::HasSubstr("switched off"));
   browser_->run("document.getElementById('main-view').focus()");

@@ -67,8 +67,8 @@ TEST_F(Changes, AServerStartedAnewServesTheCellAsItWas) {
                    "",
                    0,
                    {},
-                   "# a dome\nname: \"dome \\\"2\\\"\"\nprimitive: {sphere: {radius_m: 0.06}}\npose: {xyz_m: "
-                   "[0.2, -0.2, 0.2]}\n"});
+                   "# a dome\nname: \"dome \\\"2\\\"\"\nprimitive: {sphere: {radius_m: 0.06}}\npose: "
+                   "{xyz_m: [0.2, -0.2, 0.2]}\n"});
   expect_same(started_anew(), live);
   carry_out(live, {Operation::kMove, "ball", 0, turned(0.7, {0.1, -0.1, 0.25}), "", 2});
   expect_same(started_anew(), live);
