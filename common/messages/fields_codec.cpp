@@ -84,7 +84,7 @@ void Decoder::place(const char* field, const msg::Vector3& from, Vector3& to) {
 void Decoder::pose(const char* field, const msg::Pose& from, geometry::Pose& to) {
   constexpr double kNormTolerance = 1e-3;
   Vector3 position_m{};
-  place(field, from.position_m(), position_m);
+  place(text(field, ".position_m").c_str(), from.position_m(), position_m);
   const Eigen::Vector4d quaternion(from.qx(), from.qy(), from.qz(), from.qw());
   const double norm = quaternion.norm();
   if (!(std::abs(norm - 1.0) <= kNormTolerance))

@@ -36,22 +36,6 @@ double RoundTrip::measure(const messages::DragField& field, core::Nanoseconds re
   return core::seconds(received_ns - made_ns);
 }
 
-void MasterReport::take(const MasterOutputs& made) noexcept {
-  outputs = made;
-  state = made.state;
-  stop = made.stop;
-  law = made.law;
-  percept_torque_Nm = made.percept_Nm;
-  feedback_torque_Nm = made.feedback_Nm;
-  percept_gain = made.percept_gain;
-  feedback_gain = made.feedback_gain;
-  percept_enabled = made.percept_enabled;
-  percept_limited = made.damping_limited || made.torque_limited;
-  feedback_limited = made.feedback_limited;
-  feedback_damped = made.feedback_damped;
-  force_missing = made.force_missing;
-}
-
 core::Status take_setting(const msg::OperatorCommand& command, const GainRules& rules, double round_trip_s,
                           Settings& settings) {
   const double value = command.value();

@@ -4,6 +4,22 @@
 
 namespace phantom::master_io {
 
+void MasterReport::take(const MasterOutputs& made) noexcept {
+  outputs = made;
+  state = made.state;
+  stop = made.stop;
+  law = made.law;
+  percept_torque_Nm = made.percept_Nm;
+  feedback_torque_Nm = made.feedback_Nm;
+  percept_gain = made.percept_gain;
+  feedback_gain = made.feedback_gain;
+  percept_enabled = made.percept_enabled;
+  percept_limited = made.damping_limited || made.torque_limited;
+  feedback_limited = made.feedback_limited;
+  feedback_damped = made.feedback_damped;
+  force_missing = made.force_missing;
+}
+
 Servo::Servo(const Config& config, const core::JointArray& home, Device& device, Inbox& inbox,
              std::uint64_t seed, teleop::StopStore& stops)
     : joint_count_(static_cast<std::uint32_t>(config.device.joint_count)),

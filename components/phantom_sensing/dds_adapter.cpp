@@ -13,6 +13,7 @@
 #include "common/dds/refusal_log.hpp"
 #include "common/dds/status_reporter.hpp"
 #include "common/messages/checked_reader.hpp"
+#include "common/messages/workspace_codec.hpp"
 #include "components/phantom_sensing/dds_adapter_messages.hpp"
 
 namespace phantom::phantom_sensing {
@@ -88,7 +89,7 @@ struct DdsAdapter::Impl {
     return readers && readers->slave.has_rival(core::monotonic_ns());
   }
 
-  void take_object(const msg::WorkspaceObject& sample, const dds::GuidPrefix& server);
+  void take_object(const messages::WorkspaceObject& object, const dds::GuidPrefix& server);
   void server_gone(const dds::GuidPrefix& server);
   bool second_server(core::Nanoseconds now_ns);
 
@@ -134,11 +135,11 @@ DdsAdapter::Impl::Readers::Readers(Impl& owner, SensingLoop& loop, WorkspaceKeep
       object(
           owner.participant, dds::kWorkspaceObject,
           [&owner](const msg::WorkspaceObject& sample, const dds::SampleInfo& info) {
-            owner.take_object(sample, info.writer);
+            if (const auto sound = messages::from_idl(sample)) owner.take_object(*sound, info.writer);
           },
           [&owner](const dds::GuidPrefix& server) { owner.server_gone(server); }) {}
 
-void DdsAdapter::Impl::take_object(const msg::WorkspaceObject& sample, const dds::GuidPrefix& server) {
+void DdsAdapter::Impl::take_object(const messages::WorkspaceObject& object, const dds::GuidPrefix& server) {
   const std::lock_guard lock(objects_mutex);
   auto told = std::find_if(objects.begin(), objects.end(),
                            [&](const NamedObjects& each) { return each.server == server; });
@@ -149,10 +150,10 @@ void DdsAdapter::Impl::take_object(const msg::WorkspaceObject& sample, const dds
     told = objects.insert(objects.end(), NamedObjects{server});
   }
   told->gone = false;
-  if (sample.mesh_hash() == 0) {  // removed
-    told->names.erase(sample.id());
+  if (object.removed()) {
+    told->names.erase(object.id);
   } else {
-    told->names[sample.id()] = sample.name().to_string();
+    told->names[object.id] = object.name;
   }
 }
 

@@ -8,6 +8,7 @@
 #include "common/dds/status_reporter.hpp"
 #include "common/messages/percept_codec.hpp"
 #include "common/messages/teleoperation_codec.hpp"
+#include "common/messages/workspace_codec.hpp"
 
 namespace phantom::phantom_session {
 namespace {
@@ -148,8 +149,9 @@ struct DdsAdapter::Impl {
       : participant("phantom_session", network),
         collector(into_collector),
         joints(into_joints),
-        objects(participant, dds::kWorkspaceObject, into([this](const msg::WorkspaceObject& o, double) {
-                  if (o.mesh_hash() != 0) collector.on_object_name(o.id(), o.name().to_string());
+        objects(participant, dds::kWorkspaceObject,
+                sound_into([this](const messages::WorkspaceObject& object, double) {
+                  if (!object.removed()) collector.on_object_name(object.id, object.name);
                 })),
         master(participant, dds::kMasterState, sound_into([this](const messages::MasterState& m, double t_s) {
                  collector.on_master(sample_of(m, t_s));

@@ -14,6 +14,7 @@
 #include "common/dds/status_reporter.hpp"
 #include "common/messages/percept_codec.hpp"
 #include "common/messages/teleoperation_codec.hpp"
+#include "common/messages/workspace_codec.hpp"
 
 namespace phantom::synthetic_viewer {
 namespace {
@@ -189,13 +190,9 @@ void DdsAdapter::Impl::open_events() {
 void DdsAdapter::Impl::open_workspace() {
   objects.open(participant, dds::kWorkspaceObject,
                [this](const msg::WorkspaceObject& message, const dds::SampleInfo&) {
-                 if (message.mesh_hash() == 0) {
-                   inbox.put(ObjectGone{message.id()});
-                   return;
-                 }
-                 auto object = convert(message);
+                 const auto object = messages::from_idl(message);
                  if (!object) return objects.refuse();
-                 inbox.put(std::move(*object));
+                 inbox.put(object->removed() ? Event(ObjectGone{object->id}) : Event(*object));
                });
   versions.open(participant, dds::kWorkspaceVersion,
                 [this](const msg::WorkspaceVersion& message, const dds::SampleInfo&) {

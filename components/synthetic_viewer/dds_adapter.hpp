@@ -16,7 +16,6 @@ namespace phantom::synthetic_viewer {
 
 // From a message to the viewer's own type; nothing if a field is not finite or out of its range.
 // `received_ns` is left to the caller. Pure.
-std::optional<ObjectSample> convert(const msg::WorkspaceObject& message);
 std::optional<WorkspaceSample> convert(const msg::WorkspaceVersion& message);
 std::optional<MeshChunkSample> convert(const msg::MeshChunk& message);
 std::optional<ComponentSample> convert(const msg::ComponentStatus& message);

@@ -10,17 +10,9 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr double kFarthest_m = 1e4;  // beyond any cell: such a place is a fault
-
 bool finite(std::initializer_list<double> values) {
   return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
 }
-
-bool is_place(const msg::Vector3& v) {
-  return std::abs(v.x()) <= kFarthest_m && std::abs(v.y()) <= kFarthest_m && std::abs(v.z()) <= kFarthest_m;
-}
-
-Vector3 vector_of(const msg::Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
 bool is_stamped(const msg::Stamp& stamp) { return stamp.sequence_number() > 0; }
 
@@ -33,27 +25,6 @@ std::optional<To> enumerator(From value, To last) {
 }
 
 }  // namespace
-
-std::optional<ObjectSample> convert(const msg::WorkspaceObject& message) {
-  const msg::Pose& pose = message.X_WO();
-  const Eigen::Vector4d quaternion(pose.qx(), pose.qy(), pose.qz(), pose.qw());
-  const std::array<float, 3> colour{message.red(), message.green(), message.blue()};
-  const bool good_colour =
-      std::all_of(colour.begin(), colour.end(), [](float c) { return c >= 0 && c <= 1; });
-  if (message.id() == 0 || message.id() == 65535 || !good_colour || !is_place(pose.position_m()) ||
-      !(std::abs(quaternion.norm() - 1) <= 1e-3)) {
-    return std::nullopt;
-  }
-  ObjectSample sample;
-  sample.id = message.id();
-  sample.name = message.name().c_str();
-  sample.mesh_hash = message.mesh_hash();
-  const Vector3 place = vector_of(pose.position_m());
-  sample.X_WO = {geometry::rotation_from_quaternion(quaternion),
-                 Eigen::Vector3d(place[0], place[1], place[2])};
-  sample.colour = colour;
-  return sample;
-}
 
 std::optional<WorkspaceSample> convert(const msg::WorkspaceVersion& message) {
   if (message.version() == 0 || !(message.voxel_size_m() > 0 && message.voxel_size_m() <= 1))

@@ -10,6 +10,7 @@
 #include "common/geometry/pose.hpp"
 #include "common/messages/percept.hpp"
 #include "common/messages/teleoperation.hpp"
+#include "common/messages/workspace.hpp"
 
 namespace phantom::synthetic_viewer {
 
@@ -38,13 +39,7 @@ struct HitSample : messages::Received<messages::HitAlert> {
   PerceptSample percept;
 };
 
-struct ObjectSample {  // workspace_object
-  std::uint16_t id = 0;
-  std::string name;
-  std::uint64_t mesh_hash = 0;
-  geometry::Pose X_WO;
-  std::array<float, 3> colour{};
-};
+using ObjectSample = messages::WorkspaceObject;
 struct ObjectGone {
   std::uint16_t id = 0;
 };

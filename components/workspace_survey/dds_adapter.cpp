@@ -2,6 +2,7 @@
 
 #include "common/dds/endpoint.hpp"
 #include "common/dds/requester.hpp"
+#include "common/messages/workspace_codec.hpp"
 
 namespace phantom::workspace_survey {
 
@@ -37,17 +38,10 @@ std::optional<ServerWord> WorkspaceClient::add(const std::string& description, d
 
 std::optional<ServerWord> WorkspaceClient::move(const std::string& object, const geometry::Pose& X_WO,
                                                 int guard_vox, double timeout_s) {
-  const Eigen::Vector4d q = geometry::quaternion_xyzw(X_WO.rotation);
   msg::WorkspaceCommand command;
   command.operation(msg::WORKSPACE_MOVE);
   command.object(object);
-  command.X_WO().position_m().x(X_WO.translation_m.x());
-  command.X_WO().position_m().y(X_WO.translation_m.y());
-  command.X_WO().position_m().z(X_WO.translation_m.z());
-  command.X_WO().qx(q[0]);
-  command.X_WO().qy(q[1]);
-  command.X_WO().qz(q[2]);
-  command.X_WO().qw(q[3]);
+  command.X_WO(messages::to_idl(X_WO));
   command.sets_guard(true);
   command.guard_vox(static_cast<std::uint16_t>(guard_vox));
   return impl_->ask(std::move(command), timeout_s);

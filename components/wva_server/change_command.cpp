@@ -60,7 +60,7 @@ int missing(std::ostream& print, const core::NetworkOptions& network, double tim
 int list(const Listing& listing, std::ostream& print) {
   print << fmt::format("cell {}, version {}: {} objects in {} bricks\n", listing.cell, listing.version,
                        listing.objects.size(), listing.bricks);
-  for (const ListedObject& object : listing.objects) {
+  for (const messages::WorkspaceObject& object : listing.objects) {
     print << fmt::format("{:5}  {:<24}  \"{}\"\n", object.id, object.name, runtime::pose_text(object.X_WO));
   }
   return runtime::kExitDone;

@@ -109,14 +109,13 @@ DdsAdapter::~DdsAdapter() = default;
 
 void DdsAdapter::publish_object(const ServedObject& object, std::size_t chunk_bytes) {
   if (!impl_->meshes.contains(object.mesh_hash)) impl_->publish_mesh(object, chunk_bytes);
-  write(impl_->objects, to_message(object), "workspace_object");
+  const messages::WorkspaceObject told{object.id, object.config.name, object.mesh_hash, object.config.X_WO,
+                                       object.config.colour};
+  write(impl_->objects, messages::to_idl(told), "workspace_object");
 }
 
 void DdsAdapter::withdraw_object(std::uint16_t id) {
-  msg::WorkspaceObject message;
-  message.id(id);
-  message.mesh_hash(0);
-  write(impl_->objects, message, "workspace_object");
+  write(impl_->objects, messages::to_idl(messages::WorkspaceObject{.id = id}), "workspace_object");
 }
 
 void DdsAdapter::publish_change(const LiveCell& cell, const layers::WorkspaceChange& change, int threads) {

@@ -42,7 +42,7 @@ std::optional<Listing> CommandClient::list(double timeout_s) {
   std::mutex mutex;
   std::condition_variable changed;
   Listing listing;
-  std::map<std::uint16_t, ListedObject> objects;
+  std::map<std::uint16_t, messages::WorkspaceObject> objects;
   double served_version = 0.0, served_objects = -1.0;  // as wva_server says
   const auto under_lock = [&](auto take) {
     return [&, take](const auto& sample, const dds::SampleInfo&) {
@@ -59,14 +59,13 @@ std::optional<Listing> CommandClient::list(double timeout_s) {
                                                 listing.version = version.version();
                                                 listing.bricks = version.brick_count();
                                               }));
-  dds::Reader<msg::WorkspaceObject> objects_reader(
-      impl_->participant, dds::kWorkspaceObject, under_lock([&](const msg::WorkspaceObject& object) {
-        if (object.mesh_hash() == 0) {
-          objects.erase(object.id());
-        } else {
-          objects[object.id()] = {object.id(), object.name().c_str(), pose_of(object.X_WO())};
-        }
-      }));
+  dds::Reader<msg::WorkspaceObject> objects_reader(impl_->participant, dds::kWorkspaceObject,
+                                                   under_lock([&](const msg::WorkspaceObject& object) {
+                                                     const auto told = messages::from_idl(object);
+                                                     if (!told) return;
+                                                     objects.erase(told->id);
+                                                     if (!told->removed()) objects[told->id] = *told;
+                                                   }));
   dds::Reader<msg::ComponentStatus> statuses(impl_->participant, dds::kComponentStatus,
                                              under_lock([&](const msg::ComponentStatus& status) {
                                                if (status.component_name() != "wva_server") return;

@@ -7,23 +7,17 @@
 #include <vector>
 
 #include "common/core/network.hpp"
+#include "common/messages/workspace.hpp"
 #include "components/wva_server/cell_request.hpp"
 
 namespace phantom::wva_server {
-
-/// An object as `command list` tells it.
-struct ListedObject {
-  std::uint16_t id = 0;
-  std::string name;
-  geometry::Pose X_WO;
-};
 
 /// What a running wva_server serves.
 struct Listing {
   std::string cell;
   std::uint64_t version = 0;
   std::uint32_t bricks = 0;
-  std::vector<ListedObject> objects;
+  std::vector<messages::WorkspaceObject> objects;
 };
 
 /// The other end of workspace_command: for who asks for a change. One thread.

@@ -2,66 +2,12 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <cmath>
-
 namespace phantom::wva_server {
 namespace {
 
 constexpr std::size_t kNameBound = 64, kMessageBound = 1024, kDescriptionBound = 16384;  // idl
 
-msg::Vector3 vector_of(const Eigen::Vector3d& v) {
-  msg::Vector3 message;
-  message.x(v.x());
-  message.y(v.y());
-  message.z(v.z());
-  return message;
-}
-
-Eigen::Vector3d place_of(const msg::Pose& pose) {
-  return {pose.position_m().x(), pose.position_m().y(), pose.position_m().z()};
-}
-Eigen::Vector4d quaternion_of(const msg::Pose& pose) { return {pose.qx(), pose.qy(), pose.qz(), pose.qw()}; }
-
-std::string refusal(const msg::Pose& pose) {
-  constexpr double kFarthest_m = 1e6;
-  const Eigen::Vector3d p = place_of(pose);
-  if (!(p.cwiseAbs().array() < kFarthest_m).all())
-    return fmt::format("X_WO.position_m is ({}, {}, {}); allowed: finite, less than 1e6 m", p.x(), p.y(),
-                       p.z());
-  const double norm = quaternion_of(pose).norm();
-  if (!(std::abs(norm - 1.0) <= 1e-3))
-    return fmt::format("X_WO's quaternion has length {}; allowed: 1", norm);
-  return {};
-}
-
 }  // namespace
-
-msg::Pose to_message(const geometry::Pose& X) {
-  const Eigen::Vector4d q = geometry::quaternion_xyzw(X.rotation);
-  msg::Pose message;
-  message.position_m(vector_of(X.translation_m));
-  message.qx(q[0]);
-  message.qy(q[1]);
-  message.qz(q[2]);
-  message.qw(q[3]);
-  return message;
-}
-
-geometry::Pose pose_of(const msg::Pose& message) {
-  return {geometry::rotation_from_quaternion(quaternion_of(message)), place_of(message)};
-}
-
-msg::WorkspaceObject to_message(const ServedObject& object) {
-  msg::WorkspaceObject message;
-  message.id(object.id);
-  message.name(object.config.name.substr(0, kNameBound));
-  message.mesh_hash(object.mesh_hash);
-  message.X_WO(to_message(object.config.X_WO));
-  message.red(object.config.colour[0]);
-  message.green(object.config.colour[1]);
-  message.blue(object.config.colour[2]);
-  return message;
-}
 
 msg::WorkspaceVersion version_message(const std::string& cell, const workspace::Workspace& workspace,
                                       std::uint64_t hash) {
@@ -69,7 +15,9 @@ msg::WorkspaceVersion version_message(const std::string& cell, const workspace::
   msg::WorkspaceVersion message;
   message.cell(cell.substr(0, kNameBound));
   message.version(workspace.version);
-  message.origin_m(vector_of(grid.origin_m));
+  message.origin_m().x(grid.origin_m.x());
+  message.origin_m().y(grid.origin_m.y());
+  message.origin_m().z(grid.origin_m.z());
   message.voxel_size_m(grid.voxel_size_m);
   message.size_x_vox(static_cast<std::uint32_t>(grid.size_vox[0]));
   message.size_y_vox(static_cast<std::uint32_t>(grid.size_vox[1]));
@@ -92,7 +40,7 @@ std::string refusal(const msg::WorkspaceCommand& message) {
   if (message.operation() != msg::WORKSPACE_MOVE) return "";
   if (message.sets_guard() && message.guard_vox() > 100)
     return fmt::format("guard_vox is {}; allowed: 0 to 100 voxels", message.guard_vox());
-  return refusal(message.X_WO());
+  return messages::pose_of("X_WO", message.X_WO()).status().message();
 }
 
 Request to_request(const msg::WorkspaceCommand& message) {
@@ -104,10 +52,9 @@ Request to_request(const msg::WorkspaceCommand& message) {
   command.object = message.object().c_str();
   command.id = message.id();
   command.description = message.description().c_str();
-  if (message.operation() == msg::WORKSPACE_MOVE && refusal(message.X_WO()).empty())
-    command.X_WO = pose_of(message.X_WO());
-  if (message.operation() == msg::WORKSPACE_MOVE && message.sets_guard())
-    command.guard_vox = message.guard_vox();
+  if (message.operation() != msg::WORKSPACE_MOVE) return request;
+  if (const auto X_WO = messages::pose_of("X_WO", message.X_WO())) command.X_WO = *X_WO;
+  if (message.sets_guard()) command.guard_vox = message.guard_vox();
   return request;
 }
 
@@ -123,7 +70,7 @@ msg::WorkspaceCommand to_message(const CellCommand& command, const std::string& 
   message.operation(static_cast<msg::WorkspaceOperation>(command.operation));
   message.object(command.object);
   message.id(command.id);
-  message.X_WO(to_message(command.X_WO));
+  message.X_WO(messages::to_idl(command.X_WO));
   message.sets_guard(command.guard_vox.has_value());
   message.guard_vox(static_cast<std::uint16_t>(command.guard_vox.value_or(0)));
   message.description(command.description);

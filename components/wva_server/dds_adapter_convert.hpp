@@ -7,14 +7,12 @@
 
 #include "common/dds/stamp.hpp"
 #include "common/dds/topics.hpp"
+#include "common/messages/workspace_codec.hpp"
 #include "common/workspace/workspace_assembler.hpp"
 #include "components/wva_server/cell_request.hpp"
 
 namespace phantom::wva_server {
 
-msg::Pose to_message(const geometry::Pose& X);
-geometry::Pose pose_of(const msg::Pose& message);
-msg::WorkspaceObject to_message(const ServedObject& object);
 /// The version that commits `workspace`, whose content hash is `hash`.
 msg::WorkspaceVersion version_message(const std::string& cell, const workspace::Workspace& workspace,
                                       std::uint64_t hash);

@@ -214,7 +214,7 @@ TEST(ViewPoseCodec, ThereAndBackItIsTheSameAndWhatIsNoPoseIsRefused) {
   EXPECT_THAT(refusal([](auto& m) { m.X_WC().qw(m.X_WC().qw() + 0.5); }), HasSubstr("X_WC's quaternion"));
   EXPECT_THAT(refusal([](auto& m) { m.X_WC().qx(kNoNumbers[0]); }), HasSubstr("X_WC's quaternion"));
   EXPECT_THAT(refusal([](auto& m) { m.X_WC().position_m().y(kNoNumbers[0]); }),
-              HasSubstr("X_WC is not finite"));
+              HasSubstr("X_WC.position_m is not finite"));
   EXPECT_THAT(refusal([](auto& m) { m.look_at_m().z(kNoNumbers[0]); }), HasSubstr("look_at_m"));
   EXPECT_EQ(refusal([](auto& m) { m.node(15); }), "node is 15; allowed: 0 to 14");
   EXPECT_EQ(refusal([](auto& m) { m.view(static_cast<msg::ViewKind>(2)); }), "view is 2; allowed: 0 to 1");

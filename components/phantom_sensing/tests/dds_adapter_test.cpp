@@ -101,6 +101,7 @@ TEST(OverDds, CommandsAreCarriedOutOnceAndAnsweredEachTime) {
   vice.id(3);
   vice.name("vice");
   vice.mesh_hash(77);
+  vice.X_WO().qw(1);
   objects.write(vice);
   EXPECT_TRUE(dds::eventually([&] { return adapter.objects().size() == 1; }));
   EXPECT_EQ(adapter.objects().at(3), "vice");
@@ -224,6 +225,7 @@ class Server {
     named.id(1);
     named.name(object);
     named.mesh_hash(5);
+    named.X_WO().qw(1);
     objects_.write(named);
     commit(version, wall.grid().voxel_size_m);
   }

@@ -16,26 +16,6 @@ bool refused(T message, Change change) {
   return !convert(message).has_value();
 }
 
-TEST(Conversion, WorkspaceObject) {
-  msg::WorkspaceObject message;
-  message.id(4);
-  message.name("vice");
-  message.mesh_hash(99);
-  message.X_WO().qw(1);
-  message.red(0.5F);
-  ASSERT_TRUE(convert(message));
-  EXPECT_TRUE(convert(message)->X_WO.rotation.isIdentity());
-  const auto fails = [&message](auto change) { return refused(message, change); };
-  EXPECT_TRUE(fails([](auto& m) { m.id(0); }));
-  EXPECT_TRUE(fails([](auto& m) { m.id(65535); }));
-  EXPECT_TRUE(fails([](auto& m) { m.X_WO().qw(0); }));
-  EXPECT_TRUE(fails([](auto& m) { m.X_WO().qw(2); }));
-  EXPECT_TRUE(fails([](auto& m) { m.X_WO().qx(kNan); }));
-  EXPECT_TRUE(fails([](auto& m) { m.X_WO().position_m().z(kNan); }));
-  EXPECT_TRUE(fails([](auto& m) { m.green(1.5F); }));
-  EXPECT_TRUE(fails([](auto& m) { m.blue(std::nanf("")); }));
-}
-
 TEST(Conversion, WorkspaceVersion) {
   msg::WorkspaceVersion message;
   message.version(3);
