@@ -110,6 +110,7 @@ class Joiner {
   }
 
  private:
+  static constexpr workspace::SourceId kServer{1};  // there is but one
   static workspace::VersionDescription description(const msg::WorkspaceVersion& v) {
     const workspace::GridSpec grid{{v.origin_m().x(), v.origin_m().y(), v.origin_m().z()},
                                    v.voxel_size_m(),
@@ -123,10 +124,10 @@ class Joiner {
   dds::Participant participant_;
   dds::Reader<msg::WorkspaceVersion> versions_{
       participant_, dds::kWorkspaceVersion,
-      [this](const auto& v, const dds::SampleInfo&) { workspace_.commit(description(v)); }};
+      [this](const auto& v, const dds::SampleInfo&) { workspace_.commit(kServer, description(v)); }};
   dds::Reader<msg::WorkspaceBrick> bricks_{
       participant_, dds::kWorkspaceBrick, [this](const auto& b, const dds::SampleInfo&) {
-        workspace_.put_brick({b.bx(), b.by(), b.bz()}, b.version(), b.voxels_zstd());
+        workspace_.put_brick(kServer, {b.bx(), b.by(), b.bz()}, b.version(), b.voxels_zstd());
       }};
 };
 
