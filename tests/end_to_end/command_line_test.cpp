@@ -102,10 +102,10 @@ class Parameters : public Executable {};
 
 // The shipped file is the table that the executable reads by; of arms behind it the table of drives.
 TEST_P(Parameters, HelpConfigIsTheShippedFile) {
-  const Result help = run(GetParam(), "--help-config");
+  const test::Said help = run(GetParam(), "--help-config");
   EXPECT_EQ(help.exit_code, 0);
-  EXPECT_THAT(help.output, testing::StartsWith(text_of(std::string(PHANTOM_SOURCE_DIR "/components/") +
-                                                       GetParam() + "/" + GetParam() + ".yaml")));
+  EXPECT_THAT(help.output, testing::StartsWith(test::text_of(std::string(PHANTOM_SOURCE_DIR "/components/") +
+                                                             GetParam() + "/" + GetParam() + ".yaml")));
 }
 
 INSTANTIATE_TEST_SUITE_P(Every, Parameters,

@@ -10,7 +10,7 @@
 namespace phantom::recording {
 namespace {
 
-constexpr WriterOptions kSmallChunks{.chunk_bytes = 300};
+const WriterOptions kSmallChunks{.chunk_bytes = 300};
 
 /// Where each chunk ends, and how many messages the chunks up to it hold: found by walking the records.
 std::vector<std::pair<std::size_t, std::size_t>> chunk_ends(const Bytes& bytes) {
