@@ -10,13 +10,13 @@
 namespace phantom::dds {
 
 /// Remembers which readers and writers each participant had when it was lost, and decides with which peers to
-/// begin discovery anew because they returned without all of them. Knows no DDS. Not thread-safe. Real-time
+/// restart discovery because they returned without all of them. Knows no DDS. Not thread-safe. Real-time
 /// safe: no.
 class EndsWatch {
  public:
   using End = std::uint32_t;  ///< entity id, unique in its participant
 
-  /// Time without news of a participant's endpoints after which discovery with it begins anew. The
+  /// Time without news of a participant's endpoints after which discovery with it restarts. The
   /// participant with the greater GUID waits half as long again, so that two do not undo each other's
   /// attempts. Each attempt waits twice as long as the one before: the missing endpoint may have been closed
   /// meanwhile, and then no attempt succeeds.
@@ -39,11 +39,11 @@ class EndsWatch {
   /// Records that `peer` was discovered, and admitted if the site is secured.
   void discovered(const GuidPrefix& peer, core::Nanoseconds now);
   /// Records that `peer` left, or was not heard for its lease. Returns whether it is gone: Fast DDS may
-  /// report a peer's end only after it has reported the same peer as discovered anew.
+  /// report a peer's end only after it has reported the same peer as rediscovered.
   bool left(const GuidPrefix& peer, core::Nanoseconds now);
   void end_discovered(const GuidPrefix& peer, End end, core::Nanoseconds now);
   void end_removed(const GuidPrefix& peer, End end, core::Nanoseconds now);
-  /// Returns the peers with which `own` must begin discovery anew now; the caller is expected to do so.
+  /// Returns the peers with which `own` must restart discovery now; the caller is expected to do so.
   std::vector<Attempt> overdue(const GuidPrefix& own, core::Nanoseconds now);
 
  private:

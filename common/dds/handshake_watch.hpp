@@ -11,10 +11,10 @@
 namespace phantom::dds {
 
 /// Remembers which other participants announce themselves on a secured site without having authenticated, and
-/// decides when to begin their handshake anew. Knows no DDS. Not thread-safe. Real-time safe: no.
+/// decides when to restart their handshake. Knows no DDS. Not thread-safe. Real-time safe: no.
 class HandshakeWatch {
  public:
-  /// A handshake over a bad link takes seconds. The participant with the smaller GUID begins anew first, so
+  /// A handshake over a bad link takes seconds. The participant with the smaller GUID restarts it first, so
   /// that two participants do not undo each other's attempt at the same time.
   static constexpr core::Nanoseconds kPatience = 10 * core::kNsPerSecond;
   static constexpr core::Nanoseconds kPatienceOfGreater = 15 * core::kNsPerSecond;
@@ -36,9 +36,9 @@ class HandshakeWatch {
   /// Records that `peer` has authenticated; returns how many attempts that took.
   int admitted(const GuidPrefix& peer);
   /// Records that `peer` left, or was not heard for its lease. Returns whether it is gone: Fast DDS may
-  /// report a peer's end only after it has reported the same peer as discovered anew.
+  /// report a peer's end only after it has reported the same peer as rediscovered.
   bool left(const GuidPrefix& peer, core::Nanoseconds now);
-  /// Returns the peers with which `own` must begin the handshake anew now; the caller is expected to do so.
+  /// Returns the peers with which `own` must restart the handshake now; the caller is expected to do so.
   std::vector<Attempt> overdue(const GuidPrefix& own, core::Nanoseconds now);
 
  private:

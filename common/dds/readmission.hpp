@@ -16,19 +16,19 @@ namespace phantom::dds {
 
 /// Lets two participants discover each other again where Fast DDS 2.9.1 would leave them apart for ever. This
 /// happens when one has forgotten the other but not the other way round, or when both forget at different
-/// times (an outage about as long as the lease, a process that was suspended).
+/// times (an outage about as long as the lease, a process that did not run for a while).
 ///
 /// On a secured site, the participant that forgot begins a handshake. The other ignores it; it keeps hearing
 /// its peer, so it never forgets it (HandshakeWatch).
 ///
 /// The participant that forgot also learns only some, or none, of the other's readers and writers. The other
 /// takes them for known if its heartbeat arrives before the first request (ReaderProxy::acked_changes_set). A
-/// peer that is discovered anew while its loss is still being processed loses the endpoints that have just
+/// peer that is rediscovered while its loss is still being processed loses the endpoints that have just
 /// been matched (PDP::remove_remote_participant). A participant that knew a peer's endpoints before sees that
 /// some are missing (EndsWatch).
 ///
-/// The participant that notices takes leave of the other alone (departure.hpp), so that both begin discovery
-/// anew. No other participant notices, and no endpoint of this process is touched.
+/// The participant that notices takes leave of the other alone (departure.hpp), so that both restart
+/// discovery. No other participant notices, and no endpoint of this process is touched.
 ///
 /// Private to common/dds: the listener of a participant. It passes every callback on to `next`.
 class Readmission : public eprosima::fastdds::dds::DomainParticipantListener {

@@ -8,7 +8,7 @@ namespace phantom::dds {
 /// sockets they come, and samples as they come. For secured participants: if two threads of Fast DDS 2.9.1,
 /// one at a multicast and one at a unicast socket, discover two participants at once, they overwrite each
 /// other's state (SecurityManager::match_builtin_endpoints), and one of the two participants is admitted only
-/// when its handshake begins anew (Readmission).
+/// when its handshake restarts (Readmission).
 ///
 /// Discovery is distinguished from samples by the port, which is even for discovery and odd for samples (OMG
 /// DDSI-RTPS 2.3, 9.6.1.1, with the standard's offsets).

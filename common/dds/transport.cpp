@@ -15,8 +15,8 @@ constexpr std::uint32_t kSocketBufferBytes = 4 << 20;  // a late joiner receives
 // A message of many Ethernet frames is lost if any one of them is lost, and the frames that did arrive hold
 // memory for 30 s (Linux: ipfrag_time, 4 MiB): on a bad link that is soon full, and then no message of
 // several frames arrives. Not smaller: the announcement of all endpoints of a participant must fit into one
-// message (with 8000 bytes, some endpoints stayed unknown to others after the participant had been
-// suspended).
+// message (with 8000 bytes, some endpoints stayed unknown to others after the participant had not run
+// for a while).
 constexpr std::uint32_t kMessageBytes = 16000;
 constexpr const char* kLoopback = "127.0.0.1";
 
