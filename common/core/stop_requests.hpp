@@ -9,8 +9,7 @@
 
 namespace phantom::core {
 
-/// Within this time both sides confirm that they are stopped; otherwise the operator is told which side has
-/// not.
+/// Within this time both sides confirm a stop; otherwise the operator sees which side has not.
 inline constexpr Nanoseconds kStopConfirmedWithin_ns = 300 * kNsPerMillisecond;
 
 /// Why a side is stopped. The numbers equal those of the topics' StopCause.
