@@ -10,12 +10,12 @@ inline constexpr Nanoseconds kNsPerSecond = 1'000'000'000;
 inline constexpr Nanoseconds kNsPerMillisecond = 1'000'000;
 inline constexpr Nanoseconds kNsPerMicrosecond = 1'000;
 
-/// CLOCK_MONOTONIC in nanoseconds. The only clock for ages, periods and time-outs; comparable on one host
-/// only. Real-time safe: yes (vDSO).
+/// Returns CLOCK_MONOTONIC in nanoseconds: the only clock for ages, periods and time-outs. Its values are
+/// comparable on one host only. Real-time safe: yes (vDSO).
 Nanoseconds monotonic_ns() noexcept;
 
-/// CLOCK_REALTIME in nanoseconds since 1970-01-01 UTC. For humans, logs and comparison between hosts; never
-/// for timing. Real-time safe: yes (vDSO).
+/// Returns CLOCK_REALTIME in nanoseconds since 1970-01-01 UTC: for humans, logs and comparison between hosts,
+/// never for timing. Real-time safe: yes (vDSO).
 Nanoseconds utc_ns() noexcept;
 
 constexpr double seconds(Nanoseconds duration) { return static_cast<double>(duration) * 1e-9; }

@@ -61,7 +61,7 @@ bool CommandAnswers::overdue(Side side, Nanoseconds now_ns) const {
 
 namespace {
 
-/// "master_io, slave_io": those in that state.
+/// Returns the names of the sides in that state: "master_io, slave_io".
 std::string names(const CommandAnswers& answers, State state) {
   std::string text;
   for (const Side side : kSides) {

@@ -9,53 +9,56 @@
 
 namespace phantom::core {
 
-/// The two sides that carry out an operator's commands and answer them, each for itself.
+/// The two sides that carry out an operator's commands. Each side answers for itself.
 enum class Side { kMaster, kSlave };
 inline constexpr std::array<Side, 2> kSides{Side::kMaster, Side::kSlave};
-/// The executable that speaks for a side: "master_io", "slave_io".
+/// Returns the name of the side's executable: "master_io" or "slave_io".
 const char* component_of(Side side) noexcept;
 
-/// What one side has said to a command.
+/// One side's answer to a command.
 struct SideAnswer {
   enum class State {
     kNotAsked,  ///< the command is not for this side
-    kWaiting,   ///< no word from it yet
-    kDone,      ///< by its own word: reply, or state that says that it is stopped
-    kRefused    ///< `message` says why, and what is allowed
+    kWaiting,   ///< the side has not answered yet
+    kDone,      ///< confirmed by the side's own reply, or by its state, which reports that it is stopped
+    kRefused    ///< the side refused; `message` says why, and what is allowed
   };
   State state = State::kNotAsked;
-  std::string message;               ///< of its reply
+  std::string message;               ///< the text of the side's reply
   Nanoseconds waiting_since_ns = 0;  ///< CLOCK_MONOTONIC
 };
 
-/// Who has answered a command, and what. A plain value; times are passed in. Not for the real-time path.
+/// Collects both sides' answers to one command. A plain value: the caller passes the times in. Not for the
+/// real-time path.
 class CommandAnswers {
  public:
-  /// A side must have confirmed a stop within this time.
+  /// A side must confirm a stop within this time; after it, the answer is overdue.
   static constexpr Nanoseconds kOverdue_ns = kStopConfirmedWithin_ns;
-  /// A stop's confirmation by state: samples that came sooner may have been under way before the stop was
-  /// asked for, when another one was in force that has been released since.
+  /// A state sample confirms a stop only if it arrives at least this long after the request. An earlier
+  /// sample may have been under way before the request, and may report another stop that has been released
+  /// since.
   static constexpr Nanoseconds kUnderWay_ns = 100 * kNsPerMillisecond;
 
   CommandAnswers() = default;
   CommandAnswers(bool asks_master, bool asks_slave, Nanoseconds asked_ns);
 
-  /// A reply of that side to this command. A refusal may be followed by `done`, never the other way round.
+  /// Records that side's reply to this command. A refusal may be followed by `done`, but never the other way
+  /// round.
   void take_reply(Side side, bool done, const std::string& message);
-  /// For a stop: the side's own state, received at `received_ns`, says that it is stopped.
+  /// For a stop: records that the side's own state, received at `received_ns`, reports it as stopped.
   void take_stopped(Side side, Nanoseconds received_ns);
-  /// For a stop that is asked for again before `earlier` was confirmed: sides that still owe that
-  /// confirmation have been waited for since then.
+  /// For a stop that is requested again before `earlier` was confirmed: a side that has not yet confirmed
+  /// `earlier` keeps the time since which it has been waited for.
   void keep_waiting_since(const CommandAnswers& earlier);
 
   const SideAnswer& of(Side side) const { return sides_[static_cast<std::size_t>(side)]; }
   Nanoseconds asked_ns() const { return asked_ns_; }
-  /// Every side that was asked has done it.
+  /// Returns whether every side that was asked has done it.
   bool done() const;
-  /// Every side that was asked has said yes or no.
+  /// Returns whether every side that was asked has either done or refused it.
   bool answered() const;
   bool refused() const;
-  /// Whether the side has been asked for longer than kOverdue_ns and has not done it.
+  /// Returns whether the side was asked more than kOverdue_ns ago and has not done it.
   bool overdue(Side side, Nanoseconds now_ns) const;
 
  private:
@@ -65,11 +68,11 @@ class CommandAnswers {
   Nanoseconds asked_ns_ = 0;
 };
 
-/// A stop's answers in words: "stopped: master_io, slave_io"; "NOT CONFIRMED by slave_io; stopped:
+/// Describes the answers to a stop: "stopped: master_io, slave_io"; "NOT CONFIRMED by slave_io; stopped:
 /// master_io"; "slave_io REFUSED the stop: …".
 std::string stop_words(const CommandAnswers& answers);
-/// Any other command's: the replies' messages, "master_io: …; slave_io: …", "no answer from slave_io"; "sent"
-/// if nobody has to answer it.
+/// Describes the answers to any other command by the replies' messages: "master_io: …; slave_io: …", "no
+/// answer from slave_io"; "sent" if nobody has to answer it.
 std::string command_words(const CommandAnswers& answers);
 
 }  // namespace phantom::core

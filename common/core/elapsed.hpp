@@ -6,8 +6,9 @@
 
 namespace phantom::core {
 
-/// Time from `from_ns` to `to_ns`, for times that another process or a file tells and that may be anything:
-/// where it does not fit, the nearest that does. Real-time safe: yes.
+/// Returns the time from `from_ns` to `to_ns`. The two may have any value, because they may come from another
+/// process or a file: a difference that does not fit is clamped to the nearest value that does. Real-time
+/// safe: yes.
 constexpr Nanoseconds elapsed_ns(Nanoseconds from_ns, Nanoseconds to_ns) noexcept {
   Nanoseconds elapsed = 0;
   if (!__builtin_sub_overflow(to_ns, from_ns, &elapsed)) return elapsed;

@@ -6,8 +6,8 @@
 
 namespace phantom::core {
 
-/// Events on their way from one thread to another, in order, `Size` at most (a power of two). Carries events,
-/// of which each counts; for state, of which the newest counts, there is Snapshot.
+/// Ring buffer that passes events from one thread to another in order, `Size` (a power of two) at most at a
+/// time. Every event counts. For a state, of which only the newest value counts, use Snapshot.
 ///
 /// Neither side ever waits, locks or allocates, unless copying a T does. Thread-safe: one writer, one reader.
 /// Real-time safe: yes, both ends.
@@ -20,7 +20,7 @@ class EventRing {
   EventRing(const EventRing&) = delete;
   EventRing& operator=(const EventRing&) = delete;
 
-  /// False, and nothing done, where the reader has left no room. Writer thread only.
+  /// Adds an event. Returns false, and changes nothing, if the ring is full. Writer thread only.
   bool put(const T& event) noexcept {
     const std::size_t put = put_.load(std::memory_order_relaxed);
     if (put - taken_.load(std::memory_order_acquire) == Size) return false;
@@ -29,7 +29,8 @@ class EventRing {
     return true;
   }
 
-  /// The oldest that waits; false, and `event` left alone, if none does. Reader thread only.
+  /// Takes the oldest event out of the ring. Returns false, and leaves `event` alone, if the ring is empty.
+  /// Reader thread only.
   bool take(T& event) noexcept {
     const std::size_t taken = taken_.load(std::memory_order_relaxed);
     if (put_.load(std::memory_order_acquire) == taken) return false;
@@ -40,7 +41,7 @@ class EventRing {
 
  private:
   std::array<T, Size> places_{};
-  alignas(64) std::atomic<std::size_t> put_{0};  // events ever; the difference is what waits
+  alignas(64) std::atomic<std::size_t> put_{0};  // total count of events put; put_ − taken_ events wait
   alignas(64) std::atomic<std::size_t> taken_{0};
 };
 

@@ -6,10 +6,10 @@
 
 namespace phantom::core {
 
-/// Life of a component as the operator is told it (topic component_status).
+/// State of a component as the operator sees it (topic component_status).
 enum class ComponentState { kStarting, kReady, kRunning, kDegraded, kStopped, kFault };
 
-/// What a loop or serving thread did since it started.
+/// Statistics of a loop or serving thread since it started.
 struct LoopStatistics {
   std::string name;
   double period_s = 0.0;       ///< nominal
@@ -22,21 +22,21 @@ struct LoopStatistics {
   std::uint64_t ticks = 0;
   std::uint64_t slips = 0;  ///< periods that passed without a tick
   double idle_s = 0.0;      ///< since its last tick
-  double limit_s = 0.0;     ///< it hangs if it is idle for longer; 0: it may be idle for any time
+  double limit_s = 0.0;     ///< the loop hangs if idle_s exceeds this; 0: no limit
 };
 
-/// A figure worth showing beside the state, e.g. {"sensors", 8123, ""} or {"model_age_ms", 12, "ms"}.
+/// A number shown beside the state, e.g. {"sensors", 8123, ""} or {"model_age_ms", 12, "ms"}.
 struct HealthFigure {
   std::string name;
   double value = 0.0;
   std::string unit;
 };
 
-/// What moves an arm (drives, or a simulation of them) as it tells of itself.
+/// State of an arm's actuators (drives, or a simulation of them), as they report it themselves.
 struct ActuatorHealth {
-  bool fault = false;   ///< until a reset
-  bool follows = true;  ///< does what it is told
-  std::string message;  ///< what keeps it from that, in words for the operator; empty if nothing does
+  bool fault = false;   ///< stays true until a reset
+  bool follows = true;  ///< whether the actuators follow their commands
+  std::string message;  ///< why they do not, in words for the operator; empty if they do
   std::vector<HealthFigure> figures;
 };
 
@@ -45,14 +45,14 @@ struct Health {
   std::string message;  ///< one sentence for the operator; empty when there is nothing to say
   std::vector<LoopStatistics> loops;
   std::vector<HealthFigure> figures;
-  std::string page;  ///< address of the page that it serves to people, "http://127.0.0.1:8080/"; empty: none
+  std::string page;  ///< web page that the component serves, "http://127.0.0.1:8080/"; empty: none
 };
 
-/// Whether a loop has been idle for longer than it may.
+/// Returns whether a loop has been idle for longer than its limit.
 bool hangs(const LoopStatistics& loop) noexcept;
 bool any_hangs(const Health& health) noexcept;
-/// `health`, or, where any of its loops hangs, a fault whose message says which and for how long, before what
-/// it said already. Whoever publishes health does this.
+/// Returns `health`, or a fault if any of its loops hangs: the message then begins with which loop hangs and
+/// for how long. Every publisher of health calls this.
 Health with_hung_loops(Health health);
 
 }  // namespace phantom::core

@@ -11,17 +11,18 @@ namespace phantom::core {
 struct HostInterface {
   std::string name;      ///< "eth0"
   std::string address;   ///< "10.30.1.2"
-  bool running = false;  ///< it is up and its link carries: only such an interface is used by DDS
+  bool running = false;  ///< up, with a working link: DDS uses only such interfaces
 };
 
-/// All IPv4 addresses of this host, whether their interfaces run or not.
+/// Returns all IPv4 addresses of this host, whether their interfaces run or not.
 std::vector<HostInterface> host_interfaces();
 
-/// "127.0.0.1 (lo), 10.30.1.2 (eth0, not running)", or "no address".
+/// Lists the addresses: "127.0.0.1 (lo), 10.30.1.2 (eth0, not running)", or "no address".
 std::string describe(const std::vector<HostInterface>& found);
 
-/// Throws MissingError unless every address of `network.interfaces` is one in `found` that runs: DDS would go
-/// on without it and find nobody. The message names the place, the address, and what this host has instead.
+/// Throws MissingError unless every address of `network.interfaces` is in `found` and runs. Without this
+/// check DDS would start without that interface and discover nobody. The message names the place in the file,
+/// the address, and the addresses that this host has.
 void require_interfaces(const NetworkOptions& network, const std::vector<HostInterface>& found);
 
 }  // namespace phantom::core

@@ -14,10 +14,10 @@ struct Job {
   const void* work;
   std::size_t wanted;  ///< helpers that have yet to begin
   std::size_t begun = 0, at_work = 0;
-  std::condition_variable done{};  ///< nobody is at work
+  std::condition_variable done{};  ///< at_work is 0
 };
 
-/// The threads that wait for jobs. A job lives on the stack of who asks for it.
+/// The pool of threads that wait for jobs. A job lives on its caller's stack.
 class Helpers {
  public:
   void run(Job& job) {
@@ -57,7 +57,7 @@ class Helpers {
   std::size_t threads_ = 0;
 };
 
-/// Never ends: helpers wait until the process does.
+/// Returns the pool. It is never destroyed: its threads wait until the process ends.
 Helpers& helpers() {
   static auto& all = *new Helpers;
   return all;

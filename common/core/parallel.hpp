@@ -9,15 +9,16 @@
 namespace phantom::core {
 
 namespace detail {
-/// Calls turn(work, worker) here with worker 0 and, once each, on up to `helpers` threads of the process's
-/// own with worker 1, 2, …; helpers that have not begun when the caller's turn is over are not waited for.
+/// Calls turn(work, worker) on the caller's thread with worker 0 and, once each, on up to `helpers` threads
+/// of the process's own pool with worker 1, 2, … Does not wait for helpers that have not begun when the
+/// caller's turn is over.
 void take_turns(std::size_t helpers, void (*turn)(const void* work, std::size_t worker), const void* work);
 }  // namespace detail
 
-/// Calls work(i, worker) once for each i < count, on up to `threads` threads of which the caller's is worker
-/// 0; the next free thread takes the next i. Returns when all are done. The first exception ends the rest and
-/// is thrown here. The other threads are the process's own and stay for the next call. Calls may be nested
-/// and may come from several threads at once. Not real-time safe.
+/// Calls work(i, worker) once for each i < count, on up to `threads` threads. The caller's thread is worker
+/// 0, and the next free thread takes the next i. Returns when all are done. The first exception stops the
+/// remaining work and is thrown to the caller. The other threads belong to a pool of the process and stay for
+/// the next call. Calls may be nested and may come from several threads at once. Not real-time safe.
 template <class Work>
 void parallel_for(int threads, std::size_t count, const Work& work) {
   std::atomic<std::size_t> next{0};

@@ -28,7 +28,7 @@ double Progress::rate_hz(Nanoseconds now_ns) const noexcept {
   constexpr auto kReach_ns = static_cast<Nanoseconds>(kWindow + 1) * kSlot_ns;
   if (now_ns - begun_ns < kReach_ns)
     return static_cast<double>(ticks_.load(std::memory_order_relaxed)) / seconds(now_ns - begun_ns);
-  const auto current = static_cast<std::uint64_t>(now_ns / kSlot_ns);  // not over yet: left out
+  const auto current = static_cast<std::uint64_t>(now_ns / kSlot_ns);  // not complete yet: left out
   std::uint64_t ticks = 0;
   for (const auto& slot : slots_) {
     const std::uint64_t word = slot.load(std::memory_order_relaxed);

@@ -5,7 +5,7 @@
 
 namespace phantom::core {
 
-/// A number from the system's source of randomness; never 0. Not real-time safe.
+/// Returns a number from the system's source of randomness; never 0. Not real-time safe.
 inline std::uint64_t random_number() {
   std::random_device device;
   const std::uint64_t high = device();

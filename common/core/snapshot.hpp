@@ -7,11 +7,11 @@
 
 namespace phantom::core {
 
-/// Newest-value exchange between one writer thread and one reader thread (triple buffer).
+/// Exchange of the newest value between one writer thread and one reader thread (triple buffer).
 ///
-/// Neither side ever waits, locks or allocates; the reader always sees a whole value, the newest written
-/// before the call. Values that the reader did not fetch in time are overwritten: this carries state, not
-/// events. Thread-safe: one writer, one reader. Real-time safe: yes, both ends.
+/// Neither side ever waits, locks or allocates. The reader always sees a complete value, the newest written
+/// before the call. A value that the reader does not fetch in time is overwritten: use it for states, and
+/// EventRing for events. Thread-safe: one writer, one reader. Real-time safe: yes, both ends.
 template <class T>
 class Snapshot {
   static_assert(std::is_trivially_copyable_v<T>,
@@ -28,8 +28,8 @@ class Snapshot {
     write_slot_ = middle_.exchange(write_slot_ | kFresh, std::memory_order_acq_rel) & kSlotMask;
   }
 
-  /// Copies the newest value into `value` if one was written since the last call; otherwise leaves it alone.
-  /// Reader thread only. Returns whether `value` is new.
+  /// Copies the newest value into `value` if one was written since the last call; otherwise leaves `value`
+  /// alone. Returns whether `value` is new. Reader thread only.
   bool read(T& value) noexcept {
     if ((middle_.load(std::memory_order_relaxed) & kFresh) == 0) return false;
     read_slot_ = middle_.exchange(read_slot_, std::memory_order_acq_rel) & kSlotMask;

@@ -7,7 +7,7 @@
 
 namespace phantom::core {
 
-/// What kind of thing went wrong; the message says what, where, and what is allowed.
+/// Kind of error; the message says what went wrong, where, and what is allowed.
 enum class ErrorCode {
   kOk,
   kInvalidArgument,     ///< a value, file or message that is not what it must be
@@ -15,10 +15,10 @@ enum class ErrorCode {
   kResourceExhausted,   ///< a limit (size, memory, time) was reached
   kFailedPrecondition,  ///< the call is right but not in this state
   kUnavailable,         ///< may work later: a peer or a device that does not answer
-  kInternal,            ///< a promise of our own was broken
+  kInternal,            ///< an invariant of this project's code was violated
 };
 
-/// Outcome of an operation at an I/O edge. Cheap when OK. Not for the real-time path (the message allocates).
+/// Result of an operation at an I/O edge. Cheap when OK. Not for the real-time path (the message allocates).
 class [[nodiscard]] Status {
  public:
   Status() = default;

@@ -4,7 +4,7 @@
 
 namespace phantom::core {
 
-/// Radians in a degree: texts for people speak of degrees, everything inside of radians.
+/// Radians per degree. Texts for people use degrees; everything else uses radians.
 inline constexpr double kRadPerDegree = std::numbers::pi / 180.0;
 
 }  // namespace phantom::core

@@ -5,8 +5,8 @@
 
 namespace phantom::core {
 
-/// Bytes at the beginning of `text` that are well-formed UTF-8 (Unicode standard, table 3-7: neither overlong
-/// nor surrogate); all of it if it is UTF-8. Real-time safe.
+/// Returns the number of leading bytes of `text` that are well-formed UTF-8 (Unicode standard, table 3-7:
+/// neither overlong nor surrogate): the length of `text` if all of it is. Real-time safe.
 constexpr std::size_t utf8_prefix(std::string_view text) noexcept {
   const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
   std::size_t at = 0;

@@ -2,7 +2,7 @@
 
 namespace phantom::core {
 
-/// The project's version as its CMakeLists.txt states it: "0.1.0". Any thread.
+/// Returns the project's version as its CMakeLists.txt states it: "0.1.0". Any thread.
 const char* version() noexcept;
 
 }  // namespace phantom::core

@@ -14,7 +14,7 @@ namespace {
 
 using eprosima::fastrtps::rtps::SerializedPayload_t;
 
-/// Bytes that somebody else owns, for the length of a call.
+/// A payload over bytes that the caller owns, for the duration of one call.
 class Borrowed : public SerializedPayload_t {
  public:
   explicit Borrowed(std::span<const std::uint8_t> bytes) {
@@ -54,7 +54,7 @@ bool CdrCodec::decode(std::span<const std::uint8_t> bytes, void* sample) const {
   Borrowed payload(bytes);
   try {
     return impl_->type->deserialize(&payload, sample);
-  } catch (const std::exception&) {  // e.g. a sequence that says it is longer than memory
+  } catch (const std::exception&) {  // e.g. a sequence whose stated length exceeds memory
     return false;
   }
 }

@@ -11,11 +11,11 @@
 
 namespace phantom::dds {
 
-/// The hash by which DDS knows an instance of a keyed topic.
+/// The hash that identifies an instance of a keyed topic in DDS.
 using InstanceKey = std::array<std::uint8_t, 16>;
 
-/// Turns samples of one topic into the bytes that they are on the wire and in a recording (encapsulation
-/// header, then CDR), and back. Keeps its working memory; not thread-safe.
+/// Serialises samples of one topic to the bytes used on the wire and in a recording (encapsulation header,
+/// then CDR), and deserialises them. Keeps its working memory; not thread-safe.
 class CdrCodec {
  public:
   explicit CdrCodec(const TopicDescription& topic);
@@ -23,15 +23,15 @@ class CdrCodec {
   CdrCodec(CdrCodec&&) noexcept;
 
   const TopicDescription& topic() const;
-  /// Whether samples have a key.
+  /// Returns whether the topic is keyed.
   bool keyed() const;
-  /// Fills `sample`, an object of the topic's type. False if the bytes are not one; `sample` then holds
-  /// anything.
+  /// Deserialises `bytes` into `sample`, an object of the topic's type. Returns false if the bytes are not a
+  /// sample; the content of `sample` is then unspecified.
   bool decode(std::span<const std::uint8_t> bytes, void* sample) const;
-  /// False if the sample is beyond the bounds of its type.
+  /// Serialises `sample` into `bytes`. Returns false if the sample exceeds the bounds of its type.
   bool encode(const void* sample, std::vector<std::uint8_t>& bytes) const;
-  /// The instance that the sample belongs to; of topics without key there is one. False if the bytes are no
-  /// sample.
+  /// Finds the instance that the sample belongs to; a topic without a key has one instance. Returns false if
+  /// the bytes are not a sample.
   bool instance_of(std::span<const std::uint8_t> bytes, InstanceKey& instance) const;
 
  private:
@@ -44,9 +44,9 @@ bool decode(const TopicSpec<T>& topic, std::span<const std::uint8_t> bytes, T& s
   return CdrCodec(topic).decode(bytes, &sample);
 }
 
-/// The project's topic whose samples are of that type; null if there is none.
+/// Returns the project's topic whose samples have that type; null if there is none.
 const TopicDescription* topic_of_type(std::string_view type_name);
-/// The project's topic of that name; null if there is none.
+/// Returns the project's topic of that name; null if there is none.
 const TopicDescription* topic_named(std::string_view name);
 
 }  // namespace phantom::dds

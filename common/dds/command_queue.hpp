@@ -16,29 +16,33 @@
 
 namespace phantom::dds {
 
-/// What a component has to say to the commands of one topic. What is left empty does not happen. All are
+/// How a component answers the commands of one topic. An empty function is not called. All functions are
 /// called on the thread that receives; none may call the queue.
 template <class Command, class Reply>
 struct CommandRules {
-  /// Whether the command is for this component; others are passed over without a reply.
+  /// Returns whether the command is for this component. Other commands are ignored without a reply.
   std::function<bool(const Command&)> concerns = {};
-  /// Why the command cannot be used, naming the field and what is allowed; empty: it can.
+  /// Returns why the command cannot be used, naming the field and what is allowed; empty if it can be used.
   std::function<std::string(const Command&)> refusal = {};
-  /// The reply that refuses. Needed.
+  /// Returns the reply that refuses the command. Required.
   std::function<Reply(const Command&, const std::string& why)> refused = {};
-  /// A first reply to a command that was queued behind `before` others.
+  /// Returns a first reply to a command that was queued behind `before` others.
   std::function<Reply(const Command&, std::size_t before)> accepted = {};
 };
 
-/// Commands on their way from the thread that receives them to the one that carries them out, and replies on
-/// their way back. Commands are known by their stamp (session and number): one that comes again, as its
-/// sender heard no reply, is not carried out again; its newest reply is repeated. Bounded: beyond kMostOpen
-/// commands that wait or are being carried out, the next is refused; beyond kMostRemembered, the replies to
-/// the oldest that were answered are forgotten, and those commands are refused should they come again. Knows
-/// no network. Thread-safe; nobody is kept waiting for longer than it takes to move a command or a reply.
-/// Real-time safe: no, but next() takes no lock while nothing waits.
+/// Queue that passes commands from the thread that receives them to the thread that carries them out, and
+/// replies back. Knows no network.
 ///
-/// Command has stamp(); Reply has command(), the echo of it, which this fills.
+/// A command is identified by its stamp (session and number). Its sender repeats it if it has received no
+/// reply; the queue then repeats the newest reply and does not carry the command out again. The queue is
+/// bounded. If kMostOpen commands wait or are being carried out, the next one is refused. If more than
+/// kMostRemembered commands have been answered, the replies to the oldest are forgotten; such a command is
+/// refused if it comes again.
+///
+/// Thread-safe; no caller waits for longer than it takes to move a command or a reply. Real-time safe: no,
+/// but next() takes no lock while nothing waits.
+///
+/// Command has stamp(); Reply has command(), the echo of that stamp, which the queue fills in.
 template <class Command, class Reply>
 class CommandQueue {
  public:
@@ -46,8 +50,8 @@ class CommandQueue {
 
   explicit CommandQueue(CommandRules<Command, Reply> rules) : rules_(std::move(rules)) {}
 
-  /// Takes a command in, and gives the reply that is due at once, if any, to next_reply(). True if the
-  /// command is new and waits to be carried out.
+  /// Receives a command. If a reply is due at once, next_reply() returns it. Returns true if the command is
+  /// new and waits to be carried out.
   bool receive(const Command& command) {
     if (rules_.concerns && !rules_.concerns(command)) return false;
     const core::SampleId id = id_of(command.stamp());
@@ -67,7 +71,8 @@ class CommandQueue {
     if (why.empty() && open_ >= kMostOpen)
       why = std::to_string(open_) + " commands are waiting already; send it again later";
     if (!why.empty()) {
-      send(id, rules_.refused(command, why));  // not remembered: it may be sent again when there is room
+      // Not remembered, so that it can be sent again when there is room.
+      send(id, rules_.refused(command, why));
       return false;
     }
     known_.push_back({id, {}, true});
@@ -82,21 +87,21 @@ class CommandQueue {
     return true;
   }
 
-  /// The next command to be carried out, which then waits for complete(); none if nothing waits.
+  /// Returns the next command to carry out, which complete() must then answer; nothing if none waits.
   std::optional<Command> next() {
     if (waiting_count_.load(std::memory_order_acquire) == 0) return std::nullopt;
     const std::lock_guard lock(mutex_);
     return take();
   }
-  /// The same, waiting for one at most `wait_s`.
+  /// As above, but waits for a command for `wait_s` at most.
   std::optional<Command> next(double wait_s) {
     std::unique_lock lock(mutex_);
     came_.wait_for(lock, std::chrono::duration<double>(wait_s), [this] { return !waiting_.empty(); });
     return take();
   }
 
-  /// Answers a command that next() gave, now or at any later time. False if it was answered before or was
-  /// never given: that reply is dropped.
+  /// Answers a command that next() returned, now or at any later time. Returns false, and drops the reply, if
+  /// the command was answered before or next() never returned it.
   bool complete(const core::SampleId& id, Reply reply) {
     const std::lock_guard lock(mutex_);
     Known* known = find(id);
@@ -109,7 +114,8 @@ class CommandQueue {
     return true;
   }
 
-  /// The next reply to be sent, waiting for one. None once the queue was closed and all were given.
+  /// Waits for the next reply to send and returns it; nothing once the queue is closed and all replies were
+  /// returned.
   std::optional<Reply> next_reply() {
     std::unique_lock lock(mutex_);
     replied_.wait(lock, [this] { return closed_ || !replies_.empty(); });
@@ -118,7 +124,7 @@ class CommandQueue {
     replies_.pop_front();
     return reply;
   }
-  /// Lets next_reply() end.
+  /// Closes the queue, so that next_reply() returns once no replies are left.
   void close() {
     const std::lock_guard lock(mutex_);
     closed_ = true;
@@ -129,7 +135,7 @@ class CommandQueue {
   struct Known {
     core::SampleId id;
     std::optional<Reply> newest;
-    bool open;  // not answered for good
+    bool open;  // has no final reply yet
   };
 
   Known* find(const core::SampleId& id) {
@@ -148,7 +154,8 @@ class CommandQueue {
   void send(const core::SampleId& id, Reply reply) {
     reply.command(echo_of(id));
     replies_.push_back(std::move(reply));
-    if (replies_.size() > kMostReplies) replies_.pop_front();  // who misses it sends the command again
+    // A sender that misses a reply repeats its command.
+    if (replies_.size() > kMostReplies) replies_.pop_front();
     replied_.notify_one();
   }
   void forget_oldest() {
@@ -167,7 +174,8 @@ class CommandQueue {
       if (forgotten_.size() > kMostRemembered) forgotten_.pop_front();
     }
   }
-  /// A sender's numbers rise: what is below one that is forgotten is old, too.
+  /// Returns whether the command's reply was forgotten. A sender's numbers rise, so every number below a
+  /// forgotten one is old too.
   bool was_forgotten(const core::SampleId& id) const {
     return std::any_of(forgotten_.begin(), forgotten_.end(), [&](const core::SampleId& forgotten) {
       return forgotten.session == id.session && id.sequence_number <= forgotten.sequence_number;
@@ -180,7 +188,7 @@ class CommandQueue {
   std::deque<Command> waiting_;
   std::atomic<std::size_t> waiting_count_{0};
   std::deque<Known> known_;               // the newest last
-  std::deque<core::SampleId> forgotten_;  // the newest of each session
+  std::deque<core::SampleId> forgotten_;  // the newest forgotten command of each session
   std::deque<Reply> replies_;
   std::size_t open_ = 0;  // waiting or being carried out
   bool closed_ = false;

@@ -11,10 +11,10 @@
 
 namespace phantom::dds {
 
-/// The answering end of a pair of topics in which every Command is answered by Replies that echo its stamp
-/// (workspace_command, sensing_command, operator_command); Requester is the asking end. Commands come by a
-/// CommandQueue, whose rules and bounds hold. Replies leave on a thread of their own: neither the
-/// middleware's thread nor who carries commands out waits while a reply is written.
+/// The server end of a pair of topics in which every Command is answered by Replies that echo its stamp
+/// (workspace_command, sensing_command, operator_command). Requester is the client end. Commands pass through
+/// a CommandQueue, whose rules and bounds apply. A thread of its own sends the replies: neither the
+/// middleware's thread nor the thread that carries commands out waits while a reply is written.
 ///
 ///     if (const auto command = service.next())      … at once, or later, on any thread:
 ///       service.complete(id_of(command->stamp()), reply);
@@ -23,8 +23,8 @@ class CommandService {
  public:
   using Rules = CommandRules<Command, Reply>;
 
-  /// `on_queued` is called, on the middleware's thread, when a new command waits: to wake who carries out. It
-  /// must not block. Throws DdsError.
+  /// `on_queued` is called on the middleware's thread when a new command waits, to wake the thread that
+  /// carries it out. It must not block. Throws DdsError.
   CommandService(Participant& participant, const TopicSpec<Command>& commands,
                  const TopicSpec<Reply>& replies, Rules rules, std::function<void()> on_queued = {})
       : queue_(std::move(rules)),
@@ -39,7 +39,7 @@ class CommandService {
           core::take_place(core::ThreadRole::kReplies, servo_priority);
           send_replies();
         }) {}
-  /// What was replied until now is still sent.
+  /// Sends the replies that are still queued, then ends.
   ~CommandService() {
     reader_.reset();
     queue_.close();
@@ -47,7 +47,7 @@ class CommandService {
   CommandService(const CommandService&) = delete;
   CommandService& operator=(const CommandService&) = delete;
 
-  /// As CommandQueue's.
+  /// See CommandQueue.
   std::optional<Command> next() { return queue_.next(); }
   std::optional<Command> next(double wait_s) { return queue_.next(wait_s); }
   bool complete(const core::SampleId& id, Reply reply) { return queue_.complete(id, std::move(reply)); }
@@ -56,7 +56,7 @@ class CommandService {
   void send_replies() {
     while (auto reply = queue_.next_reply()) {
       reply->stamp(stamper_.next());
-      writer_.write(*reply);  // who does not hear it asks again
+      writer_.write(*reply);  // a requester that misses the reply repeats its command
     }
   }
 

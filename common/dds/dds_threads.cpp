@@ -12,7 +12,7 @@ namespace phantom::dds {
 
 void with_dds_threads(bool in_haptic_path, const std::function<void()>& make) {
   core::run_in_place(core::ThreadRole::kDds, 0, [&] {
-    // Refused without the right to it; the servo says so for all.
+    // Fails without the permission; the servo reports that for all threads.
     if (in_haptic_path) setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kHapticNiceness);
     make();
   });
@@ -24,7 +24,7 @@ void take_receivers_place(int servo_priority) noexcept {
   asked = true;
   char name[16] = {};
   pthread_getname_np(pthread_self(), name, sizeof name);
-  // A writer in the same process calls its readers itself: its thread keeps its place.
+  // A writer in the same process calls its readers on its own thread, which keeps its place.
   if (std::strcmp(name, core::place_of(core::ThreadRole::kDds).name) == 0)
     core::take_place(core::ThreadRole::kReceiver, servo_priority);
 }

@@ -4,20 +4,20 @@
 
 namespace phantom::dds {
 
-/// Niceness of Fast DDS's threads in the haptic path, where it is permitted: they hold locks that the
-/// publisher and the receiver need, and must soon be given the processor again. Not SCHED_FIFO: what a reader
-/// misses is sent again as often as it asks, and a reader on the same host that is kept from running by that
-/// asks for ever.
+/// Niceness of Fast DDS's threads in the haptic path, if the process may set it. These threads hold locks
+/// that the publisher and the receiver need, so they must soon run again. They are not SCHED_FIFO: a reader
+/// requests missed samples again and again, and they are resent each time; a reader on the same host that
+/// this keeps from running would request for ever.
 inline constexpr int kHapticNiceness = -10;
 
-/// Calls `make` once, in a thread with the name of those of Fast DDS (core/thread_place.hpp) and, if
-/// `in_haptic_path`, with kHapticNiceness where that is permitted: the threads inherit both that `make`
-/// starts, and Fast DDS 2.9 has no setting for them. Throws what `make` throws. Blocks until `make` has
-/// returned. Real-time safe: no.
+/// Calls `make` once in a thread that has the name of Fast DDS's threads (core/thread_place.hpp) and, if
+/// `in_haptic_path`, kHapticNiceness where the process may set it. Threads that `make` starts inherit both;
+/// Fast DDS 2.9 has no setting for them. Throws what `make` throws. Blocks until `make` has returned.
+/// Real-time safe: no.
 void with_dds_threads(bool in_haptic_path, const std::function<void()>& make);
 
-/// To be called where a sample has come: if this is a thread of Fast DDS, it takes the receiver's place
-/// (core::ThreadRole::kReceiver), once. Allocates nothing.
+/// Gives the calling thread the receiver's place (core::ThreadRole::kReceiver) if it is a thread of Fast DDS,
+/// at the thread's first call only. Call it where a sample arrives. Allocates nothing.
 void take_receivers_place(int servo_priority) noexcept;
 
 }  // namespace phantom::dds

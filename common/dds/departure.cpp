@@ -27,11 +27,11 @@ class Octets {
 
 std::vector<std::uint8_t> departure(const GuidPrefix& own, const GuidPrefix& peer, std::uint32_t sequence) {
   Octets message;
-  message.add({'R', 'T', 'P', 'S', 2, 2, 1, 15}).add(own);  // protocol 2.2, vendor eProsima, as Fast DDS says
+  message.add({'R', 'T', 'P', 'S', 2, 2, 1, 15}).add(own);  // protocol 2.2, vendor eProsima, as in Fast DDS
   message.add({0x0e, 0x01, 12, 0}).add(peer);               // INFO_DST, little endian
   message.add({0x15, 0x03, 52, 0});                         // DATA: inline QoS, no payload
-  message.add({0, 0, 16, 0});             // no further flags; the inline QoS is 16 octets on
-  message.add({0x00, 0x01, 0x00, 0xc7});  // reader and writer of participants' announcements
+  message.add({0, 0, 16, 0});             // no extra flags; the inline QoS begins 16 octets later
+  message.add({0x00, 0x01, 0x00, 0xc7});  // announcements' reader and writer
   message.add({0x00, 0x01, 0x00, 0xc2});
   message.add_little_endian(0).add_little_endian(sequence);
   message.add({0x70, 0x00, 16, 0}).add(own).add({0x00, 0x00, 0x01, 0xc1});  // PID_KEY_HASH: the participant

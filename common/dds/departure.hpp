@@ -7,9 +7,9 @@
 
 namespace phantom::dds {
 
-/// The RTPS message by which participant `own` takes leave from `peer` alone: the disposal of its own
+/// Returns the RTPS message by which participant `own` takes leave of `peer` alone: the disposal of its own
 /// announcement (OMG DDSI-RTPS, Simple Participant Discovery Protocol: DATA with KeyHash and StatusInfo), as
-/// a participant that ends sends it to all. `peer` forgets `own`, and discovers it anew with its next
+/// a participant that ends sends it to all. `peer` forgets `own`, and discovers it again at its next
 /// announcement. `sequence` must be greater than those of the announcements.
 std::vector<std::uint8_t> departure(const GuidPrefix& own, const GuidPrefix& peer, std::uint32_t sequence);
 

@@ -12,16 +12,16 @@
 
 namespace phantom::dds {
 
-/// Names `participant` as SampleInfo does.
+/// Returns the GUID prefix of `participant`, as SampleInfo gives it.
 GuidPrefix prefix_of(const Participant& participant);
 
-/// What came with a sample.
+/// What is known about a received sample besides its content.
 struct SampleInfo {
-  core::Nanoseconds received_ns = 0;  ///< CLOCK_MONOTONIC of this host when it was taken
+  core::Nanoseconds received_ns = 0;  ///< CLOCK_MONOTONIC of this host when the sample was taken
   GuidPrefix writer{};                ///< participant that wrote it
 };
 
-/// Untyped ends; use Writer<T> and Reader<T>.
+/// Untyped endpoints; use Writer<T> and Reader<T>.
 class RawWriter {
  public:
   RawWriter(Participant& participant, const TopicDescription& topic);
@@ -29,7 +29,7 @@ class RawWriter {
   RawWriter(RawWriter&&) noexcept;
   bool write(void* sample);
   std::uint32_t matched() const;
-  /// Asserts MANUAL_BY_TOPIC liveliness without a sample.
+  /// Asserts MANUAL_BY_TOPIC liveliness without sending a sample.
   void assert_liveliness();
 
  private:
@@ -61,7 +61,7 @@ class Writer {
  public:
   /// Throws DdsError if the QoS profile is missing or contradicts the contract.
   Writer(Participant& participant, const TopicSpec<T>& topic) : raw_(participant, topic) {}
-  /// False if the sample could not be queued.
+  /// Returns false if the sample could not be queued.
   bool write(const T& sample) { return raw_.write(const_cast<T*>(&sample)); }
   std::uint32_t matched() const { return raw_.matched(); }
   void assert_liveliness() { raw_.assert_liveliness(); }
@@ -71,8 +71,8 @@ class Writer {
 };
 
 /// Receives T. `on_sample` runs on a middleware thread, one sample at a time: copy what you need
-/// (core::Snapshot, a queue) and return; do not block, do not throw. `on_writer_gone` is told, likewise, of a
-/// participant whose writer of this topic has ended, or has not been heard of for the time of its lease.
+/// (core::Snapshot, a queue) and return; do not block, do not throw. `on_writer_gone` runs likewise when a
+/// participant's writer of this topic has ended, or has not been heard for its lease.
 template <class T>
 class Reader {
  public:

@@ -51,7 +51,7 @@ std::vector<EndsWatch::Attempt> EndsWatch::overdue(const GuidPrefix& own, core::
     if (missing == 0) peer.attempts = 0;
     const core::Nanoseconds first = own < prefix ? patience_ : patience_ + patience_ / 2;
     if (missing == 0 || now - peer.last < first << peer.attempts) continue;
-    if (peer.attempts == kMostAttempts) {  // it has closed them
+    if (peer.attempts == kMostAttempts) {  // the peer has closed them
       std::erase_if(peer.ends, [](const auto& entry) { return entry.second.state == EndState::kMissing; });
       peer.attempts = 0;
       continue;

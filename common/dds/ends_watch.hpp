@@ -9,21 +9,23 @@
 
 namespace phantom::dds {
 
-/// Remembers which readers and writers each participant had when it was lost, and says with whom to begin
-/// anew because it has returned without them all. Knows no DDS. Not thread-safe. Real-time safe: no.
+/// Remembers which readers and writers each participant had when it was lost, and decides with which peers to
+/// restart discovery because they returned without all of them. Knows no DDS. Not thread-safe. Real-time
+/// safe: no.
 class EndsWatch {
  public:
   using End = std::uint32_t;  ///< entity id, unique in its participant
 
-  /// How long nothing may come of a participant before it is begun anew with. Whoever has the greater GUID
-  /// waits half as long again, so that two do not undo each other's attempt, and each attempt twice as long
-  /// as the one before: an end may have been closed meanwhile, and then none succeeds.
+  /// Time without news of a participant's endpoints after which discovery with it restarts. The
+  /// participant with the greater GUID waits half as long again, so that two do not undo each other's
+  /// attempts. Each attempt waits twice as long as the one before: the missing endpoint may have been closed
+  /// meanwhile, and then no attempt succeeds.
   static constexpr core::Nanoseconds kPatience = 3 * core::kNsPerSecond;
   static constexpr core::Nanoseconds kPatienceIfSecured = 10 * core::kNsPerSecond;
   static constexpr int kMostAttempts = 6;
-  /// Ends that went less than this before their participant went with it.
+  /// An endpoint that was removed less than this before its participant counts as lost together with it.
   static constexpr core::Nanoseconds kTogether = core::kNsPerSecond;
-  /// Lost participants that are remembered; the one that was lost first is forgotten first.
+  /// Number of lost participants that are remembered; the one lost first is forgotten first.
   static constexpr std::size_t kMostLost = 256;
 
   struct Attempt {
@@ -34,14 +36,14 @@ class EndsWatch {
 
   explicit EndsWatch(core::Nanoseconds patience = kPatience) : patience_(patience) {}
 
-  /// It is there, and admitted if the site is secured.
+  /// Records that `peer` was discovered, and admitted if the site is secured.
   void discovered(const GuidPrefix& peer, core::Nanoseconds now);
-  /// It left, or was not heard for its lease. Returns whether it is gone: Fast DDS may tell of a peer's end
-  /// only after it has told that it discovered the same one anew.
+  /// Records that `peer` left, or was not heard for its lease. Returns whether it is gone: Fast DDS may
+  /// report a peer's end only after it has reported the same peer as rediscovered.
   bool left(const GuidPrefix& peer, core::Nanoseconds now);
   void end_discovered(const GuidPrefix& peer, End end, core::Nanoseconds now);
   void end_removed(const GuidPrefix& peer, End end, core::Nanoseconds now);
-  /// With whom `own` is to begin anew now; it is expected to do so.
+  /// Returns the peers with which `own` must restart discovery now; the caller is expected to do so.
   std::vector<Attempt> overdue(const GuidPrefix& own, core::Nanoseconds now);
 
  private:
@@ -51,8 +53,8 @@ class EndsWatch {
     core::Nanoseconds removed = 0;
   };
   struct Peer {
-    int present = 0;             // times discovered that it has not left
-    core::Nanoseconds last = 0;  // discovered, an end of it discovered, left, or attempted
+    int present = 0;             // how often it was discovered, minus how often it left
+    core::Nanoseconds last = 0;  // newest discovery of it or its endpoints, departure or attempt
     int attempts = 0;
     std::map<End, KnownEnd> ends;
   };

@@ -30,7 +30,7 @@ class Consumer final : public LogConsumer {
 void take_over_fast_dds_log() {
   static std::once_flag once;
   std::call_once(once, [] {
-    with_dds_threads(false, [] {  // its thread starts here
+    with_dds_threads(false, [] {  // Fast DDS starts its log thread here
       Log::ClearConsumers();
       Log::RegisterConsumer(std::make_unique<Consumer>());
     });

@@ -7,20 +7,20 @@
 
 namespace phantom::dds {
 
-/// Which process a reader of a periodic topic keeps to, for readers of what the same process sends on events:
-/// between two events nothing tells whether it is still there. One thread writes, others read. Real-time
-/// safe: yes.
+/// The process that a reader of a periodic topic follows, for readers of what the same process sends on
+/// events: between two events nothing shows whether that process still runs. One thread writes, others read.
+/// Real-time safe: yes.
 class FollowedSource {
  public:
-  /// Counts as there for so long after its last periodic sample.
+  /// The followed process counts as present for this long after its last periodic sample.
   static constexpr core::Nanoseconds kThere_ns = core::kNsPerSecond / 2;
 
-  /// A sample of the process that the periodic topic's reader keeps to.
+  /// Records a sample of the process that the periodic topic's reader follows.
   void heard(const msg::Stamp& stamp, core::Nanoseconds received_ns) noexcept {
     session_.store(stamp.session(), std::memory_order_relaxed);
     heard_ns_.store(received_ns, std::memory_order_release);
   }
-  /// Whether `stamp` is of another process while that one is there.
+  /// Returns whether `stamp` comes from another process while the followed one is present.
   bool is_rival(const msg::Stamp& stamp, core::Nanoseconds received_ns) const noexcept {
     const core::Nanoseconds heard_ns = heard_ns_.load(std::memory_order_acquire);
     return heard_ns != 0 && received_ns - heard_ns < kThere_ns &&

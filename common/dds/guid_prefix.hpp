@@ -5,8 +5,8 @@
 
 namespace phantom::dds {
 
-/// What all GUIDs of one participant begin with: it names a process's membership, and another one after its
-/// restart.
+/// The common prefix of all GUIDs of one participant. It identifies a process's membership in the domain; a
+/// restarted process has another one.
 using GuidPrefix = std::array<std::uint8_t, 12>;
 
 }  // namespace phantom::dds

@@ -71,7 +71,7 @@ std::uint64_t OperatorClient::send(msg::OperatorCommand command, double repeat_s
     publish_stop();
   }
   changed_.notify_all();
-  // Without the lock: a write that blocks holds up nobody else.
+  // Without the lock, so that a write that blocks holds up no other caller.
   writer_.write(request.command);
   return request.number;
 }
@@ -148,7 +148,7 @@ OperatorClient::Request* OperatorClient::find(std::uint64_t number) {
   return found == requests_.end() ? nullptr : &*found;
 }
 
-/// The oldest but an unconfirmed stop.
+/// Forgets the oldest request, but never an unconfirmed stop.
 void OperatorClient::forget_one() {
   const auto oldest = std::find_if(requests_.begin(), requests_.end(), [](const Request& request) {
     return !request.is_stop() || !request.repeats;

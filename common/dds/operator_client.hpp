@@ -15,49 +15,53 @@
 
 namespace phantom::dds {
 
-/// Whether that side answers commands of this kind: both answer stop and reset, master_io alone gains, law
-/// and percept; nobody answers what is for viewers and recorders.
+/// Returns whether that side answers commands of this kind. Both sides answer stop and reset; master_io alone
+/// answers gains, law and percept; nobody answers commands for viewers and recorders.
 bool asks(msg::CommandKind kind, core::Side side) noexcept;
 
-/// The asking end of operator_command and operator_reply: sends commands and keeps who has answered them. A
-/// command is sent again every kAgain_ns with the same stamp (who carries it out does so once) until every
-/// side that must answer it has: a stop for as long as it takes, another command for the time that it is
-/// given. A newer command ends the repeating of older ones, so that none of them takes effect after it; a
-/// stop's is ended by a reset only. Thread-safe; a thread of its own sends again.
+/// The client end of operator_command and operator_reply: sends commands and records which sides have
+/// answered. A command is repeated every kAgain_ns with the same stamp (its receiver carries it out once)
+/// until every side that must answer has answered: a stop without a time limit, any other command for the
+/// time that it is given. A newer command ends the repetition of older ones, so that none of them takes
+/// effect after it; only a reset or a newer stop ends that of a stop. Thread-safe; a thread of its own
+/// repeats the commands.
 class OperatorClient {
  public:
   static constexpr core::Nanoseconds kAgain_ns = 50 * core::kNsPerMillisecond;
-  /// Of a side's state: its process counts as the side's own for so long after its last sample.
+  /// A process counts as the side's own for this long after its last state sample.
   static constexpr core::Nanoseconds kBound_ns = core::kNsPerSecond;
 
-  /// Told of every change of the stop that was asked for last and is not confirmed by all yet; empty once it
-  /// is, or once a reset was sent. Called with a lock held: copy and return, do not call the client.
+  /// Called at every change of the answers to the last requested stop, while not all sides have confirmed it;
+  /// called with nothing once they have, or once a reset was sent. Called with a lock held: copy and return,
+  /// do not call the client.
   using OnStop = std::function<void(const std::optional<core::CommandAnswers>&)>;
 
   /// Throws DdsError.
   explicit OperatorClient(Participant& participant, OnStop on_stop = nullptr);
-  /// Ends the repeating, also of a stop that nobody has confirmed.
+  /// Ends all repetition, also of a stop that nobody has confirmed.
   ~OperatorClient();
   OperatorClient(const OperatorClient&) = delete;
   OperatorClient& operator=(const OperatorClient&) = delete;
 
-  /// Stamps and sends `command`, and again for at most `repeat_s`; a stop until it is confirmed. Returns its
-  /// number, for wait(). May block for some milliseconds, as any write.
+  /// Stamps and sends `command`, and repeats it for `repeat_s` at most; a stop until it is confirmed. Returns
+  /// its number, for wait(). May block for some milliseconds, as any write.
   std::uint64_t send(msg::OperatorCommand command, double repeat_s);
-  /// Waits until every side has answered (to a stop: has stopped) or `timeout_s` is over. Returns the answers
-  /// so far.
+  /// Waits until every side has answered (to a stop: has stopped), for `timeout_s` at most. Returns the
+  /// answers so far.
   core::CommandAnswers wait(std::uint64_t number, double timeout_s);
   /// send(), then wait().
   core::CommandAnswers ask(const msg::OperatorCommand& command, double timeout_s) {
     return wait(send(command, timeout_s), timeout_s);
   }
 
-  /// To be called by the caller's readers of master_state and slave_state for each sample of the source that
-  /// they follow. `stop`: the stop in force there, 0 for none. From then on replies of another process do not
-  /// count as this side's. Without such readers every reply under the side's name counts.
+  /// Records a side's state. The caller's readers of master_state and slave_state call it for each sample of
+  /// the source that they follow. `stop`: the stop in force there, 0 for none. From then on replies of
+  /// another process do not count as this side's. Without such readers, every reply under the side's name
+  /// counts.
   void take_state(core::Side side, std::uint64_t session, std::uint64_t stop, core::Nanoseconds received_ns);
 
-  /// The answers to a requested stop that not all sides have confirmed; nothing if there is no such stop.
+  /// Returns the answers to a requested stop that not all sides have confirmed; nothing if there is no such
+  /// stop.
   std::optional<core::CommandAnswers> unconfirmed_stop() const;
 
  private:

@@ -22,7 +22,7 @@ using What = OperatorRequest::What;
 constexpr double kFind_s = 2.0;  // joining a busy site takes a second
 constexpr const char* kStateNames[] = {"init", "ready", "aligned", "coupled", "degraded", "stopped"};
 
-/// What a side says of itself.
+/// The newest state that a side has reported.
 struct SideState {
   bool heard = false;
   std::uint32_t state = 0, cause = 0;
@@ -59,7 +59,7 @@ class CommandLine {
 
   OperatorOutcome run(const OperatorRequest& request, const std::string& issuer) {
     const bool names_stops = request.what == What::kReset;
-    if (request.what != What::kStop)  // that does not wait for anything
+    if (request.what != What::kStop)  // a stop is sent at once
       find_sides(names_stops ? std::max(kFind_s, request.timeout_s) : kFind_s);
     if (request.what == What::kStatus) return print_status();
     msg::OperatorCommand command = command_for(request, issuer);
@@ -94,7 +94,7 @@ class CommandLine {
     changed_.wait_for(lock, std::chrono::duration<double>(at_most_s),
                       [this] { return sides_[0].heard && sides_[1].heard; });
   }
-  // A side that is not heard keeps its stop: nobody knows which one it has.
+  // A side that is not heard keeps its stop, because its id is unknown.
   void name_stops(msg::OperatorCommand& command) {
     for (const Side side : core::kSides)
       if (!state_of(side).heard) print_ << component_of(side) << ": not heard; its stop is not named\n";

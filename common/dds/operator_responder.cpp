@@ -28,7 +28,7 @@ std::string refusal(const Command& command) {
 struct Waiting {
   core::SampleId id;
   msg::CommandKind kind;
-  std::uint32_t number;  // of stops asked for, or of the reset
+  std::uint32_t number;  // number of the stop request, or of the reset
 };
 
 }  // namespace
@@ -133,7 +133,7 @@ struct OperatorResponder::Impl {
     core::StopRequests::Result result;
     while (stops.take_result(result)) on_result(result);
     complete_where([&](const Waiting& command) -> std::optional<Reply> {
-      // Counters wrap: by their difference.
+      // Counters wrap, so compare them by their difference.
       const bool in_force = static_cast<std::int32_t>(stop_requests - command.number) >= 0;
       if (command.kind != msg::COMMAND_EMERGENCY_STOP || !in_force) return std::nullopt;
       return reply(command.kind, true, stopped ? "stopped" : "was stopped, and has been released since");
@@ -144,10 +144,10 @@ struct OperatorResponder::Impl {
   core::StopRequests& stops;
   const Settings settings;
   const std::uint64_t own_session;
-  std::mutex mutex;  // of waiting
+  std::mutex mutex;  // guards `waiting`
   std::vector<Waiting> waiting;
   std::atomic<bool> any_waits{false};
-  CommandService<Command, Reply> service;  // last: it calls back as soon as it stands
+  CommandService<Command, Reply> service;  // last, because it calls back as soon as it is constructed
 };
 
 OperatorResponder::OperatorResponder(Participant& participant, core::Side side, core::StopRequests& stops,

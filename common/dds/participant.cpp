@@ -28,7 +28,7 @@ namespace edds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 
 // The factory keeps profiles for the process's life and refuses a second file with the same names, so each
-// file that it has taken is loaded once.
+// file that it has accepted is loaded once.
 void load_profiles(const std::filesystem::path& file) {
   take_over_fast_dds_log();
   static std::mutex mutex;
@@ -47,7 +47,8 @@ void load_profiles(const std::filesystem::path& file) {
   loaded.insert(known_as);
 }
 
-// Clients announce to the servers alone. `whole`: hears of every endpoint, not only of those it matches.
+// Clients announce to the servers alone. `whole`: the client receives every endpoint, not only those that
+// match its own.
 void use_discovery_servers(rtps::DiscoverySettings& discovery, const std::vector<std::string>& servers,
                            bool whole) {
   using Protocol = rtps::DiscoveryProtocol_t;
@@ -59,7 +60,7 @@ void use_discovery_servers(rtps::DiscoverySettings& discovery, const std::vector
     rtps::IPLocator::setIPv4(locator, servers[id].substr(0, colon));
     locator.port = static_cast<std::uint32_t>(std::stoul(servers[id].substr(colon + 1)));
     eprosima::fastdds::rtps::RemoteServerAttributes server;
-    char prefix[64];  // the GUID prefix that `fast-discovery-server -i ID` has
+    char prefix[64];  // the GUID prefix of `fast-discovery-server -i ID`
     std::snprintf(prefix, sizeof prefix, "44.53.%02zx.5f.45.50.52.4f.53.49.4d.41", id);
     server.ReadguidPrefix(prefix);
     server.metatrafficUnicastLocatorList.push_back(locator);
@@ -92,8 +93,8 @@ edds::DomainParticipantQos participant_qos(const std::string& component, const c
 
 enum class Joins { kNow, kNever };
 
-// All participants are made here, one at a time: whether they join is a setting of the factory, which all
-// threads share. Null if Fast DDS refuses.
+// Creates every participant of the process, one at a time: whether a participant joins is a setting of the
+// factory, which all threads share. Returns null if Fast DDS refuses.
 edds::DomainParticipant* make_participant(int domain, const edds::DomainParticipantQos& qos,
                                           edds::DomainParticipantListener* listener, Joins joins) {
   static std::mutex mutex;
@@ -182,7 +183,7 @@ Participant::Participant(const std::string& component, const core::NetworkOption
   impl_->session = core::random_number();
   const bool observes = discovery != nullptr;
   impl_->discovery = std::move(discovery);
-  if (network.discovery_servers.empty()) {  // through these, others tell of a peer's end
+  if (network.discovery_servers.empty()) {  // with discovery servers, a peer's end is reported by others
     impl_->discovery = impl_->readmission =
         std::make_shared<Readmission>(component, !network.security.empty(), impl_->discovery);
   }
@@ -209,8 +210,8 @@ Participant::Participant(const std::string& component, const core::NetworkOption
 
 Participant::~Participant() = default;
 
-// Emptied first: Fast DDS 2.9 frees what a writer keeps while heartbeats may read it, and one that does never
-// ends (mended after 2.12, https://github.com/eProsima/Fast-DDS/pull/4076).
+// Clears the history first: Fast DDS 2.9 frees a writer's samples while its heartbeats may read them, and
+// such a heartbeat never ends (fixed after 2.12, https://github.com/eProsima/Fast-DDS/pull/4076).
 void delete_writer(edds::Publisher& publisher, edds::DataWriter* writer) {
   std::size_t removed = 0;
   writer->clear_history(&removed);

@@ -24,7 +24,7 @@ struct EndpointCounters {
   std::atomic<std::uint32_t> matched{0};
   std::atomic<std::uint64_t> samples{0}, refused{0}, deadline_missed{0}, liveliness_lost{0},
       incompatible_qos{0};
-  std::atomic<core::Nanoseconds> busy_since_ns{0};  // 0: not in the component's callback
+  std::atomic<core::Nanoseconds> busy_since_ns{0};  // 0: no callback of the component is running
 };
 
 class Readmission;
@@ -41,7 +41,7 @@ struct Participant::Impl {
   std::uint64_t session = 0;
   int servo_priority = 0;
   std::shared_ptr<eprosima::fastdds::dds::DomainParticipantListener> discovery;  // outlives the participant
-  std::shared_ptr<Readmission> readmission;  // the same one, unless there are discovery servers
+  std::shared_ptr<Readmission> readmission;  // the same object, unless there are discovery servers
   eprosima::fastdds::dds::DomainParticipant* participant = nullptr;
   eprosima::fastdds::dds::Publisher* publisher = nullptr;
   eprosima::fastdds::dds::Subscriber* subscriber = nullptr;
@@ -49,15 +49,16 @@ struct Participant::Impl {
   std::vector<std::shared_ptr<EndpointCounters>> counters;
 
   ~Impl();
-  /// The DDS topic of this participant, made at the first call. Throws DdsError.
+  /// Returns the DDS topic of this participant; the first call creates it. Throws DdsError.
   eprosima::fastdds::dds::Topic* topic(const TopicDescription& description);
   std::shared_ptr<EndpointCounters> add_counters(const TopicDescription& topic, bool writer);
 };
 
-/// Deletes a writer with all that it keeps.
+/// Deletes a writer and its history.
 void delete_writer(eprosima::fastdds::dds::Publisher& publisher, eprosima::fastdds::dds::DataWriter* writer);
 
-/// Logs once per endpoint and policy that another participant's endpoint does not fit.
+/// Logs that another participant's endpoint is incompatible with this one, and in which policy. Called once
+/// per endpoint.
 void report_incompatible(const std::string& component, const EndpointCounters& counters, int policy_id);
 
 }  // namespace phantom::dds

@@ -22,7 +22,7 @@ std::string in_milliseconds(int value_ms) {
   return value_ms == 0 ? "none" : std::to_string(value_ms) + " ms";
 }
 
-// Compares one end's profile with the topic's contract and says the first difference in words.
+// Compares one endpoint's profile with the topic's contract and reports the first difference.
 class ContractCheck {
  public:
   ContractCheck(const TopicDescription& topic, const char* end) : topic_(topic), end_(end) {}

@@ -45,7 +45,7 @@ struct RawReader::Impl : edds::DataReaderListener {
     edds::SampleInfo info;
     while (from->take_next_sample(sample, &info) == ReturnCode_t::RETCODE_OK) {
       if (!info.valid_data)
-        continue;  // what is gone says so by a sample (idl/workspace.idl), never by a disposal
+        continue;  // the system announces removals by samples (idl/workspace.idl), never by disposals
       SampleInfo given;
       given.received_ns = core::monotonic_ns();
       given.writer = writer_of(info.publication_handle);

@@ -25,8 +25,8 @@ namespace edds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 
 constexpr std::chrono::seconds kLookPeriod{1};
-// Greater than an announcement's: those are numbered by how often what they say has changed. A peer forgets
-// the number together with the participant.
+// Greater than an announcement's sequence number, which counts how often its content has changed. A peer
+// forgets the number together with the participant.
 constexpr std::uint32_t kDepartureSequence = 1 << 20;
 
 sockaddr_in socket_address(const rtps::Locator_t& locator) {
@@ -78,7 +78,8 @@ void Readmission::on_participant_discovery(edds::DomainParticipant* participant,
     const std::lock_guard lock(mutex_);
     const core::Nanoseconds now = core::monotonic_ns();
     if (info.status == Status::DISCOVERED_PARTICIPANT) {
-      Peer peer{identity_name(info.info.m_participantName.to_string()), {}};  // anybody may have written it
+      // The name is not trusted: any participant can choose its own.
+      Peer peer{identity_name(info.info.m_participantName.to_string()), {}};
       for (const rtps::Locator_t& locator : info.info.metatraffic_locators.unicast) {
         if (locator.kind == LOCATOR_KIND_UDPv4) peer.addresses.push_back(locator);
       }
@@ -99,7 +100,7 @@ void Readmission::on_participant_discovery(edds::DomainParticipant* participant,
 
 void Readmission::onParticipantAuthentication(edds::DomainParticipant* participant,
                                               rtps::ParticipantAuthenticationInfo&& info) {
-  // A refusal may be the answer to half a handshake of before the outage; the watch goes on.
+  // A refusal may be the answer to half of a handshake from before the outage, so the watch continues.
   if (info.status == rtps::ParticipantAuthenticationInfo::AUTHORIZED_PARTICIPANT) {
     const GuidPrefix prefix = prefix_of(info.guid);
     const std::lock_guard lock(mutex_);
@@ -143,7 +144,7 @@ void Readmission::run(const GuidPrefix& own) {
     const auto handshakes = handshakes_.overdue(own, now);
     const auto ends = ends_.overdue(own, now);
     const auto peers = handshakes.empty() && ends.empty() ? decltype(peers_)() : peers_;
-    lock.unlock();  // the log may hold this thread up, but not those of Fast DDS
+    lock.unlock();  // the log may block this thread, but must not block those of Fast DDS
     const auto known = [&](const GuidPrefix& peer) {
       const auto found = peers.find(peer);
       return found == peers.end() ? Peer{} : found->second;
@@ -160,7 +161,7 @@ std::string Readmission::take_leave(const GuidPrefix& own, const GuidPrefix& pee
   for (const rtps::Locator_t& locator : known.addresses) {
     const sockaddr_in address = socket_address(locator);
     inet_ntop(AF_INET, &address.sin_addr, text, sizeof text);
-    // A message that does not arrive is sent again at the next attempt.
+    // A lost message is sent again at the next attempt.
     [[maybe_unused]] const auto sent = sendto(socket_, message.data(), message.size(), 0,
                                               reinterpret_cast<const sockaddr*>(&address), sizeof address);
   }

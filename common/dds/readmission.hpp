@@ -14,31 +14,32 @@
 
 namespace phantom::dds {
 
-/// Lets two participants find each other again where Fast DDS 2.9.1 would leave them apart for ever: when one
-/// has forgotten the other and the other has not, or both at different times (an outage about as long as the
-/// lease, a process that stood still).
+/// Lets two participants discover each other again where Fast DDS 2.9.1 would leave them apart for ever. This
+/// happens when one has forgotten the other but not the other way round, or when both forget at different
+/// times (an outage about as long as the lease, a process that did not run for a while).
 ///
-/// Secured, the handshake that the one begins is ignored by the other, which goes on hearing it and so never
-/// forgets it (HandshakeWatch).
+/// On a secured site, the participant that forgot begins a handshake. The other ignores it; it keeps hearing
+/// its peer, so it never forgets it (HandshakeWatch).
 ///
-/// Of its readers and writers the one learns some or none: the other takes them for known, if its heartbeat
-/// comes before the one's first request (ReaderProxy::acked_changes_set); and a peer that is discovered anew
-/// while its loss is still being dealt with, loses what has just been matched
-/// (PDP::remove_remote_participant). Whoever has known a peer's ends before sees that some are missing
-/// (EndsWatch).
-/// The one takes leave from the other, so that both begin anew. Nobody else notices, and no endpoint of this
-/// process is touched.
+/// The participant that forgot also learns only some, or none, of the other's readers and writers. The other
+/// takes them for known if its heartbeat arrives before the first request (ReaderProxy::acked_changes_set). A
+/// peer that is rediscovered while its loss is still being processed loses the endpoints that have just
+/// been matched (PDP::remove_remote_participant). A participant that knew a peer's endpoints before sees that
+/// some are missing (EndsWatch).
 ///
-/// Private to common/dds: the listener of a participant. It passes on what it hears to `next`.
+/// The participant that notices takes leave of the other alone (departure.hpp), so that both restart
+/// discovery. No other participant notices, and no endpoint of this process is touched.
+///
+/// Private to common/dds: the listener of a participant. It passes every callback on to `next`.
 class Readmission : public eprosima::fastdds::dds::DomainParticipantListener {
  public:
-  /// Throws DdsError if there is no socket left.
+  /// Throws DdsError if no socket can be opened.
   Readmission(std::string component, bool secured,
               std::shared_ptr<eprosima::fastdds::dds::DomainParticipantListener> next);
   ~Readmission() override;
-  /// Call once, with the participant's own GUID, when it has been made; starts the thread.
+  /// Starts the thread. Call it once, with the participant's own GUID, when the participant has been created.
   void start(const eprosima::fastrtps::rtps::GUID_t& own);
-  /// Ends the thread; call it before the participant is deleted. May be called twice.
+  /// Ends the thread. Call it before the participant is deleted; it may be called twice.
   void stop();
 
   void on_participant_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
@@ -53,10 +54,10 @@ class Readmission : public eprosima::fastdds::dds::DomainParticipantListener {
  private:
   struct Peer {
     std::string name;
-    std::vector<eprosima::fastrtps::rtps::Locator_t> addresses;  // where it listens for announcements; UDP
+    std::vector<eprosima::fastrtps::rtps::Locator_t> addresses;  // UDP, where it listens for announcements
   };
   void run(const GuidPrefix& own);
-  /// Returns where the peer is, for a person.
+  /// Sends the departure message to `peer`. Returns the peer's name and address, for a log message.
   std::string take_leave(const GuidPrefix& own, const GuidPrefix& peer, const Peer& known) const;
   void begin_anew(const GuidPrefix& own, const HandshakeWatch::Attempt& attempt, const Peer& peer) const;
   void begin_anew(const GuidPrefix& own, const EndsWatch::Attempt& attempt, const Peer& peer) const;

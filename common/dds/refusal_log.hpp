@@ -9,14 +9,14 @@
 
 namespace phantom::dds {
 
-/// Says in the log why samples of a topic are refused: the first time, then once in a while, not once per
-/// sample. Thread-safe; not real-time safe.
+/// Logs why samples of a topic are refused: the first time, then at intervals, not once per sample.
+/// Thread-safe; not real-time safe.
 class RefusalLog {
  public:
-  /// At most so often; the refusals between are counted.
+  /// Shortest time between two log lines; the refusals in between are counted.
   static constexpr core::Nanoseconds kEvery_ns = 5 * core::kNsPerSecond;
 
-  /// `topic`: as it is to be called in the log; must outlive this.
+  /// `topic`: its name in the log; the string must outlive this object.
   explicit RefusalLog(const char* topic) : topic_(topic) {}
 
   void refused(std::string_view why, core::Nanoseconds now_ns = core::monotonic_ns());

@@ -17,16 +17,17 @@
 
 namespace phantom::dds {
 
-/// This process's name in the logs of components that it sends commands to: "NAME, process 4711 on host".
+/// Returns this process's name for the logs of components that it sends commands to: "NAME, process 4711 on
+/// host".
 inline std::string requester_name(const std::string& name) {
   char host[65] = {};
   gethostname(host, sizeof host - 1);
   return name + ", process " + std::to_string(getpid()) + " on " + host;
 }
 
-/// The asking end of a pair of topics in which every Command is answered by Replies that echo its stamp
-/// (workspace_command, sensing_command, operator_command); CommandService is the answering end. One thread,
-/// and one Requester per topic and participant: commands are known by the participant's session and their
+/// The client end of a pair of topics in which every Command is answered by Replies that echo its stamp
+/// (workspace_command, sensing_command, operator_command). CommandService is the server end. For one thread,
+/// and one Requester per topic and participant: a command is identified by the participant's session and its
 /// number.
 template <class Command, class Reply>
 class Requester {
@@ -43,10 +44,10 @@ class Requester {
           changed_.notify_one();
         }) {}
 
-  /// Stamps and sends the command. Sends it again until it is answered (a CommandService carries it out
-  /// once), and at once when another process joins that may answer. Each new reply goes to `is_last`, once,
-  /// which returns true when no further reply is expected: where several components answer, it counts them.
-  /// Returns false if no new reply came for `timeout_s`.
+  /// Stamps and sends the command. Repeats it until it is answered (a CommandService carries it out once),
+  /// and at once when another process joins that may answer. Passes each new reply once to `is_last`, which
+  /// returns true when no further reply is expected; if several components answer, it must count them.
+  /// Returns true once `is_last` does, false if no new reply came for `timeout_s`.
   bool ask(Command command, double timeout_s, const std::function<bool(const Reply&)>& is_last) {
     command.stamp(stamper_.next());
     const auto timeout =
@@ -65,7 +66,7 @@ class Requester {
         const auto& echo = reply.command();
         if (echo.session() != command.stamp().session() ||
             echo.sequence_number() != command.stamp().sequence_number())
-          continue;  // somebody else's
+          continue;  // the answer to another requester
         reply.stamp({});
         if (std::find(said.begin(), said.end(), reply) != said.end()) continue;  // repeated
         said.push_back(reply);
@@ -78,8 +79,8 @@ class Requester {
 
  private:
   using Clock = std::chrono::steady_clock;
-  static constexpr std::chrono::milliseconds kAgain{
-      100};  // a reply may have been sent before we could hear it
+  // A reply may have been sent before our reader was matched.
+  static constexpr std::chrono::milliseconds kAgain{100};
   static constexpr std::chrono::milliseconds kLook{20};
 
   std::deque<Reply> wait_until(Clock::time_point until) {

@@ -79,7 +79,7 @@ std::string state_name(core::ComponentState state) {
   return kNames[static_cast<std::size_t>(state)];
 }
 
-/// A reader whose callback does not return receives nothing more, and shows among the loops.
+/// Adds each hung reader as a loop: a reader whose callback does not return receives nothing more.
 core::Health with_hung_readers(core::Health health, const std::vector<EndpointStatistics>& endpoints) {
   for (const EndpointStatistics& endpoint : endpoints) {
     core::LoopStatistics reader{.name = endpoint.topic + " reader",

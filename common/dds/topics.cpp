@@ -23,8 +23,9 @@ TypeSupport make_type() {
   return type;
 }
 
-// A periodic state: the newest counts, a lost one is not repeated. Lifespan compares clocks of two hosts, so
-// it is long against any honest clock error; staleness is decided by the receiver's own monotonic watchdog.
+// A periodic state: only the newest sample counts, and a lost one is not resent. Lifespan compares the clocks
+// of two hosts, so it is much longer than any realistic clock error; each receiver decides by its own
+// monotonic watchdog whether a sample is stale.
 constexpr QosContract periodic(int deadline_ms, int liveliness_ms) {
   return {.reliability = Reliability::kBestEffort,
           .durability = Durability::kVolatile,
@@ -34,8 +35,8 @@ constexpr QosContract periodic(int deadline_ms, int liveliness_ms) {
           .lifespan_ms = 1000};
 }
 constexpr QosContract kEvent{.reliability = Reliability::kReliable, .history_depth = 64};
-// No deadline on a keyed topic: this Fast DDS counts misses of instances that keep theirs. Receivers of
-// component_status watch its age.
+// No deadline on a keyed topic: this version of Fast DDS counts misses of instances that keep their deadline.
+// Receivers of component_status watch its age.
 constexpr QosContract kDurable{
     .reliability = Reliability::kReliable, .durability = Durability::kTransientLocal, .history_depth = 1};
 

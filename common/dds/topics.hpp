@@ -19,8 +19,7 @@ namespace phantom::dds {
 enum class Reliability { kBestEffort, kReliable };
 enum class Durability { kVolatile, kTransientLocal };
 
-/// What both ends of a topic may rely on. The XML profile named as the topic must say the same (checked at
-/// start).
+/// What both ends of a topic may rely on. The XML profile named as the topic must agree (checked at start).
 struct QosContract {
   Reliability reliability = Reliability::kReliable;
   Durability durability = Durability::kVolatile;
@@ -30,7 +29,7 @@ struct QosContract {
   int lifespan_ms = 0;    ///< 0: samples do not expire
 };
 
-/// What a TopicSpec says, without its type: for lists, tables and tools.
+/// A TopicSpec without its sample type: for lists, tables and tools.
 struct TopicDescription {
   const char* name;
   const char* type_name;

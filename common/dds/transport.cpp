@@ -11,21 +11,22 @@ namespace {
 
 namespace transport = eprosima::fastdds::rtps;
 
-constexpr std::uint32_t kSocketBufferBytes = 4 << 20;  // a late joiner's workspace comes as one burst
-// A message of many Ethernet frames is lost with any one of them, and what came of it holds memory for 30 s
-// (Linux: ipfrag_time, 4 MiB): on a bad link that is soon full, and then nothing of several frames arrives.
-// Not smaller: what a participant says of all its endpoints must fit into one (with 8000 bytes, some stayed
-// unknown to others after it had stood still).
+constexpr std::uint32_t kSocketBufferBytes = 4 << 20;  // a late joiner receives the workspace as one burst
+// A message of many Ethernet frames is lost if any one of them is lost, and the frames that did arrive hold
+// memory for 30 s (Linux: ipfrag_time, 4 MiB): on a bad link that is soon full, and then no message of
+// several frames arrives. Not smaller: the announcement of all endpoints of a participant must fit into one
+// message (with 8000 bytes, some endpoints stayed unknown to others after the participant had not run
+// for a while).
 constexpr std::uint32_t kMessageBytes = 16000;
 constexpr const char* kLoopback = "127.0.0.1";
 
-// Sends messages of kMessageBytes at most, and takes whole ones from those who send larger: Fast DDS asks the
-// descriptor for the one, and the transport's copy of its members for the other.
+// Sends messages of kMessageBytes at most, and accepts larger ones. Fast DDS asks the descriptor for the
+// first limit, and the transport's copy of the descriptor's members for the second.
 struct UdpDescriptor : transport::UDPv4TransportDescriptor {
   [[nodiscard]] std::uint32_t max_message_size() const override { return kMessageBytes; }
 };
 
-// A discovery server on this host takes participants of its own host for local and sends to their loopback
+// A discovery server on this host treats participants of its own host as local and sends to their loopback
 // address, whatever interfaces they name.
 std::vector<std::string> interfaces_of(const core::NetworkOptions& network) {
   std::vector<std::string> interfaces = network.interfaces;

@@ -8,16 +8,16 @@
 
 namespace phantom::dds {
 
-/// What a participant of that network sends and hears by: UDP on the interfaces that may be used, also
-/// between processes of one host. Messages are of 16 kB at most; larger ones of others are taken. If the
-/// network is secured, discovery is heard one message at a time (SerialDiscoveryDescriptor). On the host of a
-/// discovery server the loopback interface is used beside those that are named.
+/// Returns the transport of a participant of that network: UDP on the interfaces that may be used, also
+/// between processes of one host. It sends messages of 16 kB at most and accepts larger ones. If the network
+/// is secured, it passes on discovery one message at a time (SerialDiscoveryDescriptor). On the host of a
+/// discovery server it also uses the loopback interface.
 ///
-/// Not by shared memory. Fast DDS 2.9.1 keeps a queue in it for each port, and a restarted process has the
-/// port of the one before: it makes a new queue, while whoever has the old one open goes on filling that,
-/// unless the process was killed while it waited for a message (SharedMemGlobal.hpp,
-/// update_status_all_listeners). Nor is a queue's lock given back by who is killed or stands still with it:
-/// others' writes wait for it a second.
+/// It does not use shared memory. Fast DDS 2.9.1 keeps a shared-memory queue for each port, and a restarted
+/// process has the port of the one before. It creates a new queue, while a process that has the old queue
+/// open goes on filling that, unless the previous process was killed while it waited for a message
+/// (SharedMemGlobal.hpp, update_status_all_listeners). Also, a process that is killed or suspended while it
+/// holds a queue's lock does not release it: the writes of others wait for it for a second.
 ///
 /// Private to common/dds.
 std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface> transport_of(

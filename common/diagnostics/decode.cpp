@@ -15,10 +15,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kHeader = 4;       // encapsulation kind and options
-constexpr std::size_t kMostPadding = 3;  // to a whole word, after the last member
-constexpr int kDeepest = 64;             // nesting: types of an IDL are finite, those of a mistake are not
+constexpr std::size_t kMostPadding = 3;  // to a whole word (4 octets), after the last member
+constexpr int kDeepest = 64;             // greatest nesting; a deeper type is a mistake
 
-/// What a payload does wrong; caught by decode().
+/// What is wrong with a payload; caught by decode().
 struct Fault {
   std::string what;
 };
@@ -31,7 +31,7 @@ Json number_of(Float value) {
   return value;
 }
 
-/// Text as valid UTF-8: the library's own decoder replaces what is none.
+/// Returns text as valid UTF-8: the JSON library replaces each invalid octet.
 std::string valid_utf8(const std::string& text) {
   const bool ascii =
       std::all_of(text.begin(), text.end(), [](char c) { return static_cast<signed char>(c) >= 0; });
@@ -98,7 +98,7 @@ class Cursor {
           at_)};
   }
 
-  /// Member that was being read, "points[3].name".
+  /// The member being read, "points[3].name".
   const std::string& path() const { return path_; }
   std::size_t at() const { return at_; }
 
@@ -128,8 +128,8 @@ class Cursor {
   }
 
   Json string(const Type& type) {
-    const auto length = take<std::uint32_t>();  // with the closing zero
-    if (length == 0) return "";                 // as some vendors write an empty one
+    const auto length = take<std::uint32_t>();  // includes the closing zero
+    if (length == 0) return "";                 // some vendors write an empty string like this
     need(length);
     const std::string text(reinterpret_cast<const char*>(bytes_.data() + at_), length - 1);
     if (bytes_[at_ + length - 1] != 0) throw Fault{"a string that does not end with a zero"};

@@ -15,18 +15,19 @@ using Guid = std::array<std::uint8_t, 16>;
 
 /// "01.0f.3a.…|00.00.01.03"
 std::string to_string(const Guid& guid);
-/// The participant that an endpoint belongs to: the same prefix, entity 00.00.01.c1.
+/// Returns the participant that an endpoint belongs to: the same prefix, entity 00.00.01.c1.
 Guid participant_of(const Guid& endpoint);
-/// Whether the two prefixes were made on one host. Fast DDS and those who do likewise: its first four octets
-/// are vendor and host.
+/// Returns whether the two prefixes were made on one host. Valid for Fast DDS and vendors that do the same:
+/// the first four octets are vendor and host.
 bool same_host(const Guid& a, const Guid& b);
 
 /// A member of the DDS domain, as it announces itself.
 struct ParticipantInfo {
   Guid guid{};
-  std::string name;     ///< the component's, for this project's
-  std::string host;     ///< its name as announced, or its address; empty: unknown
-  std::string machine;  ///< tells hosts of one name apart; the host's name where nothing better is announced
+  std::string name;  ///< in this project, the component's name
+  std::string host;  ///< announced name of the host, or its address; empty: unknown
+  /// Distinguishes hosts of the same name; the host's name if nothing better is announced.
+  std::string machine;
   std::string user;     ///< empty: not announced
   std::string process;  ///< process id; empty: not announced
   std::string vendor;
@@ -44,7 +45,7 @@ struct EndpointInfo {
   EndpointQos qos;
 };
 
-/// Why a writer and a reader of one topic do not communicate: besides QoS, other types of the same topic.
+/// Returns why a writer and a reader of one topic do not communicate: QoS, or different types of the topic.
 std::vector<Mismatch> mismatches(const EndpointInfo& writer, const EndpointInfo& reader);
 
 struct Disagreement {
@@ -53,7 +54,7 @@ struct Disagreement {
   std::vector<Mismatch> reasons;
 };
 
-/// All that was discovered and is still there. Not thread-safe.
+/// All participants and endpoints that were discovered and are still present. Not thread-safe.
 class Graph {
  public:
   void put(const ParticipantInfo& participant) { participants_[participant.guid] = participant; }
@@ -63,14 +64,14 @@ class Graph {
 
   const std::map<Guid, ParticipantInfo>& participants() const { return participants_; }
   const std::map<Guid, EndpointInfo>& endpoints() const { return endpoints_; }
-  const ParticipantInfo* participant(
-      const Guid& of) const;  ///< of a participant or an endpoint; null: not announced
+  /// Returns the participant of a participant's or an endpoint's GUID; null: not announced.
+  const ParticipantInfo* participant(const Guid& of) const;
   const EndpointInfo* endpoint(const Guid& guid) const;
-  /// "slave_io (process 4711)", "slave_io on 10.0.0.2" where no process is announced, or the GUID.
+  /// Returns "slave_io (process 4711)", "slave_io on 10.0.0.2" if no process is announced, or the GUID.
   std::string who(const Guid& guid) const;
-  /// Every pair of a writer and a reader of one topic that do not communicate. Two that only have different
-  /// partitions are named if one of them meets nobody in its own: cells that share a domain are apart on
-  /// purpose, a mistyped name is not. Valid until the next change.
+  /// Returns every pair of a writer and a reader of one topic that do not communicate. A pair whose only
+  /// difference is the partition is included only if one of the two meets nobody in its own partition: cells
+  /// that share a domain are separate on purpose, a mistyped name is not. Valid until the next change.
   std::vector<Disagreement> disagreements() const;
 
  private:

@@ -5,8 +5,9 @@
 
 namespace phantom::diagnostics {
 
-/// Which names are meant: shell patterns (* any text, ? one character, [ab] one of these), each kept by any
-/// of them; a pattern that begins with ! takes away. No pattern, or only those that take away: all names.
+/// Selects names by shell patterns (* any text, ? one character, [ab] one of these). A name that matches any
+/// pattern is kept; a pattern that begins with ! excludes names. Without patterns, or with only excluding
+/// ones, all other names are kept.
 ///
 ///     NameFilter({"*_state", "!master_*"}) keeps slave_state
 class NameFilter {

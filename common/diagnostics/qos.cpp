@@ -111,7 +111,8 @@ std::string qos_text(const EndpointQos& qos) {
 
 namespace {
 
-// One policy each: what differs between what a writer offers and a reader requests, where they do not fit.
+// One function per policy: returns the mismatch if what a writer offers does not satisfy what a reader
+// requests.
 using MaybeMismatch = std::optional<Mismatch>;
 
 MaybeMismatch reliability(const EndpointQos& offered, const EndpointQos& requested) {

@@ -10,8 +10,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kWidest = 130;  // columns of what is put on one line
-constexpr std::size_t kRun = 4;       // equal neighbours that are counted instead of written
+constexpr std::size_t kWidest = 130;  // greatest width of a value on one line, in columns
+constexpr std::size_t kRun = 4;       // so many equal neighbours are counted instead of written
 
 std::string scalar(const Json& value) {
   if (value.is_number_float()) return fmt::format("{:.9g}", value.get<double>());
@@ -46,7 +46,7 @@ std::string struct_on_a_line(const Json& object) {
   return line + "}";
 }
 
-/// The value on one line, or empty if it does not fit there.
+/// Returns the value on one line, or an empty string if it does not fit.
 std::string on_a_line(const Json& value) {
   if (value.is_primitive()) return scalar(value);
   if (!all_scalars(value)) return "";

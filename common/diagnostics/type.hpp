@@ -41,7 +41,7 @@ struct Literal {
   std::uint32_t value = 0;
 };
 
-/// A type of the IDL as a tree: all that is needed to read its samples without generated code.
+/// A type of the IDL as a tree: sufficient to read its samples without generated code.
 struct Type {
   Kind kind = Kind::kBoolean;
   std::string name;               ///< struct, enum: scoped name, "phantom::msg::Stamp"
@@ -51,19 +51,19 @@ struct Type {
   std::uint32_t bound = 0;        ///< array: length; sequence, string: greatest length, 0: none
 };
 
-/// Octets of a primitive in CDR, also its alignment; 4 for an enum; 0 for what is not primitive.
+/// Returns the size of a primitive in CDR in octets, which is also its alignment; 4 for an enum; 0 for a type
+/// that is not primitive.
 std::size_t primitive_size(Kind kind);
 
-/// Fewest octets that a sample of the type takes in CDR, without alignment: what a claimed length is checked
-/// against.
+/// Returns the smallest number of octets of a sample of the type in CDR, without alignment, to check a
+/// claimed length against.
 std::size_t least_size(const Type& type);
 
-/// The type in the words of IDL: "sequence<phantom::msg::Figure, 32>", "double[16]",
-/// "string<64>".
+/// Returns the type as IDL writes it: "sequence<phantom::msg::Figure, 32>", "double[16]", "string<64>".
 std::string idl_name(const Type& type);
 
-/// The struct with its members, and every struct and enum that it uses before it, in the manner of IDL (with
-/// scoped names instead of modules).
+/// Returns the struct with its members, preceded by every struct and enum that it uses, as IDL (with scoped
+/// names instead of modules).
 std::string idl_text(const Type& type);
 
 }  // namespace phantom::diagnostics

@@ -11,14 +11,14 @@
 
 namespace phantom::messages {
 
-/// What a receiver knows of the arm that samples are about. Samples of another one are refused.
+/// The arm that a receiver expects its samples to describe. Samples of another arm are refused.
 struct ArmBounds {
-  std::size_t joint_count = 0;  ///< 0: it knows none, and takes samples of any arm
+  std::size_t joint_count = 0;  ///< 0: no arm is known, and samples of any arm are accepted
   std::size_t link_count = 0;   ///< base included; 0: any
-  /// Joint limits, none at first; positions farther beyond than robot::near_limits allows are refused.
+  /// Joint limits, at first infinite. Positions farther outside than robot::near_limits allows are refused.
   core::JointArray lower = teleop::everywhere(-std::numeric_limits<double>::infinity());
   core::JointArray upper = teleop::everywhere(std::numeric_limits<double>::infinity());
-  std::vector<std::string> joint_names;  ///< for words; may be empty
+  std::vector<std::string> joint_names;  ///< for messages; may be empty
 };
 
 inline ArmBounds bounds_of(const robot::SerialArm& arm) {

@@ -13,19 +13,19 @@
 
 namespace phantom::messages {
 
-/// Receives a topic that one process writes at a time, and hands on the samples that are sound by the topic's
-/// codec, newer than the last, and of the process that is followed (dds::SourceGuard). The others are counted
-/// and told in the log, at most once in a while. Include the topic's codec, too.
+/// Receives a topic that one process writes at a time. Passes on the samples that its codec accepts, that are
+/// newer than the last, and that come from the followed process (dds::SourceGuard). Counts the other samples,
+/// and logs them at intervals. Include the topic's codec, too.
 template <class Message>
 class CheckedReader {
  public:
   using Sample = std::remove_cvref_t<decltype(*from_idl(std::declval<const Message&>(), ArmBounds()))>;
   using OnSample = std::function<void(const Sample&, core::Nanoseconds received_ns)>;
-  /// Why a sound sample is of no use to this receiver; empty if it is.
+  /// Returns why a valid sample cannot be used by this receiver, or an empty string if it can.
   using Refusal = std::function<std::string(const Sample&)>;
 
-  /// `arm`: that samples must be about. Callbacks run on the middleware's thread, as dds::Reader's. Throws
-  /// dds::DdsError.
+  /// `arm`: the arm that samples must describe. Callbacks run on the middleware's thread, as dds::Reader's.
+  /// Throws dds::DdsError.
   CheckedReader(dds::Participant& participant, const dds::TopicSpec<Message>& topic, ArmBounds arm,
                 OnSample on_sample, Refusal refusal = {})
       : arm_(std::move(arm)),
@@ -37,7 +37,7 @@ class CheckedReader {
     ready_ = true;
   }
 
-  /// Whether another process writes the topic, too. Thread-safe.
+  /// Returns whether another process writes the topic, too. Thread-safe.
   bool has_rival(core::Nanoseconds now_ns) const noexcept { return source_.has_rival(now_ns); }
 
  private:
@@ -59,7 +59,7 @@ class CheckedReader {
   Refusal refusal_;
   dds::SourceGuard source_;
   dds::RefusalLog refusals_;
-  std::atomic<bool> ready_{false};  // samples may come while reader_ is still being made
+  std::atomic<bool> ready_{false};  // samples may arrive while reader_ is still being constructed
   dds::Reader<Message> reader_;
 };
 

@@ -9,7 +9,7 @@
 namespace phantom::messages {
 namespace {
 
-constexpr double kFarthest_m = 1e4;  // beyond any cell: such a place is a fault
+constexpr double kFarthest_m = 1e4;  // larger than any cell: a place beyond it is an error
 
 template <class... Parts>
 std::string text(const Parts&... parts) {

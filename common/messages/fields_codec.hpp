@@ -1,13 +1,13 @@
 #pragma once
 
-// What a topic's codec is made of. Each topic has one list of its fields,
+// The parts of a topic's codec. Each topic has one list of its fields,
 //
 //     constexpr auto kPercept = [](auto& codec, auto& message, auto& sample) {
 //       codec.number("speed_m_s", message.speed_m_s(), sample.speed_m_s, 0.0, 100.0);
 //       …
 //     };
 //
-// which a Decoder runs from message to sample, checking, and an Encoder from sample to message.
+// A Decoder runs it from message to sample and checks every field; an Encoder runs it from sample to message.
 
 #include <cstdint>
 #include <limits>
@@ -25,19 +25,19 @@
 
 namespace phantom::messages {
 
-inline constexpr double kAnyNumber =
-    std::numeric_limits<double>::max();  ///< a range's end: all that is finite
+/// Bound of a range without a limit: every finite value is allowed.
+inline constexpr double kAnyNumber = std::numeric_limits<double>::max();
 
-/// Takes a message apart. The first field that is not finite, not in its range, or does not fit the arm, is
-/// told by status(); the sample is then of no use.
+/// Reads a message's fields into a sample. result() reports the first field that is not finite, is out of
+/// range or does not fit the arm; the sample must then not be used.
 class Decoder {
  public:
   explicit Decoder(const ArmBounds& arm) : arm_(arm) {}
 
   void stamp(const msg::Stamp& from, core::SampleId& to);
   void echo(const msg::Echo& from, core::SampleId& to) { to = dds::id_of(from); }
-  /// Enumerations come off the wire unchecked; the list in the IDL and ours (or false, true) have the same
-  /// order.
+  /// Reads an enumeration and checks it, because values arrive from the network unchecked. The list in the
+  /// IDL and `To` (or false, true) must have the same order.
   template <class From, class To>
   void enumeration(const char* field, const From& from, To& to, To last) {
     static_assert(std::is_enum_v<From>);
@@ -47,10 +47,10 @@ class Decoder {
   }
   void joint_count(std::uint32_t from, std::uint32_t& to);
   void link(std::uint32_t from, std::uint32_t& to);
-  /// One value per joint; call it after joint_count(). What lies beyond the joints is not looked at.
+  /// Reads one value per joint; call it after joint_count(). Ignores values beyond the joints.
   void joints(const char* field, const core::JointArray& from, core::JointArray& to,
               double least = -kAnyNumber);
-  /// As joints(), and near the joints' limits.
+  /// As joints(), and checks that the values are near the joints' limits.
   void positions(const char* field, const core::JointArray& from, core::JointArray& to);
   void place(const char* field, const msg::Vector3& from, Vector3& to);
   void pose(const char* field, const msg::Pose& from, geometry::Pose& to);
@@ -60,7 +60,7 @@ class Decoder {
     to = static_cast<To>(from);
     in_range(field, static_cast<double>(from), least, most);
   }
-  /// Any value may be: a flag, a number of the whole range, a text.
+  /// Reads a field that may have any value: a flag, a number of the whole range, a text.
   template <class From, class To>
   void any(const From& from, To& to) {
     if constexpr (requires { from.c_str(); }) {
@@ -93,8 +93,8 @@ class Decoder {
   std::string why_;
 };
 
-/// Puts a message together; checks nothing. The stamp is its writer's (dds::Stamper): only what names the
-/// sample is carried over.
+/// Writes a sample's fields into a message, without checks. Of the stamp it sets only the fields that
+/// identify the sample; the writer completes it (dds::Stamper).
 class Encoder {
  public:
   void stamp(msg::Stamp& to, const core::SampleId& from);
@@ -113,7 +113,7 @@ class Encoder {
   void number(const char*, To& to, const From& from, double = 0.0, double = 0.0) {
     to = static_cast<To>(from);
   }
-  /// A text that is longer than the IDL allows is cut.
+  /// Cuts a text that is longer than the IDL allows.
   template <class To, class From>
   void any(To& to, const From& from) {
     to = from;
@@ -125,7 +125,7 @@ class Encoder {
   }
 };
 
-/// What a list of fields makes of a message, or why it cannot be used.
+/// Returns the sample that a list of fields reads from a message, or why the message cannot be used.
 template <class Sample, class Fields, class Message>
 core::Expected<Sample> decoded(const Fields& fields, const Message& message, const ArmBounds& arm) {
   Decoder decoder(arm);

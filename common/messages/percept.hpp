@@ -12,37 +12,37 @@
 #include "common/percept/motion_class.hpp"
 #include "common/teleop/percept_rendering.hpp"
 
-// What the topics of idl/percept.idl tell, as components work with it; units and frames are in the IDL where
+// The samples of the topics of idl/percept.idl as components use them. Units and frames are in the IDL where
 // a name does not say them.
 
 namespace phantom::messages {
 
-/// Topic drag_field: damping coefficients of the pose that slave_echo names. Trivially copyable.
+/// Topic drag_field: the damping coefficients at the pose that slave_echo names. Trivially copyable.
 struct DragField {
   core::SampleId stamp;
   core::SampleId slave_echo, master_echo;
   std::uint64_t workspace_version = 0;  ///< 0: none yet
   teleop::DragMode mode = teleop::DragMode::kSeparable;
   std::uint32_t joint_count = 0;
-  teleop::DragCoefficients drag;  ///< `coupled` counts in that mode alone
+  teleop::DragCoefficients drag;  ///< `coupled` is used in that mode only
   double model_age_s = 0.0;
 
   friend bool operator==(const DragField&, const DragField&) = default;
 };
 
-/// What a percept rests on, and so whether it counts.
+/// The data on which a percept is based, and so whether it is valid.
 enum class PerceptCondition {
   kFresh,                ///< valid
-  kWorkspaceUnattended,  ///< valid, marked: nobody is there who would tell of changes
-  kWorkspaceBehind,      ///< valid, marked: a newer version was announced and is not whole yet
-  kWorkspaceStale,       ///< invalid: one of these two has lasted too long
-  kNoWorkspace,          ///< invalid: none came yet
-  kNoState,              ///< invalid: no slave_state came yet
+  kWorkspaceUnattended,  ///< valid, marked: no wva_server is present that would report changes
+  kWorkspaceBehind,      ///< valid, marked: a newer version was announced but is not complete yet
+  kWorkspaceStale,       ///< invalid: one of the two marked conditions has lasted too long
+  kNoWorkspace,          ///< invalid: none has arrived yet
+  kNoState,              ///< invalid: no slave_state has arrived yet
   kStateStale,           ///< invalid: the last slave_state is too old
-  kSelfTestFailed        ///< invalid: a virtual probe did not perceive what it must
+  kSelfTestFailed        ///< invalid: a virtual probe did not perceive the expected value
 };
 
-/// Topic percept: for the whole skin, by its worst sensor. Trivially copyable.
+/// Topic percept: the percept of the whole skin, taken from its worst sensor. Trivially copyable.
 struct Percept {
   core::SampleId stamp;
   core::SampleId slave_echo;
@@ -67,7 +67,7 @@ struct Percept {
   friend bool operator==(const Percept&, const Percept&) = default;
 };
 
-/// What one interest point of the arm perceives.
+/// The percept of one interest point of the arm.
 struct InterestPoint {
   std::string name;
   std::uint32_t link = 0;
@@ -77,14 +77,14 @@ struct InterestPoint {
   Vector3 position_m{}, velocity_m_s{}, pgv{};  ///< in W
   double pgs = 0.0;
   percept::MotionClass motion = percept::MotionClass::kNone;
-  percept::HitRule rule = percept::HitRule::kNone;  ///< that holds now
+  percept::HitRule rule = percept::HitRule::kNone;  ///< the rule that holds now
   std::uint16_t object = 0;
   bool muted = false;
 
   friend bool operator==(const InterestPoint&, const InterestPoint&) = default;
 };
 
-/// Topic interest_points: every one of the arm, in the order of the cell file.
+/// Topic interest_points: all interest points of the arm, in the order of the cell file.
 struct InterestPoints {
   core::SampleId stamp;
   core::SampleId slave_echo;
@@ -96,30 +96,30 @@ struct InterestPoints {
   friend bool operator==(const InterestPoints&, const InterestPoints&) = default;
 };
 
-/// A patch of the skin that meets fluid.
+/// A patch of the skin that is in fluid.
 struct SkinPatch {
   std::uint32_t link = 0;
-  std::array<float, 3> middle_m{};  ///< of its sensors, in the link's frame
+  std::array<float, 3> middle_m{};  ///< centre of its sensors, in the link's frame
   float mu_Pa_s_per_m = 0.0F;
 
   friend bool operator==(const SkinPatch&, const SkinPatch&) = default;
 };
 
-/// Topic skin_percept: where on the arm the skin feels something, to paint it.
+/// Topic skin_percept: where on the arm the skin is in fluid, for display.
 struct SkinPercept {
   core::SampleId stamp;
   core::SampleId slave_echo;
   std::uint64_t workspace_version = 0;
-  bool valid = false;  ///< false: nothing is known of the skin
+  bool valid = false;  ///< false: the skin's state is unknown
   double patch_m = 0.0;
-  double greatest_mu_Pa_s_per_m = 0.0;  ///< of any neighbour layer: that patch's closeness is 1
-  std::uint32_t patch_count = 0;        ///< patches that the skin has
-  std::vector<SkinPatch> felt;          ///< those that meet fluid
+  double greatest_mu_Pa_s_per_m = 0.0;  ///< of all neighbour layers; a patch at this value has closeness 1
+  std::uint32_t patch_count = 0;        ///< number of patches of the whole skin
+  std::vector<SkinPatch> felt;          ///< patches in fluid
 
   friend bool operator==(const SkinPercept&, const SkinPercept&) = default;
 };
 
-/// Topic hit_alert: a hit threatens; the look-at point is latched here.
+/// Topic hit_alert: a hit threatens. The look-at point is latched in the alert.
 struct HitAlert {
   core::SampleId stamp;
   std::int64_t utc_ns = 0;
@@ -133,7 +133,7 @@ struct HitAlert {
   double speed_m_s = 0.0;
   double mu_Pa_s_per_m = 0.0;
   bool cleared = false;
-  std::string interest_point;  ///< empty: the whole skin's
+  std::string interest_point;  ///< empty: the alert is for the whole skin
 
   friend bool operator==(const HitAlert&, const HitAlert&) = default;
 };

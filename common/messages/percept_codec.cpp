@@ -11,7 +11,7 @@ namespace {
 using percept::HitRule;
 using percept::MotionClass;
 
-constexpr double kFastest_m_s = 100.0;  // beyond any arm
+constexpr double kFastest_m_s = 100.0;  // faster than any arm
 constexpr double kFinestPatch_m = 1e-6, kWidestPatch_m = 10.0;
 
 constexpr auto kDragField = [](auto& codec, auto& m, auto& s) {

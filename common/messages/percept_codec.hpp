@@ -7,15 +7,15 @@
 
 namespace phantom::messages {
 
-/// From the topic's type; an error names the field, its value and what is allowed. `arm`: that the sample
-/// must be about. Order and source are checked apart (dds::SourceGuard).
+/// Convert from the topic's type; an error names the field, its value and what is allowed. `arm`: the arm
+/// that the sample must describe. Order and source are checked elsewhere (dds::SourceGuard).
 core::Expected<DragField> from_idl(const msg::DragField& message, const ArmBounds& arm = {});
 core::Expected<Percept> from_idl(const msg::Percept& message, const ArmBounds& arm = {});
 core::Expected<InterestPoints> from_idl(const msg::InterestPoints& message, const ArmBounds& arm = {});
 core::Expected<SkinPercept> from_idl(const msg::SkinPercept& message, const ArmBounds& arm = {});
 core::Expected<HitAlert> from_idl(const msg::HitAlert& message, const ArmBounds& arm = {});
 
-/// To the topic's type, unchecked; the stamp is its writer's to complete (dds::Stamper).
+/// Convert to the topic's type, without checks; the writer completes the stamp (dds::Stamper).
 msg::DragField to_idl(const DragField& field);
 msg::Percept to_idl(const Percept& percept);
 msg::InterestPoints to_idl(const InterestPoints& points);

@@ -10,8 +10,8 @@
 #include "common/teleop/link_state.hpp"
 #include "common/teleop/stop_latch.hpp"
 
-// What the topics of idl/teleoperation.idl tell, as components work with it; units and frames are in the IDL
-// where a name does not say them. States are trivially copyable: they pass core::Snapshot.
+// The samples of the topics of idl/teleoperation.idl as components use them. Units and frames are in the IDL
+// where a name does not say them. States are trivially copyable, as core::Snapshot requires.
 
 namespace phantom::messages {
 
@@ -20,7 +20,7 @@ struct SlaveState {
   core::SampleId stamp;
   core::SampleId master_echo;  ///< the master_state that the drives follow now
   teleop::LinkState state = teleop::LinkState::kInit;
-  teleop::StopRecord stop;  ///< in force
+  teleop::StopRecord stop;  ///< the stop in force
   std::uint32_t joint_count = 0;
   core::JointArray position{};        ///< rad or m
   core::JointArray velocity{};        ///< rad/s or m/s
@@ -37,35 +37,36 @@ struct SlaveState {
   friend bool operator==(const SlaveState&, const SlaveState&) = default;
 };
 
-/// Topic master_state: the operator's side.
+/// Topic master_state: the state of the operator's side.
 struct MasterState {
   core::SampleId stamp;
   teleop::LinkState state = teleop::LinkState::kInit;
-  teleop::StopRecord stop;  ///< in force
+  teleop::StopRecord stop;  ///< the stop in force
   teleop::BilateralLaw law = teleop::BilateralLaw::kPf;
   std::uint32_t joint_count = 0;
   core::JointArray position{};  ///< in the slave's joint coordinates
   core::JointArray velocity{};
   core::JointArray percept_torque_Nm{};   ///< drag rendered, scaled by G and limited
   core::JointArray feedback_torque_Nm{};  ///< slave feedback rendered, divided by A
-  core::JointArray operator_torque_Nm{};  ///< what the hand exerts; 0 if unknown
+  core::JointArray operator_torque_Nm{};  ///< torque of the operator's hand; 0 if unknown
   double percept_gain = 0.0;              ///< G in force
   double feedback_gain = 0.0;             ///< 1/A in force
   bool percept_enabled = false, percept_limited = false;
   bool feedback_limited = false, feedback_damped = false;
   bool force_missing = false;  ///< the law needs F_e, which the slave does not measure
-  std::int32_t reach = -1;     ///< of the operator's script; −1: none
+  /// Running number of the operator's reach, which rises during a session; −1: none.
+  std::int32_t reach = -1;
   core::SampleId slave_echo, drag_echo;
-  double round_trip_s = -1.0;  ///< −1: no new one
+  double round_trip_s = -1.0;  ///< −1: no new measurement
 
   friend bool operator==(const MasterState&, const MasterState&) = default;
 };
 
-/// Topic view_pose: how the view stands that the operator looks at.
+/// Topic view_pose: the pose of the view that the operator looks at.
 struct ViewPose {
   core::SampleId stamp;
-  bool hit_zone = false;   ///< the zone that threatens to be hit; else the main view
-  int node = 0;            ///< look-from node (percept::ViewNode); 0: at none
+  bool hit_zone = false;   ///< true: the view of the zone that threatens to be hit; false: the main view
+  int node = 0;            ///< look-from node (percept::ViewNode); 0: none
   bool automatic = false;  ///< the viewer chose the node
   geometry::Pose X_WC;     ///< camera: x right, y up, z backward
   Vector3 look_at_m{};     ///< in W

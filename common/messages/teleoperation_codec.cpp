@@ -9,7 +9,7 @@ namespace {
 using teleop::LinkState;
 using teleop::StopCause;
 
-/// What both sides say of themselves.
+/// The fields that both sides' states have.
 constexpr auto kSide = [](auto& codec, auto& m, auto& s) {
   codec.stamp(m.stamp(), s.stamp);
   codec.joint_count(m.joint_count(), s.joint_count);

@@ -7,13 +7,14 @@
 
 namespace phantom::messages {
 
-/// From the topic's type; an error names the field, its value and what is allowed. `arm`: that the sample
-/// must be about. Allocates in errors only. Order and source are checked apart (dds::SourceGuard).
+/// Convert from the topic's type; an error names the field, its value and what is allowed. `arm`: the arm
+/// that the sample must describe. Allocates in errors only. Order and source are checked elsewhere
+/// (dds::SourceGuard).
 core::Expected<SlaveState> from_idl(const msg::SlaveState& message, const ArmBounds& arm = {});
 core::Expected<MasterState> from_idl(const msg::MasterState& message, const ArmBounds& arm = {});
 core::Expected<ViewPose> from_idl(const msg::ViewPose& message, const ArmBounds& arm = {});
 
-/// To the topic's type, unchecked; the stamp is its writer's to complete (dds::Stamper).
+/// Convert to the topic's type, without checks; the writer completes the stamp (dds::Stamper).
 msg::SlaveState to_idl(const SlaveState& state);
 msg::MasterState to_idl(const MasterState& state);
 msg::ViewPose to_idl(const ViewPose& view);

@@ -7,13 +7,13 @@
 
 namespace phantom::messages {
 
-/// From the topic's type; an error names the field, its value and what is allowed. Nothing of an object that
-/// was removed is looked at but its id.
+/// Converts from the topic's type; an error names the field, its value and what is allowed. Of a removed
+/// object only the id is checked.
 core::Expected<WorkspaceObject> from_idl(const msg::WorkspaceObject& message, const ArmBounds& arm = {});
-/// A pose within a message; `field`: its name there.
+/// Converts a pose within a message; `field`: its name there.
 core::Expected<geometry::Pose> pose_of(const char* field, const msg::Pose& message);
 
-/// To the topic's type, unchecked.
+/// Convert to the topic's type, without checks.
 msg::WorkspaceObject to_idl(const WorkspaceObject& object);
 msg::Pose to_idl(const geometry::Pose& X);
 

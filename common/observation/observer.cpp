@@ -35,7 +35,7 @@ std::string locator_text(const rtps::Locator_t& locator) {
   }
 }
 
-// By the list of the OMG's DDS-RTPS vendor identifiers.
+// From the OMG's list of DDS-RTPS vendor identifiers.
 std::string vendor_name(const eprosima::fastdds::rtps::VendorId_t& vendor) {
   constexpr const char* kNames[] = {
       nullptr, "RTI Connext", "OpenSplice",  "OpenDDS",  "Mil-DDS", "InterCOM DDS", "CoreDX",
@@ -76,7 +76,7 @@ std::string announced_machine(const edds::DomainParticipant& participant) {
   return "";
 }
 
-// WriterQos and ReaderQos name these alike.
+// The policies whose members have the same names in WriterQos and ReaderQos.
 template <class Qos>
 diagnostics::EndpointQos common_qos(const Qos& qos) {
   using namespace diagnostics;

@@ -12,13 +12,14 @@ namespace phantom::observation {
 enum class Presence {
   kAppeared,
   kChanged,
-  kLeft,  ///< said so itself
-  kLost   ///< participants: silent for its lease
+  kLeft,  ///< it announced its end itself
+  kLost   ///< participants only: not heard for its lease
 };
 
-/// Who else is there, as discovery tells it. Calls come from middleware threads, one at a time for one
-/// participant: copy and return; do not block, throw, or make or end DDS entities. Of what left, only the
-/// guid is meant. A participant's endpoints may come before it and may go without a word when it goes.
+/// Receives the other participants and their endpoints, as discovery reports them. Calls come from middleware
+/// threads, one at a time for one participant: copy and return; do not block, throw, or create or delete DDS
+/// entities. Of a participant or endpoint that left, only the guid is valid. A participant's endpoints may be
+/// reported before it; when it goes, their end may not be reported.
 class DiscoveryListener {
  public:
   virtual ~DiscoveryListener() = default;
@@ -26,11 +27,11 @@ class DiscoveryListener {
   virtual void on_endpoint(const diagnostics::EndpointInfo& endpoint, Presence presence) = 0;
 };
 
-/// A participant that is told of all others. It neither writes nor announces a type.
+/// A participant that observes all others. It neither writes nor announces a type.
 class Observer {
  public:
-  /// Joins as `component`. `listener` hears of others from before this returns until this is destroyed.
-  /// Throws DdsError.
+  /// Joins as `component`. `listener` is called from before this constructor returns until this object is
+  /// destroyed. Throws DdsError.
   Observer(const std::string& component, const core::NetworkOptions& network, DiscoveryListener& listener);
   ~Observer();
   Observer(const Observer&) = delete;
@@ -38,7 +39,8 @@ class Observer {
 
   dds::Participant& participant();
   diagnostics::Guid guid() const;
-  /// This host as participants of this library announce it in ParticipantInfo::machine; empty: they do not.
+  /// Returns the name by which participants of this library announce this host in ParticipantInfo::machine;
+  /// empty: they do not announce it.
   const std::string& machine() const;
 
  private:

@@ -26,7 +26,7 @@ edds::DataReaderQos reader_qos(const PayloadQos& given) {
       given.transient_local ? edds::TRANSIENT_LOCAL_DURABILITY_QOS : edds::VOLATILE_DURABILITY_QOS;
   qos.history().kind = given.depth == 0 ? edds::KEEP_ALL_HISTORY_QOS : edds::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = std::max(given.depth, 1);
-  qos.resource_limits().max_samples = 0;  // no limit: the history's depth is one
+  qos.resource_limits().max_samples = 0;  // no limit: the history's depth is the limit
   qos.resource_limits().max_instances = 0;
   qos.resource_limits().max_samples_per_instance = 0;
   qos.resource_limits().allocated_samples = 16;
@@ -43,7 +43,8 @@ edds::DataReaderQos reader_qos(const PayloadQos& given) {
   return qos;
 }
 
-/// The participant's payload type of that name, registered at its first topic.
+/// Registers the payload type of that name with the participant at its first topic. Returns false if the type
+/// is known with other properties, or Fast DDS refuses it.
 bool register_type(edds::DomainParticipant& participant, const PayloadTopic& topic) {
   const edds::TypeSupport known = participant.find_type(topic.type);
   if (!known.empty())
@@ -126,8 +127,8 @@ struct PayloadReader::Impl : edds::DataReaderListener {
     if (status.alive_count_change == 0 && status.not_alive_count_change == 0) return;
     rtps::GUID_t writer;
     rtps::iHandle2GUID(writer, status.last_publication_handle);
-    // A writer that goes in order takes one from alive without adding one to not alive: discovery tells of
-    // that.
+    // A writer that ends in an orderly way lowers the count of alive writers without raising that of writers
+    // not alive. Discovery reports that case.
     if (status.not_alive_count_change > 0) listener.on_liveliness(guid_of(writer), false);
     if (status.alive_count_change > 0) listener.on_liveliness(guid_of(writer), true);
   }

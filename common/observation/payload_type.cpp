@@ -10,7 +10,7 @@ namespace phantom::observation {
 using Bytes = std::vector<std::uint8_t>;
 using eprosima::fastrtps::rtps::SerializedPayload_t;
 
-constexpr std::uint32_t kUsualSize = 1024;  // histories grow beyond it as samples demand
+constexpr std::uint32_t kUsualSize = 1024;  // histories grow beyond it if samples need more
 
 PayloadType::PayloadType(const std::string& name, bool keyed) {
   setName(name.c_str());
@@ -42,7 +42,7 @@ std::function<std::uint32_t()> PayloadType::getSerializedSizeProvider(void* data
 bool PayloadType::getKey(void*, eprosima::fastrtps::rtps::InstanceHandle_t* handle, bool) {
   if (!m_isGetKeyDefined) return false;
   for (std::size_t i = 0; i < 16; ++i) handle->value[i] = 0;
-  handle->value[0] = 1;  // all zeros would be no handle
+  handle->value[0] = 1;  // all zeros would be an invalid handle
   return true;
 }
 

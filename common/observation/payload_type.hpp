@@ -7,8 +7,8 @@
 
 namespace phantom::observation {
 
-/// A type that leaves its samples serialized: data is a std::vector<uint8_t> with the encapsulation header.
-/// Private to common/observation.
+/// A DDS type that leaves its samples serialised: data is a std::vector<uint8_t> with the encapsulation
+/// header. Private to common/observation.
 class PayloadType : public eprosima::fastdds::dds::TopicDataType {
  public:
   PayloadType(const std::string& name, bool keyed);
@@ -17,7 +17,7 @@ class PayloadType : public eprosima::fastdds::dds::TopicDataType {
   std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override;
   void* createData() override { return new std::vector<std::uint8_t>(); }
   void deleteData(void* data) override { delete static_cast<std::vector<std::uint8_t>*>(data); }
-  /// The same for all samples: which member is the key is not known here.
+  /// Returns the same key for all samples, because the key member is unknown here.
   bool getKey(void* data, eprosima::fastrtps::rtps::InstanceHandle_t* handle, bool force_md5) override;
 };
 

@@ -20,7 +20,7 @@ namespace {
 namespace edds = eprosima::fastdds::dds;
 using Bytes = std::vector<std::uint8_t>;
 
-/// A payload type that knows which member is the key.
+/// A payload type that finds the key of a sample.
 class KeyedPayloadType : public PayloadType {
  public:
   KeyedPayloadType(const std::string& name, PayloadWriter::InstanceOf instance_of)
@@ -46,7 +46,7 @@ edds::DataWriterQos writer_qos(const diagnostics::EndpointQos& given, int depth)
                               : edds::TRANSIENT_LOCAL_DURABILITY_QOS;
   qos.history().kind = edds::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = depth;
-  qos.resource_limits().max_samples = 0;  // no limit: the history's depth is one
+  qos.resource_limits().max_samples = 0;  // no limit: the history's depth is the limit
   qos.resource_limits().max_instances = 0;
   qos.resource_limits().max_samples_per_instance = 0;
   qos.resource_limits().allocated_samples = 16;
@@ -54,7 +54,8 @@ edds::DataWriterQos writer_qos(const diagnostics::EndpointQos& given, int depth)
   qos.lifespan().duration = duration_of(given.lifespan_ns);
   qos.liveliness().kind = static_cast<edds::LivelinessQosPolicyKind>(given.liveliness);
   qos.liveliness().lease_duration = duration_of(given.lease_ns);
-  if (given.lease_ns != diagnostics::kInfinite_ns)  // must be told more often than it may be silent
+  // The writer must assert it more often than the lease.
+  if (given.lease_ns != diagnostics::kInfinite_ns)
     qos.liveliness().announcement_period = duration_of(given.lease_ns / 3);
   qos.ownership().kind = given.ownership == diagnostics::Ownership::kExclusive ? edds::EXCLUSIVE_OWNERSHIP_QOS
                                                                                : edds::SHARED_OWNERSHIP_QOS;
@@ -75,7 +76,7 @@ struct PayloadWriter::Impl : edds::DataWriterListener {
   edds::Topic* topic = nullptr;
   edds::DataWriter* writer = nullptr;
   std::mutex mutex;
-  Bytes bytes;  // under the mutex
+  Bytes bytes;  // guarded by the mutex
   std::atomic<std::uint32_t> matched{0};
 
   void close() {

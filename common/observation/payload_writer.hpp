@@ -13,28 +13,30 @@
 
 namespace phantom::observation {
 
-/// Writes samples that are serialized already on a topic of any type. Announces no type information.
+/// Writes samples that are already serialised, on a topic of any type. Announces no type information.
 /// Thread-safe.
 class PayloadWriter {
  public:
-  /// The instance that a sample belongs to, from its bytes; needed for keyed topics. False: the bytes are no
-  /// sample.
+  /// Finds the instance that a sample belongs to, from its bytes; needed for keyed topics. Returns false if
+  /// the bytes are not a sample.
   using InstanceOf = std::function<bool(std::span<const std::uint8_t>, std::array<std::uint8_t, 16>&)>;
 
-  /// Offers `qos`; keeps the last `depth` samples of each instance. Throws DdsError: in one participant a
-  /// topic has one type; a keyed topic needs `instance_of`.
+  /// Offers `qos`; keeps the last `depth` samples of each instance. Throws DdsError, also if the participant
+  /// knows the topic with another type (in one participant a topic has one type), or if a keyed topic comes
+  /// without `instance_of`.
   PayloadWriter(dds::Participant& participant, const PayloadTopic& topic, const diagnostics::EndpointQos& qos,
                 int depth, InstanceOf instance_of = {});
   ~PayloadWriter();
   PayloadWriter(const PayloadWriter&) = delete;
   PayloadWriter& operator=(const PayloadWriter&) = delete;
 
-  /// `bytes` with the encapsulation header. May block for tens of milliseconds while a reader joins. False if
-  /// the sample could not be queued or is none.
+  /// Writes `bytes`, which begin with the encapsulation header. May block for tens of milliseconds while a
+  /// reader joins. Returns false if the sample could not be queued or is invalid.
   bool write(std::span<const std::uint8_t> bytes);
-  /// Waits until every reliable reader has what was written, `longest_ns` at most. False: one has not.
+  /// Waits until every reliable reader has received what was written, for `longest_ns` at most. Returns false
+  /// if one has not.
   bool wait_until_received(core::Nanoseconds longest_ns);
-  std::uint32_t matched() const;  ///< readers
+  std::uint32_t matched() const;  ///< number of matched readers
 
  private:
   struct Impl;

@@ -37,7 +37,8 @@ std::map<types::MemberId, types::DynamicTypeMember*> members_of(const types::Dyn
   return members;
 }
 
-// `scope` is that of the topic's type, "phantom::msg::": descriptions of what it uses come without theirs.
+// `scope` is the scope of the topic's type, "phantom::msg::": the descriptions of types that it uses lack
+// theirs.
 TypePtr described(const types::DynamicType_ptr& dynamic, const std::string& scope);
 
 // double x[2][3] is an array of two arrays of three.

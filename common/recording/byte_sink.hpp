@@ -8,21 +8,21 @@
 
 namespace phantom::recording {
 
-/// Takes a file's bytes in order.
+/// Receives a file's bytes in order.
 class ByteSink {
  public:
   virtual ~ByteSink() = default;
-  /// All of them, or a Status; after a failure none of `bytes` counts as written.
+  /// Writes all bytes. After a failure none of `bytes` counts as written.
   virtual core::Status write(ByteView bytes) = 0;
-  /// Brings what was written to the medium, so that it survives the host's end.
+  /// Writes all data to the storage medium, so that it survives a crash of the host.
   virtual core::Status sync() = 0;
 };
 
-/// A new file. What was written to it survives this process's end, and after sync() the host's. A write that
-/// fails half-way (no space left) is taken back: the file ends with the last whole one.
+/// Writes a new file. Written data survives a crash of this process, and after sync() one of the host. A
+/// write that fails half-way (no space left) is undone: the file then ends with the last complete write.
 class FileSink : public ByteSink {
  public:
-  /// Fails if the file exists (kFailedPrecondition) or cannot be made.
+  /// Creates the file. Fails if it exists (kFailedPrecondition) or cannot be created.
   static core::Expected<std::unique_ptr<FileSink>> create(const std::filesystem::path& path);
   ~FileSink() override;
   FileSink(const FileSink&) = delete;

@@ -8,16 +8,17 @@
 
 namespace phantom::recording {
 
-/// Bytes of a file, at any place in it.
+/// Gives access to a file's bytes at any offset.
 class ByteSource {
  public:
   virtual ~ByteSource() = default;
   virtual std::uint64_t size() const = 0;
-  /// Replaces `out` by `length` bytes from `offset` on; a Status if they are not all there.
+  /// Replaces `out` by `length` bytes from `offset` on. Fails if not all of them exist.
   virtual core::Status read(std::uint64_t offset, std::uint64_t length, Bytes& out) const = 0;
 };
 
-/// A file as long as it is when it is opened: one that is still being written may be read.
+/// A file with the size that it has when it is opened, so that a file that is still being written can be
+/// read.
 class FileSource : public ByteSource {
  public:
   static core::Expected<std::unique_ptr<FileSource>> open(const std::filesystem::path& path);
@@ -35,7 +36,7 @@ class FileSource : public ByteSource {
   std::uint64_t size_;
 };
 
-/// Bytes in memory, which outlive this.
+/// Bytes in memory, which must outlive this object.
 class MemorySource : public ByteSource {
  public:
   explicit MemorySource(ByteView bytes) : bytes_(bytes) {}

@@ -6,7 +6,7 @@
 
 namespace phantom::recording {
 
-/// CRC-32 (IEEE 802.3) of `bytes`, continuing from the CRC of what came before them.
+/// Returns the CRC-32 (IEEE 802.3) of `bytes`, continuing from `before`, the CRC of the bytes before them.
 std::uint32_t crc32(ByteView bytes, std::uint32_t before = 0);
 
 }  // namespace phantom::recording

@@ -16,9 +16,9 @@ struct FreeContext {
 };
 
 core::Status decompress(const Chunk& chunk, Bytes& out) {
-  thread_local const std::unique_ptr<ZSTD_DCtx, FreeContext> context(
-      ZSTD_createDCtx());  // dear to make for a small chunk
-  // The frame's own word first: a size that is merely claimed must not take memory.
+  // Kept, because it is too expensive to create for each small chunk.
+  thread_local const std::unique_ptr<ZSTD_DCtx, FreeContext> context(ZSTD_createDCtx());
+  // Checks the size that the frame states first: a size that is merely claimed must not allocate memory.
   const unsigned long long size = ZSTD_getFrameContentSize(chunk.records.data(), chunk.records.size());
   const bool unknown = size == ZSTD_CONTENTSIZE_UNKNOWN;
   if (size == ZSTD_CONTENTSIZE_ERROR || (!unknown && size != chunk.uncompressed_size))

@@ -7,13 +7,13 @@
 
 namespace phantom::recording {
 
-/// Compresses chunks; keeps its memory from one to the next. Not thread-safe.
+/// Compresses chunks; reuses its memory for the next chunk. Not thread-safe.
 class ZstdCompressor {
  public:
   explicit ZstdCompressor(int level);
   ~ZstdCompressor();
   ZstdCompressor(ZstdCompressor&&) noexcept;
-  /// Replaces `out` by one frame that holds `bytes` and says their number.
+  /// Replaces `out` by one frame that holds `bytes` and states their number.
   core::Status compress(ByteView bytes, Bytes& out);
 
  private:
@@ -21,9 +21,9 @@ class ZstdCompressor {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The records of a chunk: CRC checked, decompressed if need be, not more than `limit_bytes`. The
-/// compressions are "" and "zstd". `out` holds them, unless they are not compressed: then the result points
-/// into the chunk.
+/// Returns the records of a chunk, decompressed if need be, of `limit_bytes` at most; checks their CRC.
+/// Supported compressions are "" and "zstd". `out` holds decompressed records; for an uncompressed chunk the
+/// result points into the chunk.
 core::Expected<ByteView> decompressed(const Chunk& chunk, std::uint64_t limit_bytes, Bytes& out);
 
 }  // namespace phantom::recording

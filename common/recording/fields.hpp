@@ -19,14 +19,15 @@ inline void put(Bytes& out, const std::string& text) {
   out.insert(out.end(), text.begin(), text.end());
 }
 
-/// Writes over the length field at `at` with the number of bytes that follow it.
+/// Overwrites the length field at `at` with the number of bytes that follow it.
 template <std::unsigned_integral T>
 void set_length(Bytes& out, std::size_t at) {
   const auto length = static_cast<T>(out.size() - at - sizeof(T));
   for (std::size_t i = 0; i < sizeof(T); ++i) out[at + i] = static_cast<std::uint8_t>(length >> (8 * i));
 }
 
-/// Reads fields in turn. After a field that is not there everything reads as nothing and ok() is false.
+/// Reads fields in sequence. After a missing field, every further field reads as empty and ok() returns
+/// false.
 class Fields {
  public:
   explicit Fields(ByteView bytes) : left_(bytes) {}

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kMostProblems = 100;
 
-/// One walk over the data section, with the summary's word (from the reader) to compare at the end.
+/// One pass over the data section. At the end it compares the result with the summary (from the reader).
 class Walk {
  public:
   explicit Walk(const McapReader& reader) : reader_(reader) { report_.bytes = reader.source().size(); }
@@ -43,8 +43,8 @@ class Walk {
   std::map<std::uint16_t, Channel> channels_;
   Statistics counted_;
   std::uint32_t crc_ = 0;
-  std::uint64_t data_end_ = 0;  // where the end of the data was told; 0: nowhere
-  // The chunk that came last, and which of its messages no index has named yet: (channel, time, offset).
+  std::uint64_t data_end_ = 0;  // offset behind the DataEnd record; 0: none
+  // The last chunk, and its messages that no index has named yet: (channel, time, offset).
   std::uint64_t chunk_at_ = 0;
   bool indexed_ = false;
   std::vector<std::tuple<std::uint16_t, std::uint64_t, std::uint64_t>> unindexed_;
@@ -121,7 +121,7 @@ void Walk::message_index(std::uint64_t offset, ByteView content) {
   }
 }
 
-/// A chunk may go without index, but not with half of one.
+/// Reports a chunk whose index is incomplete. A chunk without any index is allowed.
 void Walk::indexes_are_complete() {
   if (indexed_ && !unindexed_.empty())
     problem(chunk_at_, std::to_string(unindexed_.size()) + " messages of this chunk are in no index");

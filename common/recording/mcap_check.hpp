@@ -7,16 +7,16 @@
 
 namespace phantom::recording {
 
-/// What a look at every byte of a file found.
+/// The result of checking every byte of a file.
 struct CheckReport {
   std::uint64_t messages = 0, chunks = 0, bytes = 0;
-  std::vector<std::string> problems;  ///< in words, with places; the first 100
+  std::vector<std::string> problems;  ///< in words, with byte offsets; the first 100
   bool ok() const { return problems.empty(); }
 };
 
-/// Reads the whole file once, from the beginning, and holds against what is there: every checksum, every
-/// index, the times that chunks claim, the summary's statistics, channels and schemas. Fails only if it does
-/// not begin as an MCAP file.
+/// Reads the whole file once, from the beginning, and compares with its content every checksum, every index,
+/// the time ranges of the chunks, and the summary's statistics, channels and schemas. Fails only if the file
+/// does not begin as an MCAP file.
 core::Expected<CheckReport> check(const std::filesystem::path& file, ReaderLimits limits = {});
 core::Expected<CheckReport> check(std::unique_ptr<ByteSource> source, ReaderLimits limits = {});
 

@@ -101,7 +101,7 @@ bool McapReader::read_summary() {
     problems_.push_back("the footer names a place for the summary that is not in the file");
     return false;
   }
-  // The checksum covers the footer as well, but for itself.
+  // The checksum also covers the footer, except for the checksum itself.
   if (!source_->read(footer.summary_start,
                      size - kMagic.size() - sizeof footer.summary_crc - footer.summary_start, bytes))
     return false;
@@ -165,7 +165,8 @@ bool McapReader::parse_summary(ByteView summary) {
   return ok && summary.empty();
 }
 
-/// Whether what the summary names is there, and is all that there is.
+/// Returns whether the blocks that the summary names are within the file, and are all that its statistics
+/// count.
 bool McapReader::summary_is_usable() const {
   const std::uint64_t size = source_->size();
   const auto within = [size](std::uint64_t offset, std::uint64_t length) {

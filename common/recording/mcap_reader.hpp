@@ -18,44 +18,45 @@ struct ReaderLimits {
   std::uint64_t chunk_bytes = 1ULL << 30;   ///< a chunk that decompresses to more is damage
 };
 
-/// Where messages lie: a chunk, or a run of messages outside of chunks.
+/// The location of messages in the file: a chunk, or a run of messages outside of chunks.
 struct MessageBlock {
   std::uint64_t offset = 0, length = 0;
   std::uint64_t start_ns = 0, end_ns = 0;
   bool is_chunk = true;
 };
 
-/// An MCAP file, ours or another tool's. Opens by its summary; a file without one (it is still being written,
-/// or its writer was killed) or with a damaged one is read from the beginning, record by record, as far as it
-/// is whole. Not thread-safe.
+/// Reads an MCAP file, of this project or of another tool. Opens it by its summary. A file without a summary
+/// (it is still being written, or its writer was killed) or with a damaged one is read from the beginning,
+/// record by record, up to the first incomplete record. Not thread-safe.
 class McapReader {
  public:
-  /// Fails if it does not begin as an MCAP file.
+  /// Fails if the file does not begin as an MCAP file.
   static core::Expected<McapReader> open(std::unique_ptr<ByteSource> source, ReaderLimits limits = {});
   static core::Expected<McapReader> open(const std::filesystem::path& file, ReaderLimits limits = {});
 
-  /// Whether it was finished in order. If not, what is there can be read, and problems() says what is not.
+  /// Returns whether the file was finished properly. If not, the existing part can be read, and problems()
+  /// names what is missing.
   bool complete() const { return complete_; }
   const std::vector<std::string>& problems() const { return problems_; }
 
-  /// Where the summary begins; 0: there is none that can be used.
+  /// Returns where the summary begins; 0: there is no usable summary.
   std::uint64_t summary_start() const { return summary_start_; }
   const Header& header() const { return header_; }
   const std::map<std::uint16_t, Schema>& schemas() const { return schemas_; }
   const std::map<std::uint16_t, Channel>& channels() const { return channels_; }
-  /// As the summary has it; counted, if there is none.
+  /// Returns the summary's statistics; without a summary, counts from reading the file.
   const Statistics& statistics() const { return statistics_; }
-  /// In the order of their first message.
+  /// Returns the blocks in the order of their first message.
   const std::vector<MessageBlock>& blocks() const { return blocks_; }
   const std::vector<MetadataIndex>& metadata_indexes() const { return metadata_indexes_; }
   const std::vector<AttachmentIndex>& attachment_indexes() const { return attachment_indexes_; }
 
   core::Expected<Metadata> read(const MetadataIndex& index) const;
   core::Expected<Attachment> read(const AttachmentIndex& index) const;
-  /// All metadata of a name, in the order of writing; what cannot be read is left out.
+  /// Returns all metadata of that name in the order of writing; leaves out unreadable ones.
   std::vector<StringMap> metadata(const std::string& name) const;
 
-  /// The records in a block. They point into the buffers.
+  /// Returns the records in a block. They point into the buffers.
   core::Expected<ByteView> load(const MessageBlock& block, Bytes& raw, Bytes& decompressed) const;
   const ByteSource& source() const { return *source_; }
   const ReaderLimits& limits() const { return limits_; }
@@ -90,22 +91,23 @@ class McapReader {
 
 /// Which messages to read.
 struct MessageFilter {
-  std::function<bool(const Channel&)> channel;                         ///< none: all
+  std::function<bool(const Channel&)> channel;                         ///< empty: all channels
   std::uint64_t from_ns = 0;                                           ///< log times from here on …
   std::uint64_t until_ns = std::numeric_limits<std::uint64_t>::max();  ///< … and before this
 };
 
-/// Goes through the messages in the order of their log times, those of equal times as they stand in the file;
-/// by the times that the chunks claim (check() finds those that claim others than they have). Holds the
-/// chunks that overlap in time, no more. A chunk that cannot be read is left out and told in problems().
+/// Iterates over the messages in the order of their log times; messages of equal times come in the order of
+/// the file. Relies on the time ranges that the chunks state (check() finds chunks that state wrong ones).
+/// Holds only the chunks that overlap in time. A chunk that cannot be read is left out and reported by
+/// problems().
 class MessageCursor {
  public:
-  /// The reader outlives this.
+  /// The reader must outlive this object.
   explicit MessageCursor(const McapReader& reader, MessageFilter filter = {});
   ~MessageCursor();
   MessageCursor(MessageCursor&&) noexcept;
 
-  /// The next message; false at the end. Its data are valid until the next call.
+  /// Reads the next message; returns false at the end. Its data are valid until the next call.
   bool next(Message& message);
   const std::vector<std::string>& problems() const { return problems_; }
 

@@ -9,7 +9,7 @@
 namespace phantom::recording {
 namespace {
 
-/// Appends a record's head and, at the end of its life, the length of what was put in between.
+/// Appends a record's head, and on destruction sets its length to the bytes appended since.
 class Frame {
  public:
   Frame(Bytes& out, Opcode opcode) : out_(out) {
@@ -26,7 +26,7 @@ class Frame {
   std::size_t length_at_;
 };
 
-/// Appends a field whose length in bytes stands before it, in 32 bits.
+/// Appends a field preceded by its length in bytes, in 32 bits.
 template <class Put>
 void put_block(Bytes& out, const Put& put_content) {
   const std::size_t at = out.size();
@@ -52,7 +52,7 @@ void put_field(Bytes& out, const std::map<Key, Value>& map) {
   });
 }
 
-// Each returns whether the field is there.
+// Each reads a field and returns whether it was complete.
 bool get_field(Fields& fields, std::unsigned_integral auto& value) {
   fields.get(value);
   return fields.ok();
@@ -94,8 +94,8 @@ bool get_field(Fields& fields, std::map<Key, Value>& map) {
 template <class Given, class Record>
 concept Is = std::is_same_v<std::remove_const_t<Given>, Record>;
 
-// A record's fields in the order of the file, once for writing and reading. Chunk, MessageIndex and
-// Attachment are not as plain: they have functions of their own.
+// A record's fields in the order of the file, for writing and reading. Chunk, MessageIndex and Attachment are
+// more complex and have functions of their own.
 auto layout(Is<Header> auto& r) { return std::tie(r.profile, r.library); }
 auto layout(Is<Footer> auto& r) { return std::tie(r.summary_start, r.summary_offset_start, r.summary_crc); }
 auto layout(Is<Schema> auto& r) { return std::tie(r.id, r.name, r.encoding, r.data); }

@@ -1,7 +1,7 @@
 #pragma once
 
 // The records of the MCAP file format, version 0 (https://mcap.dev/spec): plain values, written to and read
-// from bytes. Nothing here knows a file, a clock or a topic.
+// from bytes. This file knows no file system, clock or topic.
 
 #include <array>
 #include <cstdint>
@@ -19,7 +19,7 @@ using StringMap = std::map<std::string, std::string>;
 
 /// First and last bytes of every file.
 inline constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'M', 'C', 'A', 'P', 0x30, '\r', '\n'};
-/// Before the content of every record: opcode and length.
+/// Size of the opcode and the length before the content of every record.
 inline constexpr std::size_t kRecordHeadBytes = 9;
 
 enum class Opcode : std::uint8_t {
@@ -42,8 +42,8 @@ enum class Opcode : std::uint8_t {
 
 struct Header {
   static constexpr Opcode kOpcode = Opcode::kHeader;
-  std::string profile;  ///< empty: none of the registered ones
-  std::string library;  ///< who wrote the file
+  std::string profile;  ///< empty: no registered profile
+  std::string library;  ///< program that wrote the file
   bool operator==(const Header&) const = default;
 };
 
@@ -74,7 +74,7 @@ struct Channel {
   bool operator==(const Channel&) const = default;
 };
 
-/// `data` points into what the message was read from or is written from.
+/// `data` points into the bytes that the message was read from or is written from.
 struct Message {
   static constexpr Opcode kOpcode = Opcode::kMessage;
   std::uint16_t channel_id = 0;
@@ -96,15 +96,15 @@ struct Chunk {
 struct MessageIndex {
   static constexpr Opcode kOpcode = Opcode::kMessageIndex;
   std::uint16_t channel_id = 0;
-  std::vector<std::pair<std::uint64_t, std::uint64_t>>
-      records;  ///< log time, offset in the chunk's uncompressed records
+  /// Log time, and offset in the chunk's uncompressed records.
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> records;
   bool operator==(const MessageIndex&) const = default;
 };
 
 struct ChunkIndex {
   static constexpr Opcode kOpcode = Opcode::kChunkIndex;
   std::uint64_t message_start_time_ns = 0, message_end_time_ns = 0;
-  std::uint64_t chunk_start_offset = 0, chunk_length = 0;  ///< of the whole record, head included
+  std::uint64_t chunk_start_offset = 0, chunk_length = 0;  ///< of the complete record, head included
   std::map<std::uint16_t, std::uint64_t> message_index_offsets;
   std::uint64_t message_index_length = 0;
   std::string compression;
@@ -116,7 +116,7 @@ struct Attachment {
   static constexpr Opcode kOpcode = Opcode::kAttachment;
   std::uint64_t log_time_ns = 0, create_time_ns = 0;
   std::string name, media_type;
-  Bytes data;  ///< its CRC is added when it is written and checked when it is read
+  Bytes data;  ///< the CRC is added on writing and checked on reading
   bool operator==(const Attachment&) const = default;
 };
 
@@ -165,7 +165,7 @@ struct DataEnd {
   bool operator==(const DataEnd&) const = default;
 };
 
-/// Appends the whole record, head included. What the record views must not stand in `out`.
+/// Append the complete record, head included. Views in the record must not point into `out`.
 void append(Bytes& out, const Header& record);
 void append(Bytes& out, const Footer& record);
 void append(Bytes& out, const Schema& record);
@@ -182,8 +182,8 @@ void append(Bytes& out, const MetadataIndex& record);
 void append(Bytes& out, const SummaryOffset& record);
 void append(Bytes& out, const DataEnd& record);
 
-/// Read a record's content (without its head). False if it is not one: too short, a length beyond its end, a
-/// checksum of its own that does not fit. Fields after the known ones are ignored, as the format asks. Views
+/// Parse a record's content (without its head). Return false if it is invalid: too short, a length beyond its
+/// end, a wrong checksum of its own. Fields after the known ones are ignored, as the format requires. Views
 /// in the result point into `content`.
 bool parse(ByteView content, Header& record);
 bool parse(ByteView content, Footer& record);
@@ -208,7 +208,7 @@ struct RecordView {
   std::size_t size() const { return kRecordHeadBytes + content.size(); }
 };
 
-/// The record at the beginning of `bytes`. False if they end before it does.
+/// Reads the record at the beginning of `bytes`. Returns false if the record is incomplete.
 bool next_record(ByteView bytes, RecordView& record);
 
 }  // namespace phantom::recording

@@ -1,4 +1,5 @@
-// Reading a file that has no usable summary: from the beginning, record by record, as far as it is whole.
+// Reads a file without a usable summary: from the beginning, record by record, up to the first incomplete
+// record.
 
 #include <algorithm>
 
@@ -33,7 +34,7 @@ void McapReader::scan() {
   statistics_.channel_count = static_cast<std::uint32_t>(channels_.size());
 }
 
-/// False at the end of the data.
+/// Takes one record into account. Returns false at the end of the data.
 bool McapReader::scan_record(Opcode opcode, std::uint64_t offset, ByteView content) {
   const std::uint64_t length = kRecordHeadBytes + content.size();
   const auto damaged = [&](const char* what) {
@@ -83,7 +84,7 @@ bool McapReader::scan_record(Opcode opcode, std::uint64_t offset, ByteView conte
     case Opcode::kFooter:
       return false;
     default:
-      return true;  // indexes, and kinds of records that came after this reader
+      return true;  // indexes, and kinds of records newer than this reader
   }
 }
 

@@ -95,8 +95,8 @@ core::Status McapWriter::end_chunk() {
     append(buffer_, messages);
   }
   index.message_index_length = buffer_.size() - index.chunk_length;
-  if (core::Status status = put_bytes(buffer_); !status)
-    return status;  // chunk and indexes come as one or not at all
+  // The sink takes a chunk and its indexes together or not at all.
+  if (core::Status status = put_bytes(buffer_); !status) return status;
 
   const bool first = statistics_.message_count == 0;
   statistics_.message_start_time_ns =
@@ -130,7 +130,7 @@ core::Status McapWriter::write(const Attachment& attachment) {
   return {};
 }
 
-/// Summary, summary offsets, footer and magic, as they stand behind `offset_`.
+/// Appends summary, summary offsets, footer and magic, as they follow at `offset_`.
 void McapWriter::put_summary(Bytes& out) {
   std::vector<SummaryOffset> groups;
   const auto put_group = [&](Opcode opcode, const auto& records) {

@@ -14,35 +14,36 @@ namespace phantom::recording {
 struct WriterOptions {
   std::string profile;
   std::string library = std::string("phantom ") + core::version();
-  std::size_t chunk_bytes = 1 << 20;  ///< a chunk ends when it holds so much, uncompressed
+  std::size_t chunk_bytes = 1 << 20;  ///< a chunk ends at this size, uncompressed
   int zstd_level = 1;                 ///< 0: chunks are not compressed
 };
 
 /// Writes one MCAP file: messages in chunks, each with its index and checksum; schemas, channels, metadata
-/// and attachments between them, so that a chunk that is lost takes nothing along but its own messages; a
-/// summary at the end.
+/// and attachments between the chunks, so that a lost chunk loses nothing but its own messages; a summary at
+/// the end.
 ///
-/// What is in the sink after any call is a valid beginning of a file, and every chunk in it can be read.
-/// After the first failure of the sink every call gives that failure. Not thread-safe.
+/// After any call, the content of the sink is a valid beginning of a file, and every chunk in it can be read.
+/// After the first failure of the sink every call returns that failure. Not thread-safe.
 class McapWriter {
  public:
-  /// Begins the file. The sink outlives this.
+  /// Begins the file. The sink must outlive this object.
   McapWriter(ByteSink& sink, const WriterOptions& options);
 
-  /// Both give the id by which the record is named in this file; the id in `record` does not count.
+  /// Both return the id of the record in this file; they ignore the id in `record`.
   core::Expected<std::uint16_t> add_schema(Schema record);
   core::Expected<std::uint16_t> add_channel(Channel record);
-  /// Into the chunk. The channel must have been added.
+  /// Writes the message into the current chunk. The channel must have been added.
   core::Status write(const Message& message);
   core::Status write(const Metadata& metadata);
   core::Status write(const Attachment& attachment);
-  /// Ends the chunk, if it holds a message: then what was written so far can be read whatever comes.
+  /// Ends the current chunk if it holds a message, so that all that was written so far can be read even if
+  /// the process ends.
   core::Status end_chunk();
-  /// Ends the file: summary, footer. Nothing can be written after it.
+  /// Ends the file with summary and footer. Nothing can be written after it.
   core::Status finish();
 
   const core::Status& status() const { return status_; }
-  /// Bytes in the sink, and those that wait in the chunk (uncompressed).
+  /// Return the bytes in the sink, and those that wait in the current chunk (uncompressed).
   std::uint64_t bytes_written() const { return offset_; }
   std::size_t bytes_waiting() const { return chunk_.size(); }
   const Statistics& statistics() const { return statistics_; }

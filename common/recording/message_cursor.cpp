@@ -5,7 +5,7 @@
 
 namespace phantom::recording {
 
-/// A block's records in memory, and which of its messages are still to come, in order.
+/// A block's records in memory, and its remaining messages in order.
 struct MessageCursor::Loaded {
   struct Entry {
     std::uint64_t time_ns;
