@@ -15,7 +15,7 @@ enum class Command { kLive, kTopology, kEcho, kRates, kLatency, kQos, kEvents, k
 struct Request {
   Command command = Command::kLive;
   std::vector<std::string> topics, instances, writers, kinds;
-  std::optional<double> seconds;  ///< 0: until Ctrl-C
+  std::optional<double> seconds;  ///< 0: until Ctrl-C; none: the command's default
   double interval_s = 0.0;        ///< hz, latency: period of interim reports; 0: at the end only
   double every_s = 0.0;           ///< echo: at most one sample per writer and instance in this time
   std::uint64_t count = 0;        ///< echo: ends after this number of samples; 0: no limit

@@ -51,8 +51,7 @@ class SystemView {
   void on_liveliness(const diagnostics::Guid& writer, bool alive, core::Nanoseconds utc_ns);
   /// Notes that the topic's reader is new: its writers' next numbers are not compared with the last ones.
   void on_reader_made(const std::string& topic);
-  /// Checks for missed deadlines and QoS mismatches, and reports events held back. To be called several times
-  /// a second.
+  /// Checks for missed deadlines and reports events held back. To be called several times a second.
   void look(core::Nanoseconds now_ns, core::Nanoseconds utc_ns);
   /// Resets the counts, but not what was discovered.
   void reset_counts();
