@@ -96,7 +96,7 @@ class Session {
         (options_.report_dir / "logs").string());
   }
 
-  // Reports each process that died, with its last words. Returns true if none did.
+  // Reports each process that died, with the last lines of its log. Returns true if none did.
   bool all_alive() {
     const auto dead = supervisor_.newly_dead();
     for (const auto& process : dead) {
