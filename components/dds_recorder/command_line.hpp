@@ -7,13 +7,13 @@
 
 namespace phantom::dds_recorder {
 
-/// The subcommands: record, trigger, replay, info, check, convert.
+/// The command line's subcommands: record, trigger, replay, info, check, convert.
 class CommandLine {
  public:
   CommandLine();
   ~CommandLine();
   void add_to(runtime::Command app);
-  /// Carries out what was asked for. Returns the exit code; throws as process_main expects.
+  /// Carries out the subcommand. Returns the exit code; throws as process_main expects.
   int run(const runtime::ProcessOptions& options);
 
  private:

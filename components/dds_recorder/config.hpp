@@ -8,14 +8,14 @@
 
 namespace phantom::dds_recorder {
 
-/// dds_recorder.yaml, checked.
+/// The checked values of dds_recorder.yaml.
 struct Config {
   RecorderSettings recorder;
-  std::vector<std::string> topics;  ///< patterns; none: all
+  std::vector<std::string> topics;  ///< patterns; empty: all
   std::size_t queue_bytes = 64'000'000;
 };
 
-extern const char* const kParameters;  ///< the shipped dds_recorder.yaml: their table
+extern const char* const kParameters;  ///< the parameter table: the shipped dds_recorder.yaml
 
 /// Reads and checks the parameters. Throws ConfigError (file, line, key, value, what is allowed).
 Config load_config(const std::filesystem::path& file);

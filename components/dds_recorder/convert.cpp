@@ -15,7 +15,7 @@
 namespace phantom::dds_recorder {
 namespace {
 
-/// Takes the messages of all files in turn.
+/// Receives the messages of all files, one file after the other.
 class Target {
  public:
   virtual ~Target() = default;
@@ -75,7 +75,7 @@ class McapTarget : public Target {
     copy.schema_id = 0;
     if (const auto schema = from_->schemas().find(channel.schema_id); schema != from_->schemas().end())
       copy.schema_id = schema_for(schema->second);
-    // The same topic and writer in the files of a series stay one channel.
+    // The same topic and writer in several files of a series share one channel.
     for (const auto& [same, id] : written_) {
       if (same == copy) return channels_[channel.id] = id;
     }
@@ -94,8 +94,7 @@ class McapTarget : public Target {
   std::unique_ptr<recording::FileSink> sink_;
   recording::McapWriter writer_;
   const recording::McapReader* from_ = nullptr;
-  std::map<std::uint16_t, std::uint16_t>
-      channels_;  // of the file that is being read → of the one that is written
+  std::map<std::uint16_t, std::uint16_t> channels_;  // by the channel's id in the file that is being read
   std::vector<std::pair<recording::Channel, std::uint16_t>> written_;
   std::vector<std::pair<recording::Schema, std::uint16_t>> schemas_;
 };
@@ -148,7 +147,7 @@ std::uint64_t copy_all(const ConvertRequest& request, Target& target, std::ostre
     target.begin(reader);
     for (const auto& part : parts_of(filter)) {
       recording::MessageFilter chosen = part.filter;
-      // What a file repeats of the ones before it is in the target already.
+      // Samples carried over at the start of a later file are in the target already.
       chosen.channel = [&](const recording::Channel& channel) {
         return wanted.keeps(channel.topic) && (i == 0 || !is_carried_over(channel)) &&
                (!part.durable_only || is_durable(channel));

@@ -6,18 +6,19 @@
 
 namespace phantom::dds_recorder {
 
-/// `dds_recorder convert`: one file of several, of a part, of chosen topics, or of what can be read of a
-/// damaged one.
+/// The arguments of `dds_recorder convert`, which makes one file of several, of a time range, of chosen
+/// topics, or of the readable part of a damaged file.
 struct ConvertRequest {
   std::vector<std::filesystem::path> files;
-  std::filesystem::path out;        ///< .mcap, or .jsonl: a line of JSON for each sample
-  std::vector<std::string> topics;  ///< patterns; none: all
+  std::filesystem::path out;        ///< .mcap, or .jsonl: one line of JSON per sample
+  std::vector<std::string> topics;  ///< patterns; empty: all
   TimeRange range;
-  int zstd_level = 3;  ///< 0: not compressed
+  int zstd_level = 3;  ///< 0: no compression
 };
 
-/// Writes the file anew, under another name first; tells on `said` what was left out. Throws ConfigError,
-/// MissingError and std::runtime_error (cannot be written; then no file is left). Returns the exit code.
+/// Writes the new file, under a temporary name until it is complete. Prints on `said` what was left out.
+/// Throws ConfigError, MissingError and std::runtime_error (cannot be written; no file is left then). Returns
+/// the exit code.
 int run_convert(const ConvertRequest& request, std::ostream& said);
 
 }  // namespace phantom::dds_recorder

@@ -17,12 +17,12 @@
 namespace phantom::dds_recorder {
 namespace {
 
-/// A topic that is heard.
+/// The subscription to one topic.
 class Ear : public observation::PayloadListener {
  public:
   Ear(SampleQueue& queue, TopicNumber number) : queue_(queue), number_(number) {}
   void on_payload(const observation::Payload& payload) override {
-    if (payload.bytes.empty()) return;  // an instance's end: recordings hold samples
+    if (payload.bytes.empty()) return;  // end of an instance; a recording holds samples only
     SampleHead head;
     head.topic = number_;
     head.writer = payload.writer;
@@ -70,15 +70,15 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
 
   KeepsTopic keeps;
   SampleQueue& queue;
-  const std::string partition;  // of the cell; empty: whatever is in the domain
-  mutable std::mutex mutex;     // graph, named, fresh
+  const std::string partition;  // the cell's; empty: the whole domain
+  mutable std::mutex mutex;     // guards graph, named, fresh
   diagnostics::Graph graph;
   std::set<std::string> named;
   std::vector<TopicInfo> fresh;
   dds::Participant participant;
   dds::StatusReporter status;
   std::map<TopicNumber, std::unique_ptr<Ear>> ears;
-  std::unique_ptr<observation::Observer> observer;  // last: hears while the others are there
+  std::unique_ptr<observation::Observer> observer;  // last: the other members outlive it
 };
 
 DdsAdapter::DdsAdapter(const core::NetworkOptions& network, KeepsTopic keeps, SampleQueue& queue)
@@ -131,7 +131,7 @@ std::uint32_t send_mark(const core::NetworkOptions& network, const std::string& 
   dds::Writer<msg::OperatorCommand> writer(participant, dds::kOperatorCommand);
   const core::Nanoseconds until_ns = core::monotonic_ns() + core::from_seconds(limit_s);
   const core::Nanoseconds least_ns =
-      core::monotonic_ns() + core::kNsPerSecond;  // for those who are found a little later
+      core::monotonic_ns() + core::kNsPerSecond;  // for recorders that are discovered a little later
   while (core::monotonic_ns() < (writer.matched() > 0 ? least_ns : until_ns)) {
     if (!runtime::sleep_unless_stopped(0.02)) return 0;
   }
@@ -141,7 +141,7 @@ std::uint32_t send_mark(const core::NetworkOptions& network, const std::string& 
   command.kind(msg::COMMAND_MARK);
   command.issuer(issuer.substr(0, 64));
   if (heard > 0) writer.write(command);
-  runtime::sleep_unless_stopped(0.3);  // reliable: time for what was lost to be sent again
+  runtime::sleep_unless_stopped(0.3);  // time for reliable delivery to repeat a lost sample
   return heard;
 }
 

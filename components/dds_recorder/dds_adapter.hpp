@@ -13,26 +13,27 @@
 
 namespace phantom::dds_recorder {
 
-/// What of a topic did not reach the queue, so far.
+/// Counts of a topic's samples that have not reached the queue.
 struct InputLosses {
   std::uint64_t overflow = 0, dds_lost = 0, dds_rejected = 0;
 };
 
-/// Hears topics: the project's from the start, others as soon as one of their writers is discovered; every
-/// sample goes into the queue as bytes. Announces itself and its state as every component does.
+/// Subscribes to topics: the project's from the start, others once one of their writers is discovered. Puts
+/// the bytes of every sample into the queue. Announces itself and its state as every component does.
 class DdsAdapter {
  public:
   using KeepsTopic = std::function<bool(const std::string&)>;
-  /// Joins the data space; hears nothing yet. The queue outlives this. Throws DdsError.
+  /// Joins the data space, without any subscription yet. The queue outlives this object. Throws DdsError.
   DdsAdapter(const core::NetworkOptions& network, KeepsTopic keeps, SampleQueue& queue);
   ~DdsAdapter();
 
-  /// Topics to record that are new since the last call; the first call gives the project's. Each must be
-  /// opened. One thread.
+  /// Returns the topics to record that are new since the last call; the first call returns the project's. The
+  /// caller opens each of them. One thread.
   std::vector<TopicInfo> new_topics();
-  /// Begins to hear a topic, whose samples will carry `number`. False if DDS refuses, with why. One thread.
+  /// Subscribes to a topic, whose samples carry `number`. Returns false if DDS refuses, with the reason in
+  /// `why`. One thread.
   bool open(const TopicInfo& topic, TopicNumber number, std::string& why);
-  /// Hears no more. What is in the queue stays.
+  /// Ends all subscriptions. Samples in the queue stay.
   void close_all();
 
   InputLosses losses(TopicNumber topic) const;
@@ -44,12 +45,12 @@ class DdsAdapter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The instance of a sample, for project types. Not thread-safe.
+/// Finds the instance of a sample, for project types. Not thread-safe.
 class InstanceFinder {
  public:
   InstanceFinder();
   ~InstanceFinder();
-  /// False: the type's key is not known, or the bytes are no sample.
+  /// Returns false if the type's key is not known or the bytes are not a valid sample.
   bool find(const std::string& type, std::span<const std::uint8_t> bytes, InstanceKey& instance);
 
  private:
@@ -57,12 +58,12 @@ class InstanceFinder {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Looks into the samples that can be an event. Not thread-safe.
+/// Checks samples for events that are to be recorded. Not thread-safe.
 class EventWatch {
  public:
   explicit EventWatch(const Triggers& triggers);
   ~EventWatch();
-  /// What happened, in words, if this sample tells of something that is to be kept.
+  /// Returns a description of the event if this sample reports one that is to be recorded, else none.
   std::optional<std::string> event_in(const TopicInfo& topic, std::span<const std::uint8_t> bytes);
 
  private:
@@ -70,8 +71,8 @@ class EventWatch {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Asks all recorders of the domain to write what they hold of the time before (operator_command MARK). Waits
-/// at most `limit_s` until one hears. Returns how many did. Throws DdsError.
+/// Requests all recorders of the domain to write the samples that they hold in memory (operator_command
+/// MARK). Waits at most `limit_s` for at least one recorder. Returns how many were reached. Throws DdsError.
 std::uint32_t send_mark(const core::NetworkOptions& network, const std::string& issuer, double limit_s);
 
 }  // namespace phantom::dds_recorder

@@ -1,4 +1,4 @@
-// What the samples of the project's own types mean to the recorder.
+// Reads samples of the project's own types: their instances, and the events that they report.
 
 #include <map>
 
@@ -8,7 +8,7 @@
 namespace phantom::dds_recorder {
 
 struct InstanceFinder::Impl {
-  std::map<std::string, std::optional<dds::CdrCodec>> codecs;  // by type; none: not the project's
+  std::map<std::string, std::optional<dds::CdrCodec>> codecs;  // by type; none: not the project's type
 };
 
 InstanceFinder::InstanceFinder() : impl_(std::make_unique<Impl>()) {}
@@ -30,7 +30,7 @@ struct EventWatch::Impl {
   msg::HitAlert alert;
   msg::ComponentStatus status;
   msg::OperatorCommand command;
-  std::map<std::uint64_t, std::uint64_t> newest_command;  // by session: its number
+  std::map<std::uint64_t, std::uint64_t> newest_command;  // sequence number, by session
   std::map<std::string, msg::ComponentState> states;      // by component and host
 
   std::optional<std::string> in_alert(std::span<const std::uint8_t> bytes) {
@@ -55,7 +55,7 @@ struct EventWatch::Impl {
   }
   std::optional<std::string> in_command(std::span<const std::uint8_t> bytes) {
     if (!commands.decode(bytes, &command)) return {};
-    // A stop is sent again and again, with the same stamp, until it is confirmed: it is one event.
+    // A stop is sent repeatedly, with the same stamp, until it is confirmed: it is one event.
     std::uint64_t& newest = newest_command[command.stamp().session()];
     const std::uint64_t number = command.stamp().sequence_number();
     if (number != 0 && number <= newest) return {};

@@ -16,9 +16,9 @@ namespace phantom::dds_recorder {
 namespace {
 
 constexpr core::Nanoseconds kLongestHold_ns = 2 * core::kNsPerSecond;
-constexpr double kDiscovery_s = 1.0;  // by then a participant of the same network has told of itself
+constexpr double kDiscovery_s = 1.0;  // until then every participant of the same network has announced itself
 
-/// Who writes what, besides us.
+/// The other processes that write topics now.
 class LiveWriters : public observation::DiscoveryListener {
  public:
   void on_participant(const diagnostics::ParticipantInfo& info, observation::Presence presence) override {
@@ -30,7 +30,8 @@ class LiveWriters : public observation::DiscoveryListener {
     if (presence != observation::Presence::kAppeared) graph_.remove(info.guid);
     if (presence == observation::Presence::kAppeared && info.writer) graph_.put(info);
   }
-  /// Where a replay would meet it; in words: "slave_io (process 12)"; empty if nobody.
+  /// Returns the process that writes the topic in one of the partitions: "slave_io (process 12)"; empty if
+  /// there is none.
   std::string writer_of(const std::string& topic, const std::vector<std::string>& partitions) const {
     const std::lock_guard lock(mutex_);
     for (const auto& [guid, endpoint] : graph_.endpoints()) {
@@ -49,7 +50,7 @@ class ProcessClock : public ReplayClock {
  public:
   core::Nanoseconds now_ns() override { return core::monotonic_ns(); }
   bool sleep_until(core::Nanoseconds at_ns) override {
-    // Long waits end at once when the process is to end; short ones are exact.
+    // Long waits end early on a stop request; short ones are exact.
     while (at_ns - core::monotonic_ns() > core::kNsPerSecond / 10) {
       if (!runtime::sleep_unless_stopped(0.05)) return false;
     }
@@ -75,7 +76,7 @@ class DdsOutput : public ReplaySink {
     }
   }
 
-  /// Names a topic that somebody else writes now; empty if there is none.
+  /// Returns a topic that another process writes now and its writer; empty if there is none.
   std::string conflict() const {
     for (const auto& [name, output] : outputs_) {
       if (const std::string writer = live_.writer_of(output.info.name, partitions_); !writer.empty())
@@ -84,7 +85,7 @@ class DdsOutput : public ReplaySink {
     return {};
   }
 
-  /// Makes the writers, and waits for their readers. Returns the names of the topics that nobody reads.
+  /// Creates the writers and waits for their readers. Returns the names of the topics without a reader.
   std::string announce(double wait_s) {
     for (auto& [name, output] : outputs_) make_writer(output);
     const core::Nanoseconds until_ns = core::monotonic_ns() + core::from_seconds(wait_s);
@@ -99,7 +100,8 @@ class DdsOutput : public ReplaySink {
     return unread;
   }
 
-  /// Waits for the readers of what came last: with its writer ends what they have not fetched.
+  /// Waits until readers have the last samples, because samples that they have not fetched are lost with the
+  /// writer.
   void finish() {
     for (auto& [name, output] : outputs_) {
       if (output.writer && output.readers_answer) hold_for_readers(output);
@@ -125,13 +127,13 @@ class DdsOutput : public ReplaySink {
     const dds::TopicDescription* known = nullptr;
     std::unique_ptr<dds::CdrCodec> codec;  // finds instances
     std::unique_ptr<observation::PayloadWriter> writer;
-    int events_kept = 0;  // that the writer can send again; 0: states, of which the newest counts
+    int events_kept = 0;  // events that the writer can repeat; 0: states, of which only the newest counts
     int since_hold = 0;
     bool readers_answer = true;
   };
 
-  /// A reader that is slower than the events of a recording come loses none: the replay waits for it before
-  /// the writer forgets the first that it may not have. One that does not answer is waited for once.
+  /// Waits for readers that are slower than the replay, so that they miss no event: before the writer drops
+  /// the first event that a reader may not have. A topic whose readers do not answer is not waited for again.
   static void hold_for_readers(Output& output) {
     output.since_hold = 1;
     if (output.writer->wait_until_received(kLongestHold_ns)) return;
@@ -164,7 +166,7 @@ class DdsOutput : public ReplaySink {
   }
 
   LiveWriters live_;
-  const std::vector<std::string> partitions_;  // of the cell that it is played into
+  const std::vector<std::string> partitions_;  // the cell's, into which it is replayed
   observation::Observer observer_;
   bool fresh_stamps_;
   Restamper restamper_;

@@ -5,9 +5,9 @@
 
 namespace phantom::dds_recorder {
 
-/// `dds_recorder replay`: opens the files, publishes them, tells how it went. Returns the exit code: 3 if a
-/// topic has another writer now and the request does not allow that. Throws ConfigError, MissingError,
-/// DdsError.
+/// Carries out `dds_recorder replay`: opens the files, publishes their samples, logs the result. Returns the
+/// exit code. Throws ConfigError, DdsError, and MissingError, also for a topic that has another writer now if
+/// the request does not allow that (exit code 3).
 int run_replay(const ReplayRequest& request, const core::NetworkOptions& network);
 
 }  // namespace phantom::dds_recorder

@@ -1,6 +1,6 @@
 #pragma once
 
-// Makes recorded samples look as if they were made now. Part of the DDS adapter.
+// Restamps recorded samples as if they were made now. Part of the DDS adapter.
 
 #include <map>
 #include <memory>
@@ -11,20 +11,20 @@
 
 namespace phantom::dds_recorder {
 
-/// Moves the stamps and echoes of samples in time. Each recorded session (a writing process) becomes another
-/// one; its clock readings move as a whole, so that differences stay (÷ rate); its numbers stay in the first
-/// turn of a loop and go on rising in the next, so that receivers that refuse what is not newer, or comes
-/// from a second process, accept them. Echoes move as the stamps that they answer; echoes of stamps that are
-/// not in the recording stay. Not thread-safe.
+/// Moves the stamps and echoes of samples in time, so that receivers that refuse samples that are not newer,
+/// or come from a second process, accept them. Each recorded session (a writing process) gets another session
+/// number. Its clock readings move together, so that differences stay as recorded (÷ rate). Its sample
+/// numbers stay as recorded in the first turn of a loop and continue to rise in the next. Echoes move like
+/// the stamps that they answer; echoes of stamps that are not in the recording stay. Not thread-safe.
 class Restamper {
  public:
-  /// `session`: random, of this replay. `rate` > 0.
+  /// `session`: a random number for this replay. `rate` > 0.
   Restamper(std::uint64_t session, double rate) : session_(session), rate_(rate) {}
 
-  /// A turn begins: clocks start again, numbers go on.
+  /// Begins a turn of the loop: clock readings start again, numbers continue.
   void begin(core::Nanoseconds now_ns, core::Nanoseconds utc_now_ns);
-  /// Changes the sample's bytes in place; `due_ns` is when it is to be sent. False if the type has no stamp,
-  /// or the bytes are no sample: then they are as before.
+  /// Restamps the sample's bytes in place; `due_ns` is when it is to be sent. Returns false, with the bytes
+  /// unchanged, if the type has no stamp or the bytes are not a valid sample.
   bool restamp(const dds::TopicDescription& topic, core::Nanoseconds due_ns,
                std::vector<std::uint8_t>& bytes);
 
@@ -34,10 +34,10 @@ class Restamper {
  private:
   struct Session {
     core::Nanoseconds recorded_ns = 0,
-                      now_ns = 0;           // the first clock reading of this turn, and when that is now
-    std::uint64_t turn = 0;                 // that these are of
-    std::uint64_t least = 0, greatest = 0;  // numbers seen
-    std::uint64_t added = 0;                // to them, in this turn
+                      now_ns = 0;           // first clock reading of this turn: as recorded, and moved
+    std::uint64_t turn = 0;                 // turn of these readings
+    std::uint64_t least = 0, greatest = 0;  // of the recorded numbers
+    std::uint64_t added = 0;                // to the recorded numbers in this turn
   };
   core::Nanoseconds moved(const Session& session, core::Nanoseconds recorded_ns) const;
   std::uint64_t renamed(std::uint64_t session) const;

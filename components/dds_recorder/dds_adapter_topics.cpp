@@ -93,12 +93,12 @@ observation::PayloadQos reader_qos(const TopicInfo& topic) {
   observation::PayloadQos qos;
   qos.reliable = offered.reliability == diagnostics::Reliability::kReliable;
   qos.transient_local = topic.durable;
-  qos.depth = topic.durable ? 0 : 1024;  // a late joiner's burst comes whole
+  qos.depth = topic.durable ? 0 : 1024;  // 0: all, so that a late joiner's burst is complete
   return qos;
 }
 
 diagnostics::EndpointQos writer_qos(const TopicInfo& topic) {
-  // The contract of today, for the project's own topics: readers of today ask for it.
+  // For the project's own topics the present contract holds, because present readers request it.
   if (const auto* known = dds::topic_of_type(topic.type)) return qos_of(known->qos);
   using namespace diagnostics;
   EndpointQos qos;

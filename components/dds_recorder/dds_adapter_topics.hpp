@@ -1,6 +1,6 @@
 #pragma once
 
-// How topics are described and heard. Part of the DDS adapter.
+// How topics are described, and the QoS with which they are read and written. Part of the DDS adapter.
 
 #include "common/dds/topics.hpp"
 #include "common/diagnostics/graph.hpp"
@@ -9,14 +9,15 @@
 
 namespace phantom::dds_recorder {
 
-/// Of the project, by its contract.
+/// Describes a topic of the project by its contract.
 TopicInfo topic_info(const dds::TopicDescription& topic);
-/// Of anybody, as one of its writers announces it. A type of the project gets its description.
+/// Describes any topic as one of its writers announces it; adds the type's description if it is the
+/// project's.
 TopicInfo topic_info(const diagnostics::EndpointInfo& writer);
-/// What a reader asks for that matches the topic's writers and loses as little as can be.
+/// Returns a QoS for a reader that matches the topic's writers and loses as few samples as possible.
 observation::PayloadQos reader_qos(const TopicInfo& topic);
-/// What a writer offers who takes the place of those that were recorded, and how many samples of an instance
-/// it keeps.
+/// Returns the QoS of a writer that replaces the recorded ones; history_depth() is the number of samples per
+/// instance that it keeps.
 diagnostics::EndpointQos writer_qos(const TopicInfo& topic);
 int history_depth(const TopicInfo& topic);
 

@@ -6,9 +6,9 @@
 namespace phantom::dds_recorder {
 namespace {
 
-constexpr core::Nanoseconds kLookPeriod_ns = core::kNsPerSecond;    // at the disk
-constexpr core::Nanoseconds kLossesPeriod_ns = core::kNsPerSecond;  // between notes of new losses
-constexpr std::uint64_t kLookAfterBytes = 32'000'000;               // whatever the time
+constexpr core::Nanoseconds kLookPeriod_ns = core::kNsPerSecond;    // between checks of the disk's free space
+constexpr core::Nanoseconds kLossesPeriod_ns = core::kNsPerSecond;  // between records of new losses
+constexpr std::uint64_t kLookAfterBytes = 32'000'000;  // checks the disk before kLookPeriod_ns is over
 
 std::string utc_name(std::uint64_t utc_ns) {
   const auto seconds = static_cast<std::time_t>(utc_ns / core::kNsPerSecond);
@@ -74,7 +74,7 @@ void Recorder::stop_for(const std::string& reason) {
 
 void Recorder::fail(const core::Status& status, core::Nanoseconds now_ns) {
   const std::string file = file_ ? file_->path().string() : "";
-  file_.reset();  // its whole chunks can be read
+  file_.reset();  // its complete chunks can be read
   looked_ns_ = now_ns;
   stop_for("recording ended: " + status.message() +
            (file.empty() ? "" : "; what was written before can be read"));
@@ -116,7 +116,7 @@ bool Recorder::write_prefix(core::Nanoseconds now_ns) {
   return status.is_ok();
 }
 
-/// Opens the next file of the series; a new series if there is none.
+/// Opens the next file of the series, or of a new series if there is none. Returns whether a file is open.
 bool Recorder::open(core::Nanoseconds now_ns) {
   if (out_of_space_) return false;
   look_at_disk(now_ns);
@@ -129,8 +129,7 @@ bool Recorder::open(core::Nanoseconds now_ns) {
   auto sink = ports_.create(path);
   for (int other = 2; !sink && sink.status().code() == core::ErrorCode::kFailedPrecondition && other < 1000;
        ++other) {
-    path =
-        settings_.folder / numbered(series_ + "-" + std::to_string(other), number_);  // two within a second
+    path = settings_.folder / numbered(series_ + "-" + std::to_string(other), number_);  // two in one second
     sink = ports_.create(path);
   }
   if (!sink) return fail(sink.status(), now_ns), false;
@@ -178,7 +177,7 @@ bool Recorder::write(const SampleView& sample) {
   if (!file_) return false;
   const core::Nanoseconds now_ns = sample.head.received_ns;
   core::Status status = file_->write(sample, clocks_.utc_of(now_ns), false);
-  if (!status && file_->status()) {  // a file holds only so many channels
+  if (!status && file_->status()) {  // the number of channels in a file is limited
     close("split", now_ns);
     if (!open(now_ns)) return false;
     status = file_->write(sample, clocks_.utc_of(now_ns), false);
@@ -187,7 +186,7 @@ bool Recorder::write(const SampleView& sample) {
   return status.is_ok();
 }
 
-/// Writes the sample, and remembers it if others would have to know it at the start of the next file.
+/// Writes the sample. Keeps it, too, if the next file has to begin with it.
 void Recorder::put(const SampleView& sample) {
   const core::Nanoseconds now_ns = sample.head.received_ns;
   if (write(sample)) {

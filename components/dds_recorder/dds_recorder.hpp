@@ -11,7 +11,7 @@
 
 namespace phantom::dds_recorder {
 
-/// What counts as an event.
+/// Which samples count as events.
 struct Triggers {
   bool hit_alert = true, degraded = true, emergency_stop = true;
 };
@@ -19,7 +19,7 @@ struct Triggers {
 struct RecorderSettings {
   std::filesystem::path folder = "recordings";
   std::string name = "phantom";
-  bool on_event = false;  ///< else continuous
+  bool on_event = false;  ///< false: continuous
   core::Nanoseconds before_ns = 30 * core::kNsPerSecond, after_ns = 10 * core::kNsPerSecond;
   std::size_t window_bytes = 256'000'000, durable_bytes = 512'000'000;
   Triggers triggers;
@@ -31,22 +31,22 @@ struct RecorderSettings {
   int zstd_level = 1;
 };
 
-/// What the recorder needs of the world.
+/// The recorder's access to files, disk space and discovery.
 struct RecorderPorts {
   std::function<core::Expected<std::unique_ptr<recording::ByteSink>>(const std::filesystem::path&)> create;
-  std::function<std::uint64_t()> free_bytes;  ///< left on the medium for this process
+  std::function<std::uint64_t()> free_bytes;  ///< on the disk, for this process
   DescribeWriter describe;
   InstanceOf instance_of;
 };
 
-/// Written into every file.
+/// Content of every file besides samples.
 struct RecordingContext {
-  recording::StringMap about;  ///< of kAboutRecord, besides what the recorder adds
+  recording::StringMap about;  ///< of the record kAboutRecord; the recorder adds to it
   std::vector<recording::Attachment> attachments;
 };
 
-/// Where log times come from: the monotonic clock, put beside UTC once. A step of the UTC clock moves no
-/// sample.
+/// Converts the monotonic clock to log times. It reads UTC only once, so that a step of the UTC clock moves
+/// no sample.
 struct ClockPair {
   core::Nanoseconds monotonic_ns = 0, utc_ns = 0;
   std::uint64_t utc_of(core::Nanoseconds at_monotonic_ns) const {
@@ -57,19 +57,19 @@ struct ClockPair {
 enum class RecorderState {
   kRecording,
   kWaiting,     ///< for an event
-  kOutOfSpace,  ///< the disk's margin is reached, or a write failed; on_event: until there is space again
+  kOutOfSpace,  ///< disk margin reached, or a write failed; on_event: until there is space again
 };
 
 struct RecorderFigures {
   RecorderState state = RecorderState::kWaiting;
   std::uint64_t samples = 0, bytes = 0;  ///< written
   std::uint64_t files = 0, events = 0;
-  TopicLosses losses;  ///< of all topics
+  TopicLosses losses;  ///< sum of all topics
   std::size_t window_samples = 0, window_bytes = 0, durable_samples = 0, durable_bytes = 0;
-  std::string file;  ///< that is being written
+  std::string file;  ///< file that is being written
 };
 
-/// Decides what of the samples goes into which file, and when a file ends. Knows no DDS, thread or clock. Not
+/// Decides which samples go into which file, and when a file ends. Uses no DDS, thread or clock. Not
 /// thread-safe.
 class Recorder {
  public:
@@ -79,24 +79,24 @@ class Recorder {
   TopicNumber add_topic(TopicInfo topic);
   const std::vector<TopicInfo>& topics() const { return topics_; }
 
-  /// A sample, in the order of arrival.
+  /// Takes the next sample, in the order of arrival.
   void take(const SampleView& sample);
-  /// Counts so far, kept elsewhere: by the queue, by DDS.
+  /// Sets a topic's counts so far that the queue and DDS keep.
   void count(TopicNumber topic, std::uint64_t overflow, std::uint64_t dds_lost, std::uint64_t dds_rejected);
-  /// Something happened at `now_ns`. In mode on_event the window is written and recording goes on for
+  /// Notes an event at `now_ns`. In mode on_event it writes the window, and recording continues for
   /// `after_ns`.
   void trigger(const std::string& reason, core::Nanoseconds now_ns);
-  /// Once in a while, ten times a second or more: flushes, splits, looks after the disk.
+  /// Flushes, splits and checks the disk's free space. To be called ten times a second or more.
   void tick(core::Nanoseconds now_ns);
-  /// Ends the file in order. In mode on_event what waits in the window is not written.
+  /// Ends the file in order. In mode on_event the samples in the window are not written.
   void finish(core::Nanoseconds now_ns);
 
-  /// Why nothing more will be recorded (continuous mode: margin reached, a write failed); empty while all is
-  /// well.
+  /// Returns why recording has ended for good (continuous mode: margin reached, a write failed); empty if it
+  /// has not.
   const std::string& ended() const { return ended_; }
   RecorderFigures figures() const;
   const std::vector<TopicLosses>& losses() const { return losses_; }
-  /// What is worth saying, since the last call.
+  /// Returns messages for the log since the last call.
   std::vector<std::string> take_notices() { return std::exchange(notices_, {}); }
 
  private:

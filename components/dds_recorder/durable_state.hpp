@@ -8,19 +8,19 @@
 namespace phantom::dds_recorder {
 
 using InstanceKey = std::array<std::uint8_t, 16>;
-/// The instance that a sample of a keyed topic belongs to; false if that is not known.
+/// Finds the instance of a sample of a keyed topic. Returns false if it is not known.
 using InstanceOf = std::function<bool(TopicNumber, std::span<const std::uint8_t>, InstanceKey&)>;
 
-/// The newest sample of every instance of the durable topics: what a late joiner would get, and what makes a
-/// file that begins in the middle stand alone. Where the instance is not known every sample counts as one.
-/// Bounded in memory: the oldest are forgotten. Not thread-safe.
+/// Holds the newest sample of every instance of the durable topics: what a late joiner would get. Written at
+/// the start of a file, it makes the file complete in itself. Where the instance is not known, every sample
+/// counts as an instance. Bounded in memory: the oldest samples are forgotten. Not thread-safe.
 class DurableState {
  public:
   DurableState(InstanceOf instance_of, std::size_t limit_bytes)
       : instance_of_(std::move(instance_of)), limit_bytes_(limit_bytes) {}
 
   void put(Sample sample, bool keyed);
-  /// Calls visit(const Sample&) in the order of their arrival.
+  /// Calls visit(const Sample&) for each sample in the order of arrival.
   template <class Visit>
   void for_each(Visit&& visit) const {
     for (const auto& [order, entry] : by_age_) visit(entry.sample);
@@ -33,7 +33,7 @@ class DurableState {
   struct Name {
     TopicNumber topic = 0;
     InstanceKey instance{};
-    Guid writer{};                      // only where the instance is not known
+    Guid writer{};                      // only if the instance is not known
     std::uint64_t sequence_number = 0;  // likewise
     auto operator<=>(const Name&) const = default;
   };

@@ -9,7 +9,7 @@ struct IdlFile {
   const char* text;
 };
 
-/// The files of idl/, as they are; made by embed.cmake.
+/// The unchanged files of idl/; embed.cmake generates this.
 extern const std::array<IdlFile, 5> kIdlFiles;
 
 }  // namespace phantom::dds_recorder

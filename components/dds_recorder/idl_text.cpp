@@ -15,7 +15,7 @@ const char* file_named(const std::string& name) {
   return nullptr;
 }
 
-/// Appends the file's text; in the place of an include its text, the first time.
+/// Appends the file's text. Replaces each include by the text of the included file, once per file.
 void append_resolved(const char* text, std::set<std::string>& included, std::string& out) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
@@ -24,7 +24,7 @@ void append_resolved(const char* text, std::set<std::string>& included, std::str
       continue;
     }
     const auto quote = line.find('"');
-    if (line.rfind("#include", 0) != 0 || quote == std::string::npos) continue;  // guards
+    if (line.rfind("#include", 0) != 0 || quote == std::string::npos) continue;  // include guards
     const std::string name = line.substr(quote + 1, line.rfind('"') - quote - 1);
     const char* other = file_named(name);
     if (other != nullptr && included.insert(name).second) append_resolved(other, included, out);

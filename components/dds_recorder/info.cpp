@@ -14,7 +14,7 @@
 namespace phantom::dds_recorder {
 namespace {
 
-constexpr std::size_t kMostEvents = 8;  // in the table
+constexpr std::size_t kMostEvents = 8;  // shown in the table
 
 std::string utc_text(std::uint64_t ns) {
   const auto seconds = static_cast<std::time_t>(ns / 1'000'000'000);
@@ -27,7 +27,7 @@ std::string utc_text(std::uint64_t ns) {
   return text + std::string(fraction) + " UTC";
 }
 
-/// Puts the newest counts, "TOPIC.what" → n, to their topics.
+/// Adds the counts of a losses record, "TOPIC.what" → n, to their topics.
 void add_losses(const recording::StringMap& losses, std::map<std::string, TopicFigures>& topics) {
   for (const auto& [key, value] : losses) {
     const auto dot = key.rfind('.');

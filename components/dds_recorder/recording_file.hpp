@@ -12,30 +12,30 @@
 
 namespace phantom::dds_recorder {
 
-/// Names of what this component writes into a file beside the samples; README.md says what each holds.
+/// Names of the records that this component writes into a file besides samples; README.md describes them.
 inline constexpr const char* kAboutRecord = "phantom.recording";
 inline constexpr const char* kLossesRecord = "phantom.losses";
 inline constexpr const char* kTriggerRecord = "phantom.trigger";
 inline constexpr const char* kEndRecord = "phantom.end";
-/// A channel's metadata: its samples were there before the file began.
+/// Key in a channel's metadata; "yes": its samples were there before the file began.
 inline constexpr const char* kCarriedOver = "carried_over";
 
-/// Who writes on a topic, as far as discovery told.
+/// The writer of a topic, as far as discovery has reported it.
 struct WriterInfo {
   std::string component, host, process;
 };
 using DescribeWriter = std::function<WriterInfo(const Guid&)>;
 
-/// One MCAP file of a recording: a channel for every topic and writer. Not thread-safe.
+/// One MCAP file of a recording, with a channel for each topic and writer. Not thread-safe.
 class RecordingFile {
  public:
-  /// All but `sink` outlive this.
+  /// All arguments but `sink` outlive this object.
   RecordingFile(std::filesystem::path path, std::unique_ptr<recording::ByteSink> sink,
                 const recording::WriterOptions& options, const std::vector<TopicInfo>& topics,
                 const DescribeWriter& describe);
 
-  /// `carried_over`: the sample was there before the file began, and is written at its start for those who
-  /// read it alone.
+  /// `carried_over`: the sample was there before the file began, and is written at its start so that the file
+  /// is complete in itself.
   core::Status write(const SampleView& sample, std::uint64_t log_time_ns, bool carried_over);
   core::Status note(const char* name, recording::StringMap values) {
     return writer_.write(recording::Metadata{name, std::move(values)});
@@ -46,10 +46,10 @@ class RecordingFile {
   core::Status finish();
 
   const std::filesystem::path& path() const { return path_; }
-  /// Bytes in the file, and those to come of the chunk that is being filled, uncompressed.
+  /// Returns the bytes in the file, plus the uncompressed bytes of the chunk that is being filled.
   std::uint64_t bytes() const { return writer_.bytes_written() + writer_.bytes_waiting(); }
   std::uint64_t samples() const { return samples_; }
-  /// Whether anything more can be written.
+  /// Returns whether more can be written; otherwise the error.
   const core::Status& status() const { return writer_.status(); }
 
  private:
@@ -66,10 +66,11 @@ class RecordingFile {
   std::uint64_t samples_ = 0;
 };
 
-/// What phantom.losses holds: for each topic with a count that is not 0 "TOPIC.missing", "TOPIC.superseded" …
+/// Returns the content of phantom.losses: for each topic the counts that are not 0, as "TOPIC.missing",
+/// "TOPIC.superseded" …
 recording::StringMap losses_record(const std::vector<TopicInfo>& topics,
                                    const std::vector<TopicLosses>& losses);
-/// "01.0f.…" as DDS tools write it.
+/// Returns the GUID as DDS tools write it: "01.0f.…".
 std::string guid_text(const Guid& guid);
 
 }  // namespace phantom::dds_recorder

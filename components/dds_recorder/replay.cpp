@@ -9,7 +9,8 @@
 namespace phantom::dds_recorder {
 namespace {
 
-/// Due times of one turn: log times from `first_log_ns` on, laid out from `start_ns` at `rate`.
+/// Computes the due times of one turn: log times from `first_log_ns` on, shifted to `start_ns` and divided by
+/// `rate`.
 class Schedule {
  public:
   Schedule(std::uint64_t first_log_ns, core::Nanoseconds start_ns, double rate)
@@ -46,7 +47,7 @@ bool is_meant(const recording::Channel& channel, const diagnostics::NameFilter& 
          (request.commands || !is_command(channel.topic));
 }
 
-/// Everything that one replay keeps in mind.
+/// The state of one replay.
 class Replay {
  public:
   Replay(const std::vector<OpenedRecording>& recordings, const ReplayRequest& request, ReplaySink& sink,
@@ -63,9 +64,9 @@ class Replay {
       sink_.begin(start_ns);
       more = turn(range, Schedule(std::max(range.from_ns, first_ns), start_ns, request_.rate));
       ++figures_.loops;
-      if (figures_.samples == before) break;  // nothing in the range: no use in turning for ever
+      if (figures_.samples == before) break;  // nothing in the range: do not loop for ever
       if (request_.rate > 0 && request_.loops != 1) {
-        const std::uint64_t end_ns = std::min(range.until_ns, last_ns);  // the loop is as long as the range
+        const std::uint64_t end_ns = std::min(range.until_ns, last_ns);  // a turn is as long as the range
         more = more && clock_.sleep_until(
                            Schedule(std::max(range.from_ns, first_ns), start_ns, request_.rate).due(end_ns));
       }

@@ -8,49 +8,50 @@
 
 namespace phantom::dds_recorder {
 
-/// `dds_recorder replay`.
+/// The arguments of `dds_recorder replay`.
 struct ReplayRequest {
   std::vector<std::filesystem::path> files;
-  std::vector<std::string> topics;  ///< patterns; none: all
+  std::vector<std::string> topics;  ///< patterns; empty: all
   std::vector<std::string> remap;   ///< "OLD:=NEW"
   TimeRange range;
   double rate = 1.0;         ///< 2: twice as fast; 0: as fast as it goes
   int loops = 1;             ///< 0: until stopped
-  bool fresh_stamps = true;  ///< samples are stamped as if they were made now; else as they were recorded
-  bool commands = false;     ///< also the topics that command something
-  bool beside_live = false;  ///< also on topics that somebody else writes now
-  double wait_s = 2.0;       ///< for readers, before it begins; it begins at once when every topic has one
+  bool fresh_stamps = true;  ///< stamps as if the samples were made now; false: as recorded
+  bool commands = false;     ///< also replays topics that command something
+  bool beside_live = false;  ///< also replays topics that another process writes now
+  double wait_s = 2.0;       ///< longest wait for readers before the start; less when every topic has one
 };
 
-/// Checks what can be checked without the files. Throws ConfigError naming the argument.
+/// Checks what can be checked without the files. Throws ConfigError that names the argument.
 void validate(const ReplayRequest& request);
-/// Old names → new ones. Throws ConfigError.
+/// Returns a map from old to new names. Throws ConfigError.
 std::map<std::string, std::string> parse_remap(const std::vector<std::string>& remap);
 
-/// Whether the topic commands something (an arm, a workspace, …) rather than telling of it.
+/// Returns whether the topic commands something (an arm, a workspace, …) and does not only report.
 bool is_command(const std::string& topic);
 
-/// The topics that the request means, by their recorded names; inside with their new ones.
+/// Returns the requested topics by their recorded names. Each TopicInfo has the new name.
 std::map<std::string, TopicInfo> topics_to_replay(const std::vector<OpenedRecording>& recordings,
                                                   const ReplayRequest& request);
 
-/// Takes the samples in their turn.
+/// Receives the samples of a replay in their order.
 class ReplaySink {
  public:
   virtual ~ReplaySink() = default;
-  /// A new turn of the loop begins at `now_ns`.
+  /// Begins a new turn of the loop at `now_ns`.
   virtual void begin(core::Nanoseconds now_ns) = 0;
-  /// `topic`: as it was recorded. `due_ns`: when this was to happen. False if it could not be sent.
+  /// Sends a sample. `topic`: its recorded name. `due_ns`: when it was due. Returns false if it could not be
+  /// sent.
   virtual bool write(const std::string& topic, const recording::Message& message,
                      core::Nanoseconds due_ns) = 0;
 };
 
-/// The time in which a replay runs; the process's clock, or a test's.
+/// The clock of a replay: the process's, or a test's.
 class ReplayClock {
  public:
   virtual ~ReplayClock() = default;
   virtual core::Nanoseconds now_ns() = 0;
-  /// Returns at `at_ns`, at once if that is past; false if the replay is to end.
+  /// Returns true at `at_ns`, at once if that is past; false if the replay is to end.
   virtual bool sleep_until(core::Nanoseconds at_ns) = 0;
 };
 
@@ -60,8 +61,8 @@ struct ReplayFigures {
   std::vector<std::string> problems;  ///< chunks that could not be read
 };
 
-/// Gives the sink every sample that the request means, each when it is due: log times ÷ rate. What of durable
-/// topics came before the range comes first, without waiting. Until the end or until the clock says so.
+/// Passes every requested sample to the sink when it is due: log times ÷ rate. Samples of durable topics from
+/// before the range come first, without waiting. Runs until the end, or until the clock says to end.
 ReplayFigures replay(const std::vector<OpenedRecording>& recordings, const ReplayRequest& request,
                      ReplaySink& sink, ReplayClock& clock);
 

@@ -13,18 +13,18 @@ namespace phantom::dds_recorder {
 using Guid = std::array<std::uint8_t, 16>;
 using TopicNumber = std::uint32_t;
 
-/// A topic that is recorded; named by its place in the list of topics.
+/// A topic that is recorded. Its TopicNumber is its place in the list of topics.
 struct TopicInfo {
   std::string name;
   std::string type;
   bool keyed = false;
-  bool durable = false;         ///< late joiners get the newest of each instance
+  bool durable = false;         ///< late joiners get the newest sample of each instance
   std::string schema_encoding;  ///< "omgidl"; empty: the type is not known here
-  std::string schema;           ///< the type's description, everything in it that it refers to
-  std::vector<std::pair<std::string, std::string>> qos;  ///< policies in words, kept with the channel
+  std::string schema;           ///< the type's description, with every type that it refers to
+  std::vector<std::pair<std::string, std::string>> qos;  ///< policies as text, kept with the channel
 };
 
-/// What is known of a sample besides its bytes. Trivially copyable: it travels through the queue as it is.
+/// A sample's metadata. Trivially copyable, because the queue copies it bytewise.
 struct SampleHead {
   TopicNumber topic = 0;
   Guid writer{};
@@ -33,7 +33,7 @@ struct SampleHead {
   core::Nanoseconds received_ns = 0;  ///< CLOCK_MONOTONIC of this host
 };
 
-/// A sample whose bytes (encapsulation header and CDR) somebody else owns.
+/// A sample that does not own its bytes (encapsulation header and CDR).
 struct SampleView {
   SampleHead head;
   std::span<const std::uint8_t> bytes;
@@ -44,7 +44,7 @@ struct Sample {
   SampleHead head;
   std::vector<std::uint8_t> bytes;
   SampleView view() const { return {head, bytes}; }
-  /// Memory that it takes, roughly.
+  /// Returns roughly the memory that it takes, in bytes.
   std::size_t cost() const { return sizeof *this + bytes.capacity() + 64; }
 };
 

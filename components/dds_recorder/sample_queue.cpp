@@ -9,7 +9,7 @@ static_assert(std::is_trivially_copyable_v<SampleHead>);
 
 SampleQueue::SampleQueue(std::size_t bytes) {
   for (Arena& arena : arenas_)
-    arena.bytes.resize(bytes / 2);  // touched here, so that no page is missing later
+    arena.bytes.resize(bytes / 2);  // touches every page, so that none faults later
 }
 
 bool SampleQueue::push(const SampleView& sample) noexcept {

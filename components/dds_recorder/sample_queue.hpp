@@ -7,22 +7,22 @@
 
 namespace phantom::dds_recorder {
 
-/// Takes samples from middleware threads to the one that writes. Bounded: what finds no room is refused,
-/// nobody waits.
+/// Passes samples from middleware threads to the writing thread. Bounded: a sample for which there is no room
+/// is refused, and no thread waits.
 class SampleQueue {
  public:
-  /// Allocates all that it will ever need: `bytes`, half of which is being filled while the other half is
-  /// written.
+  /// Allocates all memory in advance: `bytes`, half of which is filled while the other half is written.
   explicit SampleQueue(std::size_t bytes);
 
-  /// Copies the sample. False if there is no room. No heap; the lock is held for the copy alone. Thread-safe.
+  /// Copies the sample. Returns false if there is no room. Uses no heap; holds the lock for the copy only.
+  /// Thread-safe.
   bool push(const SampleView& sample) noexcept;
-  /// Waits until it is getting full, at most `limit_s`: samples are written in batches, a wake-up for each
-  /// would cost more than the writing.
+  /// Waits until the half that is being filled is half full, at most `limit_s`. Samples are written in
+  /// batches, because waking up for each would cost more than the writing.
   void wait(double limit_s) noexcept { wake_.wait(limit_s); }
 
-  /// Calls take(SampleView) for all that came since the last call, in the order of arrival; returns how many.
-  /// One thread.
+  /// Calls take(SampleView) for all samples since the last call, in the order of arrival; returns their
+  /// number. One thread.
   template <class Take>
   std::size_t drain(Take&& take) {
     swap();
@@ -52,7 +52,7 @@ class SampleQueue {
   Arena arenas_[2];
   std::mutex mutex_;
   Arena* filled_ = &arenas_[0];   // under the mutex
-  Arena* drained_ = &arenas_[1];  // the draining thread's
+  Arena* drained_ = &arenas_[1];  // used by the draining thread only
   runtime::WakeSignal wake_;
 };
 

@@ -20,8 +20,8 @@ namespace {
 constexpr double kPoll_s = 0.02;
 constexpr core::Nanoseconds kStatusPeriod_ns = core::kNsPerSecond / 2,
                             kLogPeriod_ns = 10 * core::kNsPerSecond;
-constexpr double kHangsAfter_s = 5.0;  // a disk may take long
-constexpr int kNiceness = 10;          // what controls an arm comes first
+constexpr double kHangsAfter_s = 5.0;  // one turn may wait for a slow disk
+constexpr int kNiceness = 10;          // leaves the CPU to processes that control an arm
 constexpr const char* kEventTopics[] = {"hit_alert", "component_status", "operator_command"};
 
 recording::Attachment attachment_of(const std::filesystem::path& file) {
@@ -91,7 +91,7 @@ core::Health health_of(const RecorderFigures& figures, const Recorder& recorder,
   return health;
 }
 
-/// The threads of DDS fill the queue; all the rest happens here, on the calling thread.
+/// One recording. DDS threads fill the queue; everything else runs on the calling thread.
 class RecordSession {
  public:
   RecordSession(const RecordRequest& request, const runtime::Deployment& deployment, const Config& config)
@@ -209,7 +209,7 @@ class RecordSession {
     for (const std::string& notice : recorder_.take_notices()) spdlog::info("{}", notice);
   }
 
-  /// At once when the recorder itself loses something, at most once a second.
+  /// Warns when the recorder itself has lost samples, at most once per kStatusPeriod_ns.
   void log_losses(const RecorderFigures& figures) {
     if (figures.losses.overflow == overflow_told_) return;
     spdlog::warn(

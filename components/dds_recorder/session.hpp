@@ -5,20 +5,20 @@
 
 namespace phantom::dds_recorder {
 
-/// `dds_recorder record`: what the command line says besides the configuration.
+/// The arguments of `dds_recorder record` besides the configuration.
 struct RecordRequest {
-  std::vector<std::string> topics;  ///< instead of the configuration's
+  std::vector<std::string> topics;  ///< replaces the configuration's unless empty
   std::filesystem::path folder;     ///< likewise
   std::string name;                 ///< likewise
-  bool on_event = false;            ///< whatever the configuration says
-  double seconds = 0.0;             ///< end after so long; 0: when asked to
+  bool on_event = false;            ///< true: overrides the configuration
+  double seconds = 0.0;             ///< ends after this time; 0: on request
 };
 
-/// The configuration with what the command line says over it.
+/// Returns the configuration, overridden by the command line.
 Config merged(Config config, const RecordRequest& request);
 
-/// Free bytes of the file system that the folder is or will be on. Throws MissingError if nothing of the path
-/// is there.
+/// Returns the free bytes of the file system that has or will have the folder. Throws MissingError if no part
+/// of the path exists.
 std::uint64_t free_bytes(const std::filesystem::path& folder);
 
 /// Records until a stop is requested. Returns the exit code. Throws ConfigError, MissingError, DdsError.

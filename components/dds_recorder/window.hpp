@@ -6,14 +6,15 @@
 
 namespace phantom::dds_recorder {
 
-/// The samples of the last seconds, in memory, waiting for something to happen. Bounded in time and in bytes.
-/// Not thread-safe.
+/// Holds the samples of the last seconds in memory until an event. Bounded in time and in bytes. Not
+/// thread-safe.
 class Window {
  public:
   Window(core::Nanoseconds length_ns, std::size_t limit_bytes)
       : length_ns_(length_ns), limit_bytes_(limit_bytes) {}
 
-  /// Adds the newest; calls leave(Sample&&) for each that is too old now or for which there is no memory.
+  /// Adds the newest sample. Calls leave(Sample&&) for each that is too old now or for which there is no
+  /// memory.
   template <class Leave>
   void put(Sample sample, Leave&& leave) {
     const core::Nanoseconds now_ns = sample.head.received_ns;
@@ -24,7 +25,7 @@ class Window {
       leave(pop());
     }
   }
-  /// Empties it from the oldest on.
+  /// Removes all samples, the oldest first, and passes each to leave(Sample&&).
   template <class Leave>
   void drain(Leave&& leave) {
     while (!samples_.empty()) leave(pop());

@@ -5,7 +5,7 @@
 
 namespace phantom::dds_spy {
 
-/// dds_spy.yaml.
+/// The values of dds_spy.yaml.
 struct Config {
   double discovery_s = 2.0;
   double measure_s = 5.0;
@@ -14,7 +14,7 @@ struct Config {
   std::size_t most_events = 1000;
 };
 
-extern const char* const kParameters;  ///< the shipped dds_spy.yaml: their table
+extern const char* const kParameters;  ///< the parameter table: the shipped dds_spy.yaml
 
 /// Reads and checks a configuration. Throws runtime::ConfigError (file, line, key, value, what is allowed).
 Config load_config(const std::filesystem::path& path);

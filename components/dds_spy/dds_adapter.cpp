@@ -30,7 +30,7 @@ SystemView::Change change_of(observation::Presence presence) {
   }
 }
 
-/// The stamp of a decoded sample, if it has a valid one.
+/// Returns the stamp of a decoded sample, or none if it has no valid one.
 std::optional<SampleStamp> stamp_of(const Json& sample) {
   const auto found = sample.find("stamp");
   if (found == sample.end() || !found->is_object()) return std::nullopt;
@@ -65,7 +65,7 @@ const std::map<std::string, TopicContract>& contracts() {
 }
 
 struct DdsAdapter::Impl : observation::DiscoveryListener {
-  /// One topic's reader and what it was made for.
+  /// A topic's reader and the plan by which it was created.
   struct TopicReader : observation::PayloadListener {
     TopicReader(Impl& of, std::string name, const ReadingPlan& for_plan)
         : impl(of), topic(std::move(name)), plan(for_plan), type(observation::type_of(for_plan.type)) {}
@@ -78,7 +78,7 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
     Impl& impl;
     const std::string topic;
     const ReadingPlan plan;
-    const diagnostics::TypePtr type;  ///< null: foreign
+    const diagnostics::TypePtr type;  ///< null: not the project's type
     std::unique_ptr<observation::PayloadReader> reader;
   };
 
@@ -91,7 +91,7 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
   std::mutex mutex;
   observation::Observer observer;
   std::map<std::string, std::unique_ptr<TopicReader>>
-      readers;  // by topic; the thread of follow_writers() only
+      readers;  // by topic; used by the thread of follow_writers() only
 
   void on_participant(const diagnostics::ParticipantInfo& participant,
                       observation::Presence presence) override {
@@ -137,7 +137,8 @@ struct DdsAdapter::Impl : observation::DiscoveryListener {
     return participant == nullptr ? std::string() : participant->name;
   }
 
-  // The prefix's host part is a short hash: where both announce the machine, that must agree, too.
+  // The GUID prefix has only a short hash of the host, so that the machines must agree, too, where both
+  // announce theirs.
   bool on_this_host(const Guid& writer) const {
     const auto* other = view.graph().participant(writer);
     const std::string& mine = observer.machine();
@@ -194,7 +195,7 @@ std::vector<std::string> DdsAdapter::follow_writers() {
     try {
       impl_->make_reader(topic, plan);
     } catch (const dds::DdsError& problem) {
-      complaints.emplace_back(problem.what());  // its place is kept: tried again when the plan changes
+      complaints.emplace_back(problem.what());  // stays without reader until its plan changes
     }
   }
   return complaints;

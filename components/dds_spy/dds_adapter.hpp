@@ -15,37 +15,37 @@
 
 namespace phantom::dds_spy {
 
-/// What the spy reads, and how.
+/// The topics to read, and how.
 struct Reading {
-  bool read_topics = true;  ///< false: discovery alone
+  bool read_topics = true;  ///< false: discovery only
   diagnostics::NameFilter topics, instances, writers;
   ReadingOptions options;
   diagnostics::DecodeOptions decode;
 };
 
-/// A topic of the project as its contract has it, for comparison.
+/// A project topic's type and QoS by its contract, for comparison.
 struct TopicContract {
   std::string type;
   diagnostics::EndpointQos qos;
 };
 
-/// The project's topics by name.
+/// Returns the contracts of the project's topics, by topic name.
 const std::map<std::string, TopicContract>& contracts();
 
-/// Joins the domain and tells a SystemView of what is there and what comes.
+/// Joins the domain and passes discovery and samples to a SystemView.
 class DdsAdapter {
  public:
   using OnSample = std::function<void(const HeardSample&)>;
-  /// `on_sample` is called for each sample that the filters keep, after the view was told, on a middleware
-  /// thread with the lock held. Throws DdsError.
+  /// `on_sample`: called on a middleware thread, with the lock held, for each sample that the filters keep,
+  /// after the view has taken it. Throws DdsError.
   DdsAdapter(const core::NetworkOptions& network, const Reading& reading, SystemView& view,
              OnSample on_sample = {});
   ~DdsAdapter();
 
-  /// Makes the readers that the writers found since then call for. Call it some times a second, without the
-  /// lock. Returns sentences on topics that cannot be read, each once.
+  /// Creates or replaces readers to match the writers discovered since the last call. To be called several
+  /// times a second, without the lock. Returns messages on topics that cannot be read, each once.
   std::vector<std::string> follow_writers();
-  /// Held while the view is read.
+  /// Returns the lock, which the caller holds while it reads the view.
   std::unique_lock<std::mutex> lock();
 
  private:

@@ -10,13 +10,13 @@
 
 namespace phantom::dds_spy {
 
-/// Chooses which samples are shown and puts them into text or a line of JSON. Not thread-safe.
+/// Selects the samples to show and formats each as text or as a line of JSON. Not thread-safe.
 class Echo {
  public:
-  /// `every_s`: at most one sample of a writer and instance in this time; `most`: of samples in all, 0: no
-  /// limit.
+  /// `every_s`: shows at most one sample per writer and instance in this time. `most`: greatest number of
+  /// samples in all, 0: no limit.
   Echo(bool json, double every_s, std::uint64_t most);
-  /// The sample's text with its line feed; none if it is not to be shown.
+  /// Returns the sample's text with its line feed; none if the sample is not to be shown.
   std::optional<std::string> take(const HeardSample& sample, const diagnostics::Graph& graph);
   std::uint64_t shown() const { return shown_; }
   bool complete() const { return most_ != 0 && shown_ >= most_; }

@@ -30,7 +30,7 @@ constexpr std::array kNames{"participant_joined",
                             "component_state",
                             "component_counter"};
 
-/// Whether many alike can come at once: those that come at a topic's rate.
+/// Returns whether events of this kind can come at a topic's rate.
 bool comes_in_bursts(EventKind kind) {
   switch (kind) {
     case EventKind::kGap:

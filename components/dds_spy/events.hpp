@@ -35,7 +35,7 @@ enum class EventKind {
   kComponentCounter,
 };
 
-/// "deadline_missed", as --kind takes it and JSON has it.
+/// Returns the kind's name in --kind and JSON, e.g. "deadline_missed".
 const char* name_of(EventKind kind);
 std::vector<std::string> event_kind_names();
 
@@ -43,29 +43,29 @@ struct Event {
   core::Nanoseconds utc_ns = 0;
   EventKind kind{};
   std::string topic;        ///< empty: none
-  std::string who;          ///< participant
+  std::string who;          ///< participant, or component and host
   std::string text;         ///< one sentence
-  std::uint64_t count = 1;  ///< as many alike since the last that was told
+  std::uint64_t count = 1;  ///< number of like events since the last one reported
 };
 
-/// "22:31:04.123  deadline_missed     slave_state  slave_io (process 12): nothing for 34 ms …"
+/// Returns "22:31:04.123  deadline_missed     slave_state  slave_io (process 12): nothing for 34 ms …"
 std::string event_line(const Event& event);
 nlohmann::ordered_json event_json(const Event& event);
 
-/// Tells events. Of those that come at a topic's rate (gaps, deadlines …), the first of its kind, topic and
-/// participant at once; those that follow within a quiet time are counted and told together when it is over,
-/// with the newest one's text. Keeps the newest `most`. Not thread-safe.
+/// Reports events. Of those that can come at a topic's rate (gaps, deadlines …), it reports the first of each
+/// kind, topic and participant at once. Those that follow within the quiet time are counted, and reported
+/// together after it with the newest one's text. Keeps the newest `most` reported events. Not thread-safe.
 class EventLog {
  public:
   using Report = std::function<void(const Event&)>;
   EventLog(std::size_t most, double quiet_s, Report report);
   void add(Event event);
-  /// Tells what was held back for long enough.
+  /// Reports the events that were held back for the quiet time.
   void look(core::Nanoseconds utc_ns);
-  /// Tells all that was held back.
+  /// Reports all events that were held back.
   void flush();
   const std::deque<Event>& newest() const { return newest_; }
-  /// Events of each kind, counted ones included.
+  /// Returns the number of events of each kind, including those held back.
   const std::map<EventKind, std::uint64_t>& totals() const { return totals_; }
 
  private:

@@ -8,8 +8,8 @@
 
 namespace phantom::dds_spy {
 
-/// Text on its way from middleware threads to the thread that prints: a slow terminal or pipe holds nobody
-/// up. Bounded; what finds no room is counted. Thread-safe.
+/// Passes text from middleware threads to the printing thread, so that a slow terminal or pipe delays none of
+/// them. Bounded; texts for which there is no room are dropped and counted. Thread-safe.
 class LineQueue {
  public:
   explicit LineQueue(std::size_t most) : most_(most) {}
@@ -22,7 +22,7 @@ class LineQueue {
       ++dropped_;
     }
   }
-  /// All that waits, in order.
+  /// Removes and returns all waiting texts, in order.
   std::deque<std::string> take() {
     const std::lock_guard lock(mutex_);
     return std::exchange(texts_, {});

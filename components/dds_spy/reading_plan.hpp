@@ -8,8 +8,8 @@
 
 namespace phantom::dds_spy {
 
-/// What the spy's reader of a topic asks for. Never more than every writer offers: a reader that asks for
-/// more is refused.
+/// The QoS that the spy's reader of a topic requests. It never exceeds what every writer offers, because such
+/// a reader would not match.
 struct ReadingPlan {
   std::string type;
   bool keyed = false;
@@ -21,13 +21,13 @@ struct ReadingPlan {
 };
 
 struct ReadingOptions {
-  bool reliable = false;  ///< ask for lost samples again, where all writers offer it
-  bool history = false;   ///< likewise, and for what was written before
+  bool reliable = false;  ///< request repetition of lost samples, where all writers offer it
+  bool history = false;   ///< likewise, and request samples written earlier
 };
 
-/// The plan for the topic of these writers; none without a writer. Where writers disagree on type or key,
-/// those of the first are read. Liveliness is asked for as weakly as the weakest writer offers it, so that
-/// its loss is told.
+/// Returns the plan for the topic of these writers; none without a writer. Where writers differ in type or
+/// key, those like the first are read. Requests liveliness as weakly as the weakest writer offers it, so that
+/// its loss is reported.
 std::optional<ReadingPlan> plan_reading(const std::vector<const diagnostics::EndpointInfo*>& writers,
                                         const ReadingOptions& options);
 

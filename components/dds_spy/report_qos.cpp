@@ -12,7 +12,7 @@ using diagnostics::Disagreement;
 using diagnostics::EndpointInfo;
 using Json = nlohmann::ordered_json;
 
-/// In which policies the endpoint departs from the topic's contract: "deadline none (contract: 20 ms)".
+/// Returns the endpoint's departures from the topic's contract: "deadline none (contract: 20 ms)".
 std::vector<std::string> departures(const ReportInput& input, const EndpointInfo& endpoint) {
   std::vector<std::string> found;
   const auto contract = input.contracts.find(endpoint.topic);

@@ -29,7 +29,7 @@ std::vector<Row> rows_of(const ReportInput& input) {
   return rows;
 }
 
-/// Topics that have writers of which nothing came.
+/// Returns the topics that have writers but no samples.
 std::vector<std::string> silent_topics(const ReportInput& input) {
   std::map<std::string, bool> heard;
   for (const auto& [guid, endpoint] : input.view.graph().endpoints()) {

@@ -5,7 +5,7 @@
 namespace phantom::dds_spy {
 
 void add_options(runtime::Command app, Request& request) {
-  // A list takes one value each time it is named: what follows may be a topic.
+  // A list option takes one value each time, because the next argument may be a topic.
   const auto list = [](runtime::Command of, const char* name, std::vector<std::string>& values,
                        const std::string& summary) {
     return of.option(name, values, summary).one_value_each_time();

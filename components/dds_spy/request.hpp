@@ -11,22 +11,22 @@ namespace phantom::dds_spy {
 
 enum class Command { kLive, kTopology, kEcho, kRates, kLatency, kQos, kEvents, kTypes };
 
-/// Arguments, as they were given.
+/// The command line's arguments, unchecked.
 struct Request {
   Command command = Command::kLive;
   std::vector<std::string> topics, instances, writers, kinds;
-  std::optional<double> seconds;  ///< 0: until it is stopped
-  double interval_s = 0.0;        ///< hz, latency: also print each; 0: at the end only
-  double every_s = 0.0;           ///< echo: at most one sample of a writer in this time
-  std::uint64_t count = 0;        ///< echo: end after so many; 0: no limit
+  std::optional<double> seconds;  ///< 0: until Ctrl-C; none: the command's default
+  double interval_s = 0.0;        ///< hz, latency: period of interim reports; 0: at the end only
+  double every_s = 0.0;           ///< echo: at most one sample per writer and instance in this time
+  std::uint64_t count = 0;        ///< echo: ends after this number of samples; 0: no limit
   bool json = false, reliable = false, history = false, all_octets = false;
 };
 
 /// Declares the subcommands and options on `app`.
 void add_options(runtime::Command app, Request& request);
-/// What --help says after the options.
+/// Returns the text that --help shows after the options.
 std::string help_text();
-/// What to read for it.
+/// Returns what to read for the request.
 Reading reading_of(const Request& request);
 
 }  // namespace phantom::dds_spy

@@ -23,10 +23,10 @@ namespace {
 
 using diagnostics::to_line;
 
-constexpr double kLook_s = 0.02;  // between two looks for new writers and missed deadlines
+constexpr double kLook_s = 0.02;  // between two checks for new writers and missed deadlines
 constexpr std::size_t kMostLines = 20'000;
 
-// A type may be asked for by its name, by that without its modules, and by its topic's.
+// Returns whether the patterns name a type: by its full name, its name without modules, or its topic's name.
 bool is_asked_for(const std::string& topic, const std::string& type,
                   const std::vector<std::string>& patterns) {
   const auto module_end = type.rfind("::");
@@ -115,7 +115,7 @@ class Session {
     lines_.put(request_.json ? to_line(event_json(event)) + "\n" : event_line(event) + "\n");
   }
 
-  /// One round of everything that is not told by others; false when it is time to end.
+  /// Runs one round of the periodic work. Returns false when the session is to end.
   bool look() {
     for (const auto& complaint : adapter_.follow_writers()) spdlog::warn("{}", complaint);
     {
@@ -125,9 +125,9 @@ class Session {
     return print_lines() && elapsed_s() < limit_s_ && runtime::sleep_unless_stopped(kLook_s);
   }
 
-  /// False when nobody reads the output any more.
+  /// Prints waiting lines. Returns false if the output has no reader any longer.
   bool print_lines() {
-    const runtime::EndsAtOnce maybe_unread;  // who does not read must not keep us from ending
+    const runtime::EndsAtOnce maybe_unread;  // a full pipe must not keep the process from ending
     for (const auto& text : lines_.take()) out_ << text;
     out_.flush();
     return static_cast<bool>(out_);
@@ -160,7 +160,7 @@ class Session {
     return runtime::kExitMissing;
   }
 
-  // A mistyped name is told from a topic that is silent.
+  // Distinguishes a mistyped topic name from a topic without samples.
   int no_samples() {
     std::set<std::string> known;
     {
@@ -232,7 +232,7 @@ class Session {
     return runtime::kExitDone;
   }
 
-  /// Without a terminal: events as they come, and the figures again and again.
+  /// Runs without a terminal: prints events as they come, and the figures periodically.
   int live_as_text() {
     set_limit(0.0);
     double next_s = config_.refresh_s;
@@ -313,7 +313,7 @@ class Session {
   LineQueue lines_{kMostLines};
   Echo echo_;
   SystemView view_;
-  DdsAdapter adapter_;  // last: its threads use the others
+  DdsAdapter adapter_;  // last: its threads use the other members
 };
 
 }  // namespace

@@ -8,9 +8,9 @@
 
 namespace phantom::dds_spy {
 
-/// Does what was asked until it is done, its time is over or a stop is requested; prints on `out`, remarks to
-/// the log. Returns the exit code: kExitMissing if nobody is there, or nothing came of what was to be shown
-/// or measured.
+/// Carries out the request until it is complete, its time is over or a stop is requested. Prints the result
+/// on `out`, and remarks to the log. Returns the exit code: kExitMissing if there is no participant, or no
+/// sample of what was to be shown or measured.
 int run(const Request& request, const Config& config, const core::NetworkOptions& network, std::ostream& out);
 
 }  // namespace phantom::dds_spy

@@ -45,7 +45,7 @@ std::vector<Event> StatusWatch::take(const Json& status) {
       }
     }
   } catch (const Json::exception&) {
-    events.clear();  // another type under this name: listed as undecodable or foreign, not watched
+    events.clear();  // another type by this name: not watched, but listed as undecodable or foreign
   }
   return events;
 }

@@ -11,18 +11,18 @@
 
 namespace phantom::dds_spy {
 
-/// What the components tell of themselves (topic component_status): a change of state, and counts of what DDS
-/// told their own endpoints. These see what an onlooker's reader cannot: whether a component missed a
-/// deadline, not whether the spy did.
+/// Finds events in component_status: changes of a component's state, and of the DDS counts of its own
+/// endpoints. An observer's reader cannot see the latter: whether a component, and not the spy, missed a
+/// deadline.
 class StatusWatch {
  public:
-  /// Events of a decoded phantom::msg::ComponentStatus, without time. What is not shaped as one gives none.
+  /// Returns the events of a decoded phantom::msg::ComponentStatus, without time; none for any other content.
   std::vector<Event> take(const nlohmann::ordered_json& status);
 
  private:
   std::map<std::string, std::string> states_;  // by component and host
   std::map<std::tuple<std::string, std::string, bool, std::string>, std::uint64_t>
-      counters_;  // … topic, writer, name
+      counters_;  // by component and host, topic, writer, name
 };
 
 }  // namespace phantom::dds_spy

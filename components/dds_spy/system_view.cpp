@@ -161,7 +161,7 @@ void SystemView::watch_deadline(HeardWriter& heard, const HeardSample& sample) {
 
 void SystemView::on_liveliness(const Guid& guid, bool alive, core::Nanoseconds utc_ns) {
   const auto* endpoint = graph_.endpoint(guid);
-  if (endpoint == nullptr) return;  // gone: discovery told of it
+  if (endpoint == nullptr) return;  // discovery has already reported its end
   auto& heard = writers_[guid];
   heard.topic = endpoint->topic;
   if (heard.alive == alive) return;

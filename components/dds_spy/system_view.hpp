@@ -14,30 +14,30 @@
 
 namespace phantom::dds_spy {
 
-/// A sample as the adapter hands it on.
+/// A sample as the adapter delivers it.
 struct HeardSample {
   std::string topic;
   diagnostics::Guid writer{};
   SampleFacts facts;
-  bool gone = false;     ///< its instance was disposed of, or has no writer any more
-  std::string instance;  ///< "id=3"; empty: no key, or a type that is not known
-  std::string problem;   ///< why it could not be decoded; empty: it could, or its type is not known
-  std::optional<nlohmann::ordered_json> content;  ///< none: type not known, or see problem
-  std::string octets;                             ///< of a sample without content, in hexadecimal digits
+  bool gone = false;     ///< its instance was disposed of, or has no writer any longer
+  std::string instance;  ///< "id=3"; empty: no key, or an unknown type
+  std::string problem;   ///< why it could not be decoded; empty: decoded, or an unknown type
+  std::optional<nlohmann::ordered_json> content;  ///< none: unknown type, or see `problem`
+  std::string octets;                             ///< of a sample without content, in hexadecimal
 };
 
-/// A writer and what came from it.
+/// A writer and the statistics of its samples.
 struct HeardWriter {
   std::string topic;
   Stream stream;
-  std::map<std::string, std::uint64_t> instances;  ///< samples of each; the empty name for what has no key
-  std::map<std::string, DeadlineWatch> deadlines;  ///< of each instance, where the writer offers a deadline
+  std::map<std::string, std::uint64_t> instances;  ///< number of samples by instance; empty name: no key
+  std::map<std::string, DeadlineWatch> deadlines;  ///< by instance, if the writer offers a deadline
   std::uint64_t deadlines_missed = 0, undecodable = 0, liveliness_lost = 0;
   bool alive = true;
 };
 
-/// Everything that was discovered and heard: who is there, how the samples of each writer come, what
-/// happened. Pure: told by the adapter, with times. Not thread-safe.
+/// Holds everything that was discovered and received: participants and endpoints, the samples of each writer,
+/// and events. Pure: the adapter passes it everything, with times. Not thread-safe.
 class SystemView {
  public:
   SystemView(std::size_t most_events, double quiet_s, EventLog::Report report)
@@ -49,11 +49,11 @@ class SystemView {
   void on_endpoint(const diagnostics::EndpointInfo& endpoint, Change change, core::Nanoseconds utc_ns);
   void on_sample(const HeardSample& sample);
   void on_liveliness(const diagnostics::Guid& writer, bool alive, core::Nanoseconds utc_ns);
-  /// The topic's reader was made anew: numbers of its writers are not compared with the last ones.
+  /// Notes that the topic's reader is new: its writers' next numbers are not compared with the last ones.
   void on_reader_made(const std::string& topic);
-  /// Looks for what did not happen; call it some times a second.
+  /// Checks for missed deadlines and reports events held back. To be called several times a second.
   void look(core::Nanoseconds now_ns, core::Nanoseconds utc_ns);
-  /// Forgets what was counted, not who is there.
+  /// Resets the counts, but not what was discovered.
   void reset_counts();
 
   const diagnostics::Graph& graph() const { return graph_; }
@@ -72,7 +72,7 @@ class SystemView {
 
   diagnostics::Graph graph_;
   std::map<diagnostics::Guid, HeardWriter> writers_;
-  std::map<Pair, bool> disagreeing_;  // told already
+  std::map<Pair, bool> disagreeing_;  // already reported
   StatusWatch status_;
   EventLog events_;
 };

@@ -16,7 +16,7 @@ void put(const std::string& text) {
   std::size_t done = 0;
   while (done < text.size()) {
     const auto written = ::write(STDOUT_FILENO, text.data() + done, text.size() - done);
-    if (written <= 0) return;  // the terminal went away: the next keys() tells by its end
+    if (written <= 0) return;  // the terminal is gone: the next keys() reports that
     done += static_cast<std::size_t>(written);
   }
 }
@@ -64,7 +64,7 @@ std::vector<int> Terminal::keys(double limit_s) {
   if (poll(&wait, 1, static_cast<int>(limit_s * 1e3)) <= 0) return {};
   char octets[256];
   const auto count = ::read(STDIN_FILENO, octets, sizeof octets);
-  if (count <= 0) return {'q'};  // no terminal any more
+  if (count <= 0) return {'q'};  // the terminal is gone
   return decode_keys(std::string(octets, static_cast<std::size_t>(count)));
 }
 

@@ -8,8 +8,8 @@
 
 namespace phantom::dds_spy {
 
-/// The controlling terminal as a screen of lines, with keys read one by one. While one lives, the terminal
-/// shows its alternate screen; it is as before afterwards.
+/// Shows lines on the controlling terminal and reads single keys. The terminal shows its alternate screen
+/// while an object lives; the destructor restores it.
 class Terminal {
  public:
   Terminal();
@@ -17,11 +17,11 @@ class Terminal {
   Terminal(const Terminal&) = delete;
   Terminal& operator=(const Terminal&) = delete;
 
-  /// Whether standard input and output are a terminal.
+  /// Returns whether standard input and output are a terminal.
   static bool available();
   std::size_t columns() const;
   std::size_t rows() const;
-  /// Keys that were pressed since; waits at most `limit_s` for the first.
+  /// Returns the keys pressed since the last call; waits at most `limit_s` for the first.
   std::vector<int> keys(double limit_s);
   void draw(const std::vector<std::string>& lines);
 
@@ -29,7 +29,8 @@ class Terminal {
   termios before_{};
 };
 
-/// Keys in the octets that a terminal sends: escape sequences of arrows and pages become one key each.
+/// Returns the keys in the octets from a terminal; an escape sequence of an arrow or page key becomes one
+/// key.
 std::vector<int> decode_keys(const std::string& octets);
 
 }  // namespace phantom::dds_spy

@@ -25,7 +25,7 @@ struct Ended {
   std::string output;
 };
 
-/// Runs a program to its end and takes what it says; ends it when a stop is requested.
+/// Runs a program to its end and captures its output; ends it when a stop is requested.
 Ended run(const std::filesystem::path& executable, std::vector<std::string> arguments) {
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0)
@@ -35,7 +35,7 @@ Ended run(const std::filesystem::path& executable, std::vector<std::string> argu
   for (auto& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
   const pid_t pid = fork();
-  if (pid == 0) {  // until exec: only async-signal-safe calls
+  if (pid == 0) {  // only async-signal-safe calls until exec
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     dup2(ends[1], STDOUT_FILENO);
     dup2(ends[1], STDERR_FILENO);
@@ -65,7 +65,8 @@ Ended run(const std::filesystem::path& executable, std::vector<std::string> argu
   return ended;
 }
 
-/// The line that says what is wrong: the last, without the hint at --help and the component's name.
+/// Returns the line that says what is wrong: the last one that does not mention --help, without the
+/// component's name.
 std::string reason(const std::string& output, const std::string& component) {
   std::istringstream lines(output);
   std::string last;

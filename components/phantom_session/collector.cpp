@@ -53,7 +53,7 @@ std::string Collector::text_of(const Line& line) const {
          ")";
 }
 
-// In the order in which it happened: what comes after a hit that may go on waits with it.
+// Keeps the order of events: lines after a hit that may still grow wait with it.
 void Collector::narrate_until(double now_s) {
   while (!waiting_.empty() && !(waiting_.front().hit && now_s < waiting_.front().t_s + kSameHit_s)) {
     const Line& line = waiting_.front();
@@ -142,7 +142,7 @@ void Collector::on_status(const StatusSample& sample) {
   const auto known = statuses_.find(sample.component);
   const bool news =
       !sample.message.empty() && (known == statuses_.end() || known->second.message != sample.message);
-  // Progress of a start is told now and then, everything else at once.
+  // The progress of a start is narrated every kProgressInterval_s, everything else at once.
   const auto told = told_s_.find(sample.component);
   const bool soon = sample.state == core::ComponentState::kStarting && told != told_s_.end() &&
                     sample.t_s - told->second < kProgressInterval_s;

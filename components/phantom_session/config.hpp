@@ -4,7 +4,7 @@
 
 namespace phantom::phantom_session {
 
-/// phantom_session.yaml, checked.
+/// The checked values of phantom_session.yaml.
 struct Config {
   double ready_timeout_s = 120.0;
   double stop_grace_s = 5.0;
@@ -12,7 +12,7 @@ struct Config {
   double row_interval_s = 0.01;
 };
 
-extern const char* const kParameters;  ///< the shipped phantom_session.yaml: their table
+extern const char* const kParameters;  ///< the parameter table: the shipped phantom_session.yaml
 
 /// Throws ConfigError.
 Config load_config(const std::filesystem::path& path);

@@ -29,7 +29,7 @@ std::string cut(const std::string& text, std::size_t columns) {
 
 Console::Console() : out_(STDOUT_FILENO), terminal_(isatty(STDOUT_FILENO) == 1) {}
 
-/// Takes the lines below away; the cursor stands in the last of them.
+/// Returns the text that erases the lines below. The cursor is in the last of them.
 std::string Console::clear() {
   std::string text;
   for (; shown_ > 0; --shown_) {

@@ -7,17 +7,17 @@
 
 namespace phantom::phantom_session {
 
-/// Standard output: lines that stay, and below them, on a terminal, a few that are overwritten. Elsewhere (a
-/// pipe, a file) nothing but the lines that stay is written. Nobody waits for who reads them: threads of DDS
-/// say what they hear. Thread-safe.
+/// Writes to standard output: lines that stay and, on a terminal, a few lines below them that are
+/// overwritten. Writes only the lines that stay if standard output is a pipe or a file. Calls never wait for
+/// a slow reader, because DDS threads write here. Thread-safe.
 class Console {
  public:
   /// Finds out whether standard output is a terminal.
   Console();
   bool is_terminal() const { return terminal_; }
   void say(const std::string& line);
-  /// Replaces the lines below, each cut to the terminal's width; empty: takes them away. Nothing if this is
-  /// no terminal.
+  /// Replaces the lines below, each cut to the terminal's width; an empty text removes them. Does nothing if
+  /// standard output is not a terminal.
   void show(const std::string& lines);
 
  private:
@@ -26,10 +26,10 @@ class Console {
   std::mutex mutex_;
   runtime::LineWriter out_;
   bool terminal_;
-  int shown_ = 0;  // lines
+  int shown_ = 0;  // number of lines below
 };
 
-/// The first `columns` characters (code points) of a UTF-8 text.
+/// Returns the first `columns` characters (code points) of a UTF-8 text.
 std::string cut(const std::string& text, std::size_t columns);
 
 }  // namespace phantom::phantom_session

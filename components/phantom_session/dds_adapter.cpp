@@ -99,7 +99,7 @@ StatusSample status_of(const msg::ComponentStatus& status, double t_s) {
   StatusSample out{
       t_s, status.component_name().to_string(), state_of(status.state()), status.message().to_string(), {},
       {}};
-  // Another host's page may be served on its own loopback address alone.
+  // Another host may serve its page on its own loopback address only.
   if (status.host() == dds::host_name()) out.page = status.page().to_string();
   for (const auto& loop : status.loops()) {
     out.loops.push_back({loop.name().to_string(), loop.period_s(), loop.rate_hz(), loop.wakeup_p50_us(),
@@ -129,7 +129,7 @@ struct DdsAdapter::Impl {
   dds::Reader<msg::HitAlert> hits;
   dds::Reader<msg::ComponentStatus> status;
 
-  // Hands a sample to `take` under the lock.
+  // Passes a sample to `take` under the lock.
   template <class Take>
   auto into(Take take) {
     return [this, take](const auto& sample, const dds::SampleInfo& info) {
@@ -137,7 +137,7 @@ struct DdsAdapter::Impl {
       take(sample, core::seconds(info.received_ns - start_ns));
     };
   }
-  // Likewise, as its topic's codec makes it; what is not sound is passed over.
+  // Likewise, after conversion by the topic's codec. Invalid samples are skipped.
   template <class Take>
   auto sound_into(Take take) {
     return into([take](const auto& message, double t_s) {

@@ -9,7 +9,7 @@
 
 namespace phantom::phantom_session {
 
-/// Feeds a Collector and a JointLog from the topics of a domain. Others may use them only under lock().
+/// Feeds a Collector and a JointLog from the topics of a domain. Other users of these hold lock().
 class DdsAdapter {
  public:
   /// Joins the domain. Throws dds::DdsError.

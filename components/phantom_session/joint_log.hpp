@@ -11,13 +11,14 @@
 
 namespace phantom::phantom_session {
 
-/// Master and slave joint by joint, for the plots of a bilateral law. rad or m, N·m or N by type of joint.
+/// One sample of master and slave by joint, for the plots of a bilateral law. rad or m, N·m or N by type of
+/// joint.
 struct JointRow {
   double t_s = 0.0;
   int reach = -1;
   std::string law;
   core::JointArray master_position{}, slave_position{};
-  core::JointArray operator_torque{};  ///< what the hand exerts (MLT with the velocity servo)
+  core::JointArray operator_torque{};  ///< torque that the hand exerts (MLT with the velocity servo)
   core::JointArray percept_torque{};   ///< PFFB
   core::JointArray feedback_torque{};  ///< SFFB; SCTFB in case b
 };
@@ -28,14 +29,15 @@ class JointLog {
   explicit JointLog(double row_interval_s) : row_interval_s_(row_interval_s) {}
 
   void on_slave(const core::JointArray& position) { slave_position_ = position; }
-  /// Rows begin once the slave has been heard.
+  /// Adds a row if the interval is over. Rows begin once the slave has been heard.
   void on_master(std::size_t joint_count, JointRow row);
 
   const std::vector<JointRow>& rows() const { return rows_; }
   std::size_t joint_count() const { return joint_count_; }
-  /// The joint on which percept and feedback did the most work: the one worth looking at. None without rows.
+  /// Returns the joint on which percept and feedback did the most work: the most interesting one. None
+  /// without rows.
   std::optional<std::size_t> most_telling() const;
-  /// joints.csv: t_s, reach, law, then per joint master, slave, operator, percept, feedback. Throws
+  /// Writes joints.csv: t_s, reach, law, then per joint master, slave, operator, percept, feedback. Throws
   /// std::runtime_error if it cannot be written.
   void write(const std::filesystem::path& folder) const;
 

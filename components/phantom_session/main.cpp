@@ -37,7 +37,7 @@ int main(int argc, char** argv) {
     if (!driver.empty()) request.master_options.insert(request.master_options.end(), {"--driver", driver});
     const auto config = phantom_session::load_config(options.config);
     const auto deployment = runtime::load_deployment(options);
-    if (options.check && options.host.empty()) {  // on none of its hosts: all of them are checked
+    if (options.check && options.host.empty()) {  // no --host: check all hosts
       for (const auto& host : deployment.hosts) {
         options.host = host.name;
         phantom_session::plan(deployment, options, request);

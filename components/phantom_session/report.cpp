@@ -21,7 +21,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kPlotLimit_s = 60.0;
 
-// What `component` left in the folder, or null if it left nothing that can be read.
+// Returns the file that `component` left in the folder, or null if there is none that can be read.
 Json component_file(const std::filesystem::path& folder, const std::string& component) {
   std::ifstream file(folder / (component + ".json"));
   if (!file) return nullptr;
@@ -74,7 +74,7 @@ Json deadlines_json(const Collector& collector) {
   return out;
 }
 
-// Objects that were touched both with and without the percept: only these compare like with like.
+// Returns the objects that were touched both with and without the percept: only these can be compared.
 std::set<int> compared_objects(const Collector& collector) {
   std::set<int> with, without, both;
   for (const Reach& reach : collector.reaches()) {
@@ -129,7 +129,7 @@ Json hits_json(const Collector& collector) {
   return out;
 }
 
-// The viewer's pictures, with the viewer's own times put on the session's scale.
+// Returns the viewer's pictures with their times converted to the session's.
 Json views_json(const Json& viewer, std::int64_t start_utc_ns) {
   Json views = member(viewer, "views");
   if (!views.is_array()) return Json::array();
@@ -176,7 +176,7 @@ void write_series(const std::filesystem::path& folder, const Collector& collecto
           "operator_torque_Nm,mu_Pa_s_per_m,closeness,tool_speed_m_s,contact_force_N\n";
   for (const Row& row : collector.rows()) {
     const auto found = reaches.find(row.reach);
-    // On its way in: until the first contact of the reach.
+    // An approach lasts until the first contact of the reach.
     const bool approaching =
         found != reaches.end() && (!found->second->contact_s || row.t_s < *found->second->contact_s);
     file << row.t_s << ',' << row.reach << ',' << row.percept_enabled << ',' << approaching << ','
@@ -211,7 +211,7 @@ void write_report(const ReportInputs& inputs) {
 
 namespace {
 
-// What report.gp is told: which reaches and which joint there are to draw, and their names.
+// Returns the variables for report.gp: which reaches and which joint to draw, and their names.
 std::string plot_variables(const std::filesystem::path& folder, const Collector& collector,
                            const JointLog& joints, const std::optional<robot::SerialArm>& arm) {
   std::string reaches, objects;

@@ -12,7 +12,7 @@
 
 namespace phantom::phantom_session {
 
-/// What a session's report is made of, besides the files that the components left in the folder.
+/// The input of a session's report, besides the files that the components left in the folder.
 struct ReportInputs {
   std::filesystem::path folder;
   double seconds = 0.0;           ///< from the moment all components were ready
@@ -22,17 +22,16 @@ struct ReportInputs {
   const Collector& collector;
 };
 
-/// Writes summary.json (design of the demo report), series.csv, reaches.csv and index.html into the folder.
-/// Figures that a component keeps exactly (round trip, workspace, views, sound) come from its own
-/// <component>.json there; a figure that nobody measured is null. Throws std::runtime_error if a file cannot
-/// be written.
+/// Writes summary.json, series.csv, reaches.csv and index.html into the folder. Figures that a component
+/// keeps exactly (round trip, workspace, views, sound) come from its <component>.json there; a figure that
+/// nobody measured is null. Throws std::runtime_error if a file cannot be written.
 void write_report(const ReportInputs& inputs);
 
-/// summary.json as text, for tests.
+/// Returns the text of summary.json, for tests.
 std::string summary_json(const ReportInputs& inputs);
 
-/// Draws the plots beside the CSV files with gnuplot; returns false (and says so) if gnuplot is not
-/// installed. `arm`: whose joints they are, for their names and units; none: not known.
+/// Draws the plots beside the CSV files with gnuplot. Returns false and logs a warning if gnuplot is not
+/// installed. `arm`: the arm whose joints are plotted, for their names and units; none: not known.
 bool draw_plots(const std::filesystem::path& folder, const Collector& collector, const JointLog& joints,
                 const std::optional<robot::SerialArm>& arm);
 

@@ -49,7 +49,7 @@ std::string row(const std::vector<std::string>& cells, const char* tag = "td") {
   return out + "</tr>\n";
 }
 
-/// A member of summary.json as a reader is told it.
+/// A member of summary.json and how the page shows it.
 struct Field {
   const char *key, *words;
   double scale = 1.0;  // from the member's unit to the one in `words`
@@ -61,14 +61,15 @@ std::string cell(const Json& object, const Field& field) {
   return cell(field.scale != 1.0 && value.is_number() ? Json(field.scale * value.get<double>()) : value);
 }
 
-// Two columns: what it is, and the value.
+// Returns a table of two columns: name and value.
 std::string pairs_table(const Json& object, const Fields& fields) {
   std::string out = "<table>\n";
   for (const Field& field : fields) out += row({field.words, cell(object, field)});
   return out + "</table>\n";
 }
 
-// One line per entry of an array, or of an object whose names are the first column, `names`.
+// Returns a table with one row per entry of an array or object. An object's keys fill the first column,
+// headed `names`.
 std::string grid_table(const Json& entries, const Fields& fields, const char* names = "") {
   if (entries.empty()) return "<p>none</p>\n";
   std::vector<std::string> head;
@@ -84,7 +85,7 @@ std::string grid_table(const Json& entries, const Fields& fields, const char* na
   return out + "</table>\n";
 }
 
-// One line per topic.
+// Returns a table with one row per topic.
 std::string counts_table(const Json& counts) {
   std::string out = "<table>\n" + row({"Topic", "Deadlines missed"}, "th");
   for (const auto& [topic, count] : counts.items()) out += row({escaped(topic), cell(count)});
@@ -128,7 +129,7 @@ const Fields kWorkspace{{"version", "Version"},
                         {"build_seconds", "Time to build it, s"}};
 const Fields kProcesses{{"exit", "Exit code"}, {"restarts", "Restarts"}};
 
-/// Figures of a page, numbered as they come.
+/// Numbers the page's figures in their order.
 class Figures {
  public:
   std::string operator()(const std::string& file, const std::string& caption) {

@@ -35,7 +35,7 @@ const runtime::DeployedHost& find_host(const runtime::Deployment& deployment, co
                              "'; allowed: " + known);
 }
 
-// One session from start to report; keeps what the steps share.
+// Runs one session from start to report; holds what the steps share.
 class Session {
  public:
   Session(const runtime::ProcessOptions& options, const runtime::Deployment& deployment, const Config& config,
@@ -67,7 +67,7 @@ class Session {
       collector_.narrate_rest();
     }
     for (const auto& outcome : supervisor_.outcomes()) {
-      // One that was told to end before it came to its main() ends by the signal's own action.
+      // A process that gets SIGTERM before its main() has a handler ends by the signal itself.
       if (outcome.ended_by_us && outcome.exit_code != 0 && outcome.exit_code != 128 + SIGTERM) {
         say(outcome.name + " did not end in order (exit " + std::to_string(*outcome.exit_code) + "); see " +
             log_of(outcome.name).string() + ". Its last words:\n" +
@@ -96,7 +96,7 @@ class Session {
         (options_.report_dir / "logs").string());
   }
 
-  // Says who died and why; true if nobody did.
+  // Reports each process that died, with the last lines of its log. Returns true if none did.
   bool all_alive() {
     const auto dead = supervisor_.newly_dead();
     for (const auto& process : dead) {
@@ -106,7 +106,7 @@ class Session {
     return dead.empty();
   }
 
-  // A stop of an earlier session is in force until a person ends it.
+  // A stop of an earlier session stays in force until a person resets it.
   void hint_at_reset() {
     const auto guard = adapter_.lock();
     if (hinted_ || !collector_.any_stopped()) return;
@@ -115,7 +115,7 @@ class Session {
         "on the operator's page, or by \"master_io command reset\".");
   }
 
-  // False if a component died or is missing; true if all are ready or the user has asked to stop.
+  // Returns false if a component died or is missing, true if all are ready or the user has requested a stop.
   bool wait_until_ready() {
     const auto limit_ns = core::monotonic_ns() + core::from_seconds(config_.ready_timeout_s);
     std::string missing;
@@ -138,12 +138,12 @@ class Session {
     return true;
   }
 
-  // The cell's only arm, for the names of its links and joints; without it they are told by their numbers.
+  // Returns the cell's only arm, for the names of its links and joints. Without it they are shown by number.
   std::optional<robot::SerialArm> load_only_arm() const {
     try {
       const runtime::CellConfig cell = runtime::load_cell(cell_);
       if (cell.arms.size() == 1) return runtime::load_arm(cell.arm());
-    } catch (const core::ConfigError&) {  // the components that need the cell say what is wrong with it
+    } catch (const core::ConfigError&) {  // the components that need the cell report what is wrong with it
     }
     return std::nullopt;
   }
@@ -166,7 +166,7 @@ class Session {
     console_.show(line);
   }
 
-  // Until the time is up or the user stops it (true), or a component dies (false).
+  // Runs until the time is up or the user requests a stop (true), or a component dies (false).
   bool watch() {
     if (console_.is_terminal()) name_links();
     const auto end_ns = core::monotonic_ns() + core::from_seconds(request_.seconds);

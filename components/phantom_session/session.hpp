@@ -9,20 +9,21 @@
 
 namespace phantom::phantom_session {
 
-/// What the user asked of one session.
+/// What the user requested for one session.
 struct SessionRequest {
-  double seconds = 0.0;                     ///< after all components are ready; 0: until Ctrl-C
-  std::vector<std::string> without;         ///< components that somebody else runs
+  double seconds = 0.0;                     ///< from when all components are ready; 0: until Ctrl-C
+  std::vector<std::string> without;         ///< components that the user runs otherwise
   std::vector<std::string> master_options;  ///< passed on to master_io (operator model, law)
 };
 
-/// The processes to start for a request: the host's of the topology, each with the common options. Throws
-/// ConfigError if the host is unknown.
+/// A process to start, with its arguments.
 struct PlannedProcess {
   runtime::DeployedProcess process;
   std::vector<std::string> arguments;
-  bool own_arguments = false;  ///< whether it gets more than the common ones
+  bool own_arguments = false;  ///< it gets more than the common arguments
 };
+/// Plans the processes to start: those that the topology lists for the host, each with the common options.
+/// Throws ConfigError if the host is unknown.
 std::vector<PlannedProcess> plan(const runtime::Deployment& deployment,
                                  const runtime::ProcessOptions& options, const SessionRequest& request);
 

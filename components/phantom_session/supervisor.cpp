@@ -16,8 +16,8 @@
 namespace phantom::phantom_session {
 namespace {
 
-/// Keeps signals from this thread. A child that is told to end between fork and exec would otherwise run the
-/// parent's handler and go on.
+/// Blocks signals in this thread. Otherwise a child that gets SIGTERM between fork and exec would run the
+/// parent's handler and continue.
 class SignalsHeld {
  public:
   SignalsHeld() {
@@ -34,12 +34,12 @@ class SignalsHeld {
   sigset_t before_;
 };
 
-// Between fork and exec: only async-signal-safe calls.
+// Runs between fork and exec: only async-signal-safe calls are allowed.
 [[noreturn]] void become(const ProcessSpec& spec, char* const* argv, int log, const SignalsHeld& held) {
   for (const int handled : {SIGTERM, SIGINT, SIGUSR1, SIGPIPE}) signal(handled, SIG_DFL);
   held.let_go();
   prctl(PR_SET_PDEATHSIG, SIGTERM);
-  setpgid(0, 0);  // the terminal's Ctrl-C reaches the supervisor alone, which then ends its children in order
+  setpgid(0, 0);  // Ctrl-C reaches the supervisor alone, which ends its children in order
   if (spec.nice != 0) setpriority(PRIO_PROCESS, 0, spec.nice);
   dup2(log, STDOUT_FILENO);
   dup2(log, STDERR_FILENO);

@@ -11,33 +11,33 @@
 
 namespace phantom::phantom_session {
 
-/// What to start.
+/// A process to start.
 struct ProcessSpec {
-  std::string name;  ///< shown to the user; also the log file's name
+  std::string name;  ///< shown to the user; names the log file
   std::filesystem::path executable;
   std::vector<std::string> arguments;
   int nice = 0;
-  std::filesystem::path log;  ///< stdout and stderr go here
+  std::filesystem::path log;  ///< file for stdout and stderr
 };
 
-/// How a process is or how it ended.
+/// The state of a process, or how it ended.
 struct ProcessOutcome {
   std::string name;
-  std::optional<int> exit_code;  ///< absent while it runs; 128 + n if signal n ended it
-  bool ended_by_us = false;      ///< it ended after stop_all() asked it to
+  std::optional<int> exit_code;  ///< none while it runs; 128 + n if signal n ended it
+  bool ended_by_us = false;      ///< it ended after stop_all() was called
 };
 
-/// Starts processes, notices when one ends, and ends them in order. Children die with this process
-/// (PDEATHSIG). Not thread-safe.
+/// Starts processes, notices when one ends, and stops them in reverse order of their start. Children die with
+/// this process (PDEATHSIG). Not thread-safe.
 class Supervisor {
  public:
   ~Supervisor();
-  /// Starts one. Throws core::MissingError if the executable is not there, std::runtime_error if it cannot be
-  /// started.
+  /// Starts a process. Throws core::MissingError if the executable does not exist, std::runtime_error if it
+  /// cannot be started.
   void start(const ProcessSpec& spec);
-  /// Names of the processes that ended since the last call without being asked to.
+  /// Returns the processes that ended since the last call without stop_all().
   std::vector<ProcessOutcome> newly_dead();
-  /// SIGTERM to all, the last started first; SIGKILL to those that have not ended after `grace_s`.
+  /// Sends SIGTERM to all, the last started first, then SIGKILL to those that have not ended after `grace_s`.
   void stop_all(double grace_s);
   std::vector<ProcessOutcome> outcomes() const;
 
@@ -53,7 +53,7 @@ class Supervisor {
   bool stopping_ = false;
 };
 
-/// The last lines of a log file, for telling why a process died.
+/// Returns the last `count` lines of a log file, to show why a process died.
 std::string last_lines(const std::filesystem::path& file, int count);
 
 }  // namespace phantom::phantom_session

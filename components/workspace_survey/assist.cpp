@@ -57,7 +57,7 @@ class Assistant {
   }
 
  private:
-  /// A, B … Z, A1, B1 …
+  /// Returns the face's name: A, B … Z, A1, B1 …
   std::string face_name() const {
     const std::size_t round = faces_done_ / 26;
     return fmt::format("{}{}", static_cast<char>('A' + faces_done_ % 26),
@@ -103,7 +103,8 @@ class Assistant {
     return Reading{1e-3 * range_mm, core::kRadPerDegree * pan_deg, core::kRadPerDegree * tilt_deg};
   }
 
-  /// What is registered with one targeting more; says what is wrong with it, if anything is.
+  /// Returns the registered nodes of the targetings. Prints what is wrong with them and returns none if they
+  /// are refused.
   std::optional<survey::Measurement> registered(const std::vector<Targeting>& targetings) {
     auto measurement = survey::register_nodes(config_.head, config_.errors, targetings);
     if (measurement) return std::move(*measurement);
@@ -169,10 +170,10 @@ class Assistant {
       out_ << "  there is nothing to forget\n";
       return;
     }
-    if (on_face_ == 0) {  // back into the last face
+    if (on_face_ == 0) {  // reopen the last face
       const std::string face = targetings_.back().face;
       --faces_done_;
-      result_ = {};  // it rested on that face
+      result_ = {};  // the result included that face
       for (Targeting& t : targetings_) {
         if (t.face != face) continue;
         t.closed = true;
@@ -218,7 +219,7 @@ class Assistant {
     if (faces_done_ > 0) show();
   }
 
-  /// Of faces that are complete only.
+  /// Returns the targetings of complete faces.
   std::vector<Targeting> complete() const {
     std::vector<Targeting> whole;
     std::copy_if(targetings_.begin(), targetings_.end(), std::back_inserter(whole),

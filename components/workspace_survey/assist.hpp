@@ -10,29 +10,29 @@
 
 namespace phantom::workspace_survey {
 
-/// A corner that a simulated head would target next, for practice.
+/// The next corner that a simulated head targets, for practice.
 struct PracticeShot {
   std::string face, node;
   bool closed = true;
-  bool known = false;  ///< the corner was targeted on an earlier face
+  bool known = false;  ///< the corner was targeted on an earlier face, too
   survey::Reading reading;
   bool last_of_face = false;
 };
 
 struct AssistSetup {
   double voxel_size_m = 0.01;
-  std::vector<PracticeShot>
-      practice;  ///< an empty line takes the next of these; empty: no head to practise with
-  /// Tells the workspace; returns what was said. Null: there is nobody to tell.
+  std::vector<PracticeShot> practice;  ///< an empty line takes the next one; empty: no simulated head
+  /// Sends the fitted object to the workspace and returns a message for the person. Null: sending is not
+  /// possible.
   std::function<std::string(const Told& told)> send;
-  /// Writes a file; returns what there is to say about it.
+  /// Writes the targetings to a file and returns a message for the person.
   std::function<std::string(const std::string& file, const std::vector<survey::Targeting>&)> save;
 };
 
-/// Leads a person through targeting in a dialogue of lines: face by face, corner by corner, with what the
-/// error aid says of each face, which parts remain, and what to measure next or again; then pose, uncertainty
-/// and guard. Knows no terminal: reads lines from `in` until its end or `quit`. Returns whether an object was
-/// fitted when it ended.
+/// Leads a person through targeting in a dialogue of lines: face by face, corner by corner. After each face
+/// it prints what the error aid reports, which parts remain, and what to measure next or again; finally pose,
+/// uncertainty and guard. Uses no terminal: reads lines from `in` until its end or `quit`. Returns whether an
+/// object was fitted at the end.
 bool assist(const Config& config, const Library& library, const AssistSetup& setup, std::istream& in,
             std::ostream& out);
 

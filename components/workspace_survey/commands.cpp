@@ -43,7 +43,7 @@ geometry::Pose pose_of(const Request& request) {
   return *pose;
 }
 
-/// Adds errors of one's own to ranges, to try the error aid.
+/// Adds the requested errors to ranges, to try the error aid.
 void spoil(const std::vector<std::string>& range_errors, std::vector<survey::Targeting>& targetings) {
   for (const std::string& text : range_errors) {
     const auto at = text.find('=');
@@ -98,7 +98,7 @@ int simulate(const Request& request, const Config& config, std::ostream& print) 
   return runtime::kExitDone;
 }
 
-/// Tells the server of a fitted object.
+/// Sends a fitted object to the server.
 std::optional<ServerWord> send_object(const Request& request, const Workspace& workspace, const Told& told) {
   const survey::FittedObject& object = *told.result.object;
   const LibraryPart& part = told.library.parts[object.part];

@@ -11,15 +11,15 @@
 
 namespace phantom::workspace_survey {
 
-/// What a call is to do, as it was given.
+/// The command line's arguments, unchecked.
 struct Request {
   std::string what;  ///< simulate, identify, fit or assist
   std::filesystem::path library, measurements, out, picture, json;
-  std::string part;  ///< simulate, practice: which; fit: only this one
+  std::string part;  ///< simulate, practice: the part; fit: only this part
   std::string pose;  ///< simulate, practice: "x y z roll pitch yaw", m and degrees
   int faces = 2;
   unsigned seed = 1;
-  std::vector<std::string> range_errors;  ///< "NODE=MM"
+  std::vector<std::string> range_errors;  ///< "NODE=MM": added to the node's range
   double voxel_size_mm = 0.0;             ///< 0: the cell's
   bool send = false;
   std::string name, move;
@@ -29,14 +29,14 @@ struct Request {
 /// Declares the subcommands and their options.
 void add_options(runtime::Command app, Request& request);
 
-/// Where the workspace is, for who sends.
+/// The workspace to which an object is sent.
 struct Workspace {
   core::NetworkOptions network;
   double voxel_size_m = 0.01;
 };
 
-/// Does what was asked for, telling it on `print`; `in` is for the assistant. Returns the exit code: done;
-/// failed where the measurement is refused or the server refuses; missing if nobody answers. Throws
+/// Carries out the request and prints the result on `print`; the assistant reads from `in`. Returns the exit
+/// code: done; failed if the measurement or the server refuses; missing if nobody answers. Throws
 /// core::ConfigError for arguments and files that cannot be used.
 int run(const Request& request, const Config& config, const Workspace& workspace, std::istream& in,
         std::ostream& print);

@@ -6,14 +6,14 @@
 
 namespace phantom::workspace_survey {
 
-/// workspace_survey.yaml.
+/// The values of workspace_survey.yaml.
 struct Config {
   survey::RangeHead head;
   survey::HeadErrors errors;
   survey::SurveyOptions options;
 };
 
-extern const char* const kParameters;  ///< the shipped workspace_survey.yaml: their table
+extern const char* const kParameters;  ///< the parameter table: the shipped workspace_survey.yaml
 
 /// Reads and checks a configuration. Throws core::ConfigError (file, line, key, value, what is allowed).
 Config load_config(const std::filesystem::path& path);

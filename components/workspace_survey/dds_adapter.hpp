@@ -9,23 +9,23 @@
 
 namespace phantom::workspace_survey {
 
-/// What wva_server says last about a request.
+/// The final reply of wva_server to a command.
 struct ServerWord {
-  bool done = false;  ///< else it refused, and the workspace is as before
+  bool done = false;  ///< false: refused, and the workspace is unchanged
   std::string message;
   std::uint64_t version = 0;
 };
 
-/// Tells the running wva_server of the data space what was found. One thread.
+/// Sends objects to the running wva_server of the data space. One thread.
 class WorkspaceClient {
  public:
   /// Joins the data space. Throws dds::DdsError.
   explicit WorkspaceClient(const core::NetworkOptions& network);
   ~WorkspaceClient();
 
-  /// Adds an object by its YAML (at most 16384 bytes). None if there was no word for `timeout_s`.
+  /// Adds an object by its YAML (at most 16384 bytes). Returns none if no new reply comes for `timeout_s`.
   std::optional<ServerWord> add(const std::string& description, double timeout_s);
-  /// Moves an object that is there, and gives it a guard skin.
+  /// Moves an existing object and sets its guard skin. Returns none if no new reply comes for `timeout_s`.
   std::optional<ServerWord> move(const std::string& object, const geometry::Pose& X_WO, int guard_vox,
                                  double timeout_s);
 

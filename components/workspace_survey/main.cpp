@@ -41,7 +41,7 @@ int main(int argc, char** argv) {
     }
     if (request.what.empty())
       throw core::ConfigError("what shall be done? allowed: simulate, identify, fit, assist (see --help)");
-    const runtime::EndsAtOnce batch(runtime::kExitFailed);  // wherever it is, also where it waits for input
+    const runtime::EndsAtOnce batch(runtime::kExitFailed);  // a stop ends it at once, also at a prompt
     return workspace_survey::run(request, config, workspace, std::cin, std::cout);
   };
   return runtime::process_main(argc, argv, description);

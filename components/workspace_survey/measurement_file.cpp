@@ -21,7 +21,7 @@ using core::ConfigError;
 
 constexpr std::size_t kMostLines = 10'000, kLongestName = 64;
 
-/// What a column holds, and what its numbers are to be multiplied with.
+/// A column's content, and the factor of its unit to SI.
 struct Column {
   enum Kind { kFace, kPart, kNode, kRange, kPan, kTilt } kind;
   const char* name;
@@ -54,7 +54,7 @@ std::vector<std::string> cells_of(const std::string& line) {
   return cells;
 }
 
-/// A cell as an error tells it: short, without what a terminal could not show.
+/// Returns a cell for an error message: short, without characters that a terminal cannot show.
 std::string shown(const std::string& cell) {
   std::string text = cell.substr(0, 40);
   for (char& c : text) c = c >= ' ' && c < 127 ? c : '?';

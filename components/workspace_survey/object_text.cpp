@@ -12,7 +12,7 @@
 namespace phantom::workspace_survey {
 namespace {
 
-constexpr std::size_t kDescriptionBound = 16384;  // idl
+constexpr std::size_t kDescriptionBound = 16384;  // bytes; bound in the IDL
 
 std::string quoted(const std::string& text) { return nlohmann::json(text).dump(); }
 

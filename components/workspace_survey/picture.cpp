@@ -18,7 +18,7 @@ constexpr double kMagnified = 20.0, kSharpCosine = 0.85;
 const cv::Scalar kInk(40, 40, 40), kPaper(255, 255, 255), kLine(205, 205, 205), kModel(150, 110, 60),
     kMeasured(40, 40, 200), kAcross(60, 150, 60);
 
-/// The way the head looks at the object: right, down and away from the head, unit vectors in W.
+/// The head's view of the object: right, down and away from the head are unit vectors in W.
 struct View {
   Eigen::Vector3d right, down, away, centre_m;
   double pixels_per_m = 1.0;
@@ -81,7 +81,7 @@ class Drawing {
     cv::line(image_, view_.at(a), view_.at(b), colour, thickness, cv::LINE_AA);
   }
 
-  /// Whether the faces at an edge differ clearly; between the facets of a curve they do not.
+  /// Returns whether the faces at an edge differ clearly; those between the facets of a curve do not.
   using Edge = std::pair<std::uint32_t, std::uint32_t>;
   std::map<Edge, bool> sharp_edges() const {
     std::map<Edge, Eigen::Vector3d> normal_at;
@@ -97,7 +97,7 @@ class Drawing {
     return sharp;
   }
 
-  /// Borders of faces: those that face the head strong, the others pale.
+  /// Draws the borders of faces: strong if the face is turned to the head, otherwise pale.
   void model() {
     const auto sharp = sharp_edges();
     const Eigen::Vector3d eye_O = object_.fit.X_WO.inverse() * told_.measurement.eye_W_m;
@@ -116,7 +116,7 @@ class Drawing {
     }
   }
 
-  /// Each node where the model has it, with its 2σ ellipse and its residual, both magnified alike.
+  /// Draws each node at its place on the model, with its 2σ ellipse and its residual, both magnified equally.
   void nodes() {
     for (std::size_t i = 0; i < object_.fit.nodes.size(); ++i) {
       const survey::MeasuredNode& node = told_.measurement.nodes[object_.fit.nodes[i]];
@@ -151,7 +151,7 @@ class Drawing {
           {kMargin + static_cast<int>(step_m * view_.pixels_per_m) + 10, y + 7});
   }
 
-  /// Residuals of each node along and across the beam, with two sigma of the range.
+  /// Draws each node's residual along and across the beam, with 2σ of the range.
   void bars() {
     const auto& fit = object_.fit;
     double most_m = 1e-4;

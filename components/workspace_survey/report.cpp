@@ -34,7 +34,7 @@ std::string poses_line(const Told& told, const survey::Candidate& candidate, con
   return fmt::format("chi2 {:.1f}, {}, nodes {}\n", placement.chi2, pose, nodes);
 }
 
-/// A residual along the beam, and across it.
+/// Returns the residual along the beam and across it, in m.
 std::pair<double, double> along_and_across_m(const survey::MeasuredNode& node,
                                              const Eigen::Vector3d& residual) {
   const double along = residual.dot(node.beam_W);

@@ -7,7 +7,7 @@
 
 namespace phantom::workspace_survey {
 
-/// A measurement and what came of it, for those who tell it.
+/// A measurement and its result, for the reports.
 struct Told {
   const Config& config;
   const Library& library;
@@ -16,16 +16,16 @@ struct Told {
   double voxel_size_m = 0.01;
 };
 
-/// What was measured, face by face: edges, angles, area, and what the error aid says.
+/// Returns the measurement, face by face: edges, angles, area, and what the error aid reports.
 std::string measured_text(const Told& told);
-/// The candidates, ranked, and what they leave open.
+/// Returns the candidates, ranked, and what they leave undecided.
 std::string candidates_text(const Told& told);
-/// Pose, uncertainty, residuals and guard of the fitted object; or why there is none, and what to do.
+/// Returns pose, uncertainty, residuals and guard of the fitted object; or why there is none, and what to do.
 std::string fit_text(const Told& told);
-/// All of it for programs.
+/// Returns all of it as JSON, for programs.
 std::string json_text(const Told& told);
 
-/// The guard of a fitted object, in voxels.
+/// Returns the guard of a fitted object, in voxels.
 int guard_of(const Told& told);
 
 }  // namespace phantom::workspace_survey

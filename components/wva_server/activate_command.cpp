@@ -51,11 +51,11 @@ json report_of(const geometry::MeshReport& mesh) {
           {"volume_m3", mesh.volume_m3}};
 }
 
-/// What both forms of the command end with.
+/// The outcome of activating a mesh or a cell.
 struct Activated {
   workspace::Workspace workspace;
   PictureText picture;
-  std::vector<layers::LayerFidelity> fidelity;  // if it was asked for
+  std::vector<layers::LayerFidelity> fidelity;  // empty unless requested
   FidelityHead fidelity_head;
   json objects = json::array();
   std::string method;
@@ -64,7 +64,7 @@ struct Activated {
   void add(const std::string& name, std::uint16_t id, const geometry::TriangleMesh& mesh,
            const workspace::LayerProfile& profile, std::vector<std::string> notes,
            const layers::BodyReport& report, bool by_formula = false) {
-    json inspected;  // null for a solid by formula: its mesh is only for the eye
+    json inspected;  // null for a solid by formula: its mesh is only for display
     if (!by_formula) {
       const double start_s = stopwatch_s();
       const geometry::MeshReport found = geometry::inspect_mesh(mesh);
@@ -97,7 +97,7 @@ struct Activated {
   throw ConfigError("activate: " + status.message());
 }
 
-/// "32 Pa s/m" per layer, for a picture's legend.
+/// Returns "32 Pa s/m" per layer, for a picture's legend.
 std::vector<std::string> notes_of(const workspace::LayerProfile& profile) {
   std::vector<std::string> notes;
   for (const float mu : profile.mu_Pa_s_per_m) {
@@ -111,7 +111,7 @@ std::vector<std::string> notes_of(const workspace::LayerProfile& profile) {
 geometry::LoadedMesh load(const ActivateRequest& request, const WvaServerConfig& config) {
   geometry::MeshImportOptions options = config.mesh_import;
   if (request.scale != 0) options.scale = request.scale;
-  if (request.fit_extent_m != 0) options.scale = 1.0;  // what the unit is does not matter
+  if (request.fit_extent_m != 0) options.scale = 1.0;  // the mesh is rescaled below: its unit does not matter
   if (!request.up_axis.empty()) options.y_up = request.up_axis == "y";
   auto mesh = geometry::load_mesh(request.mesh, options);
   if (!mesh) {
@@ -207,7 +207,7 @@ void write_file(const std::string& option, const std::string& path, const char* 
   if (!file) throw wrong_option(option, path + ": cannot be written");
 }
 
-/// Writes what was asked for besides the volume.
+/// Writes the picture and the fidelity report, where requested.
 void write_extras(const ActivateRequest& request, const Activated& outcome) {
   if (!request.picture.empty()) {
     const auto png = slice_picture(outcome.workspace, outcome.picture);
@@ -255,13 +255,14 @@ int activate_and_write(const ActivateRequest& request, const WvaServerConfig& co
                        {"export", end_s - export_from_s},
                        {"total", end_s - start_s}}},
                      {"export", request.out}};
-  // Names of files need not be UTF-8, but JSON is.
+  // File names need not be UTF-8, but JSON must be.
   print << line.dump(-1, ' ', false, json::error_handler_t::replace) << std::endl;
   return 0;
 }
 
-/// From here on this process gets no more memory than the machine has to spare now: std::bad_alloc then,
-/// instead of a machine that kills whatever is largest. Returns that, 0 if it is not known.
+/// Limits this process's memory to what the machine can spare now, so that too large a request ends in
+/// std::bad_alloc and the kernel does not kill the largest process. Returns the limit in bytes, 0 if it is
+/// not known.
 std::uint64_t keep_within_memory() {
   std::uint64_t spare_bytes = 0;
   std::ifstream stream("/proc/meminfo");
@@ -272,7 +273,7 @@ std::uint64_t keep_within_memory() {
   rlimit limit{};
   if (spare_bytes == 0 || getrlimit(RLIMIT_DATA, &limit) != 0) return 0;
   limit.rlim_cur = std::min<rlim_t>(limit.rlim_cur, spare_bytes);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // their shadow memory counts as data
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // shadow memory counts as data
   setrlimit(RLIMIT_DATA, &limit);
 #endif
   return limit.rlim_cur;

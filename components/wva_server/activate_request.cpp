@@ -81,7 +81,7 @@ void add_layer_options(runtime::Command command, ActivateRequest& request) {
       .separated_by(',');
 }
 
-/// Refuses a file to be written whose folder is not there.
+/// Throws ConfigError if `file` is a folder or its folder does not exist.
 void check_folder(const std::string& option, const std::string& file) {
   if (file.empty()) return;
   if (std::filesystem::is_directory(file))
@@ -116,7 +116,7 @@ void add_options(runtime::Command command, ActivateRequest& request) {
 }
 
 void check_request(const ActivateRequest& request) {
-  // Said now, not after minutes of work.
+  // Checked here, before minutes of work.
   check_folder("--export", request.out);
   check_folder("--picture", request.picture);
   check_folder("--fidelity", request.fidelity);

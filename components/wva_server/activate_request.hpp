@@ -10,12 +10,12 @@
 
 namespace phantom::wva_server {
 
-/// Arguments of `wva_server activate`, as they were given.
+/// The arguments of `wva_server activate`, unchecked.
 struct ActivateRequest {
   std::string mesh, cell;
-  double scale = 0.0;         ///< m per mesh unit; 0: not given (the file's, or a guess)
-  double fit_extent_m = 0.0;  ///< 0: not given
-  std::string up_axis;        ///< "z", "y"; empty: not given (the file's, or a guess)
+  double scale = 0.0;         ///< m per mesh unit; 0: not given (from the file, or a guess)
+  double fit_extent_m = 0.0;  ///< longest side after scaling; 0: not given
+  std::string up_axis;        ///< "z", "y"; empty: not given (from the file, or a guess)
   std::string pose;           ///< "x y z roll pitch yaw", m and degrees
   double voxel_size_m = 0.0;  ///< 0: not given
   std::vector<int> layers;
@@ -25,29 +25,28 @@ struct ActivateRequest {
   int guard = 0;
   int inside = 0;
   std::vector<double> mu_inside;  ///< empty: not given
-  int threads = 0;                ///< 0: not given (the configuration's)
+  int threads = 0;                ///< 0: not given (from the configuration)
   std::string out;
   std::string field = "order";
   std::string encoding = "gzip";
   std::string picture, fidelity;  ///< files to write; empty: none
 };
 
-/// What to throw for `option`, named with its problem.
+/// Returns the error for `option` and its problem, to be thrown.
 core::ConfigError wrong_option(const std::string& option, const std::string& problem);
 
 /// Declares the subcommand's options on `command`.
 void add_options(runtime::Command command, ActivateRequest& request);
 
-/// Refuses arguments that are missing or do not go together. Throws ConfigError that names them and what is
-/// allowed.
+/// Throws ConfigError if arguments are missing or do not go together; it names them and what is allowed.
 void check_request(const ActivateRequest& request);
 
-/// The profile that the request for a mesh describes. Throws ConfigError.
+/// Returns the profile that a request for a mesh describes. Throws ConfigError.
 workspace::LayerProfile profile_of(const ActivateRequest& request);
-/// Puts the request's method and element, where it names them, in place of the profile's own. Throws
-/// ConfigError for an element without the dilation method.
+/// Replaces the profile's method and element by the request's, where it gives them. Throws ConfigError for an
+/// element without the dilation method.
 void apply_method(const ActivateRequest& request, workspace::LayerProfile& profile);
-/// "distance", "surface", "dilation sphere" …
+/// Returns the method and element as text: "distance", "surface", "dilation sphere" …
 std::string method_text(const workspace::LayerProfile& profile);
 workspace::NrrdField field_of(const std::string& name);
 

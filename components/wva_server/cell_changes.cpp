@@ -19,7 +19,7 @@ namespace {
 
 using core::ConfigError;
 
-/// FNV-1a 64 of the cell file's bytes.
+/// Returns the FNV-1a 64 hash of the cell file's bytes.
 std::string file_mark(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   std::uint64_t hash = 0xcbf29ce484222325ULL;
@@ -38,7 +38,7 @@ ConfigError misfit(const ObjectChange& change, const runtime::CellConfig& cell) 
                                  change.name, change.id, cell.name));
 }
 
-/// Row by row: a rotation matrix is kept to the last bit, so that the workspace is the same.
+/// Writes the rotation matrix row by row, exact to the last bit, so that the same workspace results from it.
 nlohmann::json pose_json(const geometry::Pose& X) {
   nlohmann::json rotation = nlohmann::json::array();
   for (int row = 0; row < 3; ++row)
@@ -113,7 +113,7 @@ void CellChanges::note_moved(std::uint16_t id, const std::string& name, const ge
 }
 
 void CellChanges::note_removed(std::uint16_t id, const std::string& name) {
-  if (!take(id, name).description.empty()) return;  // it came by command and is gone
+  if (!take(id, name).description.empty()) return;  // a command added it, so nothing of it remains
   objects.push_back({id, name, {}, {}, {}, true});
 }
 

@@ -9,16 +9,16 @@
 
 namespace phantom::wva_server {
 
-/// A command as it came.
+/// A command as received, with its sender.
 struct Request {
-  core::SampleId id;  ///< names it: its stamp
+  core::SampleId id;  ///< the command's stamp, which identifies it
   std::string requester;
   CellCommand command;
 };
 
 enum class Outcome { kAccepted, kDone, kRefused };
 
-/// What is said to who asked.
+/// The answer to a command, for its requester.
 struct Reply {
   Outcome outcome = Outcome::kAccepted;
   std::string message;

@@ -16,7 +16,7 @@ namespace {
 using core::ConfigError;
 
 std::string text_of(const std::string& file) {
-  constexpr std::size_t kMost = 1 << 20;  // far more than a command may hold
+  constexpr std::size_t kMost = 1 << 20;  // bytes; far more than a command may hold
   std::ifstream stream(file);
   std::istream& from = file == "-" ? std::cin : stream;
   std::string text(kMost, '\0');

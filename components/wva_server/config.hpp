@@ -8,17 +8,17 @@
 
 namespace phantom::wva_server {
 
-/// wva_server.yaml.
+/// The values of wva_server.yaml.
 struct WvaServerConfig {
-  geometry::MeshImportOptions mesh_import;  ///< limits only; scale and up-axis are each object's own
+  geometry::MeshImportOptions mesh_import;  ///< limits only; scale and up axis belong to each object
   std::size_t mesh_chunk_bytes = 256 * 1024;
   double status_rate_hz = 2.0;
   bool accept_commands = true;
-  int threads = 0;                    ///< of an activation; 1 or more once read
-  std::uint64_t max_voxel_bytes = 0;  ///< above it commands add no more objects; above 0 once read
+  int threads = 0;                    ///< of an activation; at least 1 after loading
+  std::uint64_t max_voxel_bytes = 0;  ///< above it commands add no more objects; above 0 after loading
 };
 
-extern const char* const kParameters;  ///< the shipped wva_server.yaml: their table
+extern const char* const kParameters;  ///< the parameter table: the shipped wva_server.yaml
 
 /// Reads and checks a configuration. Throws runtime::ConfigError (file, line, key, value, what is allowed).
 WvaServerConfig load_config(const std::filesystem::path& path);

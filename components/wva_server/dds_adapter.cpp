@@ -17,7 +17,7 @@
 namespace phantom::wva_server {
 namespace {
 
-constexpr std::size_t kBricksAtOnce = 1024;  // encoded before they are written: bounds the memory
+constexpr std::size_t kBricksAtOnce = 1024;  // encoded before any of them is written; bounds the memory
 
 template <class T>
 void write(dds::Writer<T>& writer, const T& sample, const char* topic) {
@@ -71,10 +71,10 @@ struct DdsAdapter::Impl {
   dds::Writer<msg::WorkspaceObject> objects{participant, dds::kWorkspaceObject};
   dds::Writer<msg::MeshChunk> chunks{participant, dds::kMeshChunk};
   dds::StatusReporter status{participant};
-  std::set<std::uint64_t> meshes;  // published, by content hash
+  std::set<std::uint64_t> meshes;  // content hashes of the published meshes
   Commands commands;
   mutable std::mutex others_mutex;
-  std::set<dds::GuidPrefix> others;  // that publish a workspace here, too
+  std::set<dds::GuidPrefix> others;  // other processes that publish a workspace
   dds::Reader<msg::WorkspaceVersion> other_versions{
       participant, dds::kWorkspaceVersion,
       [this](const msg::WorkspaceVersion&, const dds::SampleInfo& info) {

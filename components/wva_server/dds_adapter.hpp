@@ -9,29 +9,30 @@
 
 namespace phantom::wva_server {
 
-/// The component's ends in the data space: workspace_brick, workspace_version, workspace_object, mesh_chunk,
-/// workspace_reply and component_status out, workspace_command in, and workspace_version, to notice another
-/// server. What was published stays with the writers, so that late joiners get all of it. One thread.
+/// The component's topics. It publishes workspace_brick, workspace_version, workspace_object, mesh_chunk,
+/// workspace_reply and component_status. It reads workspace_command, and workspace_version to notice another
+/// server. Published samples stay with the writers, so that late joiners get all of them. One thread.
 class DdsAdapter {
  public:
-  /// `accept_commands`: else every command is refused. Throws dds::DdsError.
+  /// `accept_commands`: if false, every command is refused. Throws dds::DdsError.
   DdsAdapter(const core::NetworkOptions& network, bool accept_commands);
   ~DdsAdapter();
 
-  /// An object that is new or stands elsewhere, and its mesh if no object had that before.
+  /// Publishes an object that is new or has moved, and its mesh unless that is already published.
   void publish_object(const ServedObject& object, std::size_t chunk_bytes);
-  /// Says that an object is gone. Its mesh stays, for objects that may be added with it.
+  /// Publishes that an object is gone. Its mesh stays published, for objects added later with the same mesh.
   void withdraw_object(std::uint16_t id);
-  /// What a change made of the workspace: changed bricks, removed ones, then the version that commits them.
-  /// Bricks are compressed on `threads` threads.
+  /// Publishes a change of the workspace: changed bricks, removed bricks, then the version that commits them.
+  /// Compresses bricks on `threads` threads.
   void publish_change(const LiveCell& cell, const layers::WorkspaceChange& change, int threads);
-  /// Whether another process publishes a workspace here, too: consumers keep to the first. Thread-safe.
+  /// Returns whether another process publishes a workspace in this domain, too. Consumers keep to the first
+  /// server. Thread-safe.
   bool has_rival() const;
-  /// Publishes component_status, degraded while there is another server.
+  /// Publishes component_status; its state is degraded while there is another server.
   void report(const core::Health& health);
 
-  /// The next command, waiting for one at most `wait_s`. Each was told that it is accepted, and waits for
-  /// reply().
+  /// Returns the next command; waits for one for at most `wait_s`. Its requester has been sent "accepted" and
+  /// expects reply().
   std::optional<Request> next_command(double wait_s);
   void reply(const Request& request, const Reply& reply);
 

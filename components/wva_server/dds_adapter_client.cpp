@@ -43,7 +43,7 @@ std::optional<Listing> CommandClient::list(double timeout_s) {
   std::condition_variable changed;
   Listing listing;
   std::map<std::uint16_t, messages::WorkspaceObject> objects;
-  double served_version = 0.0, served_objects = -1.0;  // as wva_server says
+  double served_version = 0.0, served_objects = -1.0;  // from wva_server's component_status
   const auto under_lock = [&](auto take) {
     return [&, take](const auto& sample, const dds::SampleInfo&) {
       {

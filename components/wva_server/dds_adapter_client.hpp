@@ -12,7 +12,7 @@
 
 namespace phantom::wva_server {
 
-/// What a running wva_server serves.
+/// The cell and the objects that a running wva_server serves.
 struct Listing {
   std::string cell;
   std::uint64_t version = 0;
@@ -20,19 +20,19 @@ struct Listing {
   std::vector<messages::WorkspaceObject> objects;
 };
 
-/// The other end of workspace_command: for who asks for a change. One thread.
+/// The requester's end of workspace_command. One thread.
 class CommandClient {
  public:
   /// Joins the data space. Throws dds::DdsError.
   explicit CommandClient(const core::NetworkOptions& network);
   ~CommandClient();
 
-  /// Sends the command, again and again until it is answered, and waits for the last word: done or refused.
-  /// None if there was no word for `timeout_s`. `on_accepted` hears what is said in between. Throws
-  /// core::ConfigError for a command that does not fit the topic.
+  /// Sends the command repeatedly until it is answered, and waits for the final reply: done or refused.
+  /// Returns none if no new reply comes for `timeout_s`. Calls `on_accepted` for each reply before
+  /// that. Throws core::ConfigError for a command that does not fit the topic.
   std::optional<Reply> ask(const CellCommand& command, double timeout_s,
                            const std::function<void(const Reply&)>& on_accepted);
-  /// What is served, once it is known whole; none if it is not within `timeout_s`.
+  /// Returns what is served, once all of it has been received; none if that takes longer than `timeout_s`.
   std::optional<Listing> list(double timeout_s);
 
  private:

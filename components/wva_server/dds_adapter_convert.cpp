@@ -5,7 +5,7 @@
 namespace phantom::wva_server {
 namespace {
 
-constexpr std::size_t kNameBound = 64, kMessageBound = 1024, kDescriptionBound = 16384;  // idl
+constexpr std::size_t kNameBound = 64, kMessageBound = 1024, kDescriptionBound = 16384;  // bounds in the IDL
 
 }  // namespace
 

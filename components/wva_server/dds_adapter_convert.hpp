@@ -1,7 +1,7 @@
 #pragma once
 
-// Conversion between topic types and what the component works with. Part of the DDS adapter: nothing else
-// sees idl.
+// Conversion between topic types and the component's own types. Part of the DDS adapter: no other part of the
+// component uses IDL types.
 
 #include <string>
 
@@ -13,17 +13,17 @@
 
 namespace phantom::wva_server {
 
-/// The version that commits `workspace`, whose content hash is `hash`.
+/// Returns the version that commits `workspace`, whose content hash is `hash`.
 msg::WorkspaceVersion version_message(const std::string& cell, const workspace::Workspace& workspace,
                                       std::uint64_t hash);
 
-/// Why a command cannot be used, naming the field and what is allowed; empty if it can.
+/// Returns why a command cannot be used, naming the field and what is allowed; empty if it can be used.
 std::string refusal(const msg::WorkspaceCommand& message);
-/// Of a message without refusal; of one with, only who asked for what.
+/// Converts a command. If refusal() is not empty, only the requester and the kind of request are meaningful.
 Request to_request(const msg::WorkspaceCommand& message);
-/// All but the stamp.
+/// Converts everything but the stamp.
 msg::WorkspaceCommand to_message(const CellCommand& command, const std::string& requester);
-/// All but stamp and echo.
+/// Converts everything but stamp and echo.
 msg::WorkspaceReply to_message(const Request& request, const Reply& reply);
 Reply to_reply(const msg::WorkspaceReply& message);
 

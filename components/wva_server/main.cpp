@@ -49,7 +49,7 @@ int main(int argc, char** argv) {
     const auto deployment = runtime::load_deployment(options);
     if (command.given()) return wva_server::run_change(change, deployment.network, std::cout);
     std::optional<runtime::EndsAtOnce> starting(std::in_place);
-    // Fast DDS needs as long for the profiles as the cell for its meshes: both at once.
+    // Fast DDS needs as long for the profiles as the cell for its meshes: run both at once.
     auto profiles = std::async(std::launch::async, dds::check_qos_profiles, deployment.network.qos_profiles);
     auto served = wva_server::load_served_cell(deployment.cell, changes_file, config.mesh_import);
     profiles.get();

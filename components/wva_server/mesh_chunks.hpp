@@ -7,8 +7,8 @@
 
 namespace phantom::wva_server {
 
-/// A mesh as it travels on mesh_chunk: zstd of geometry::mesh_bytes, cut into pieces of at most
-/// `chunk_bytes`.
+/// Returns a mesh as mesh_chunk carries it: geometry::mesh_bytes compressed with zstd, cut into pieces of at
+/// most `chunk_bytes`.
 std::vector<std::vector<std::uint8_t>> mesh_chunks(const geometry::TriangleMesh& mesh,
                                                    std::size_t chunk_bytes);
 

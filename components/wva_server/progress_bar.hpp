@@ -5,8 +5,8 @@
 
 namespace phantom::wva_server {
 
-/// A line on a terminal that shows how far a long piece of work is. Nothing is written where stderr is no
-/// terminal, and nothing in the first half second: short work shows no bar. The line is gone when the bar is.
+/// Draws a progress bar on one line of the terminal. Writes nothing if stderr is not a terminal, and nothing
+/// in the first half second, so that short work shows no bar. The destructor removes the line.
 class ProgressBar {
  public:
   explicit ProgressBar(std::string what);
@@ -14,7 +14,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// 0…1.
+  /// `share`: share of the work that is done, 0…1.
   void show(double share);
 
  private:
@@ -24,7 +24,7 @@ class ProgressBar {
   std::int64_t next_ns_;
 };
 
-/// The bar's text: "what [####    ]  50 %".
+/// Returns the bar's text: "what [####    ]  50 %".
 std::string bar_text(const std::string& what, double share);
 
 }  // namespace phantom::wva_server

@@ -15,7 +15,7 @@
 namespace phantom::wva_server {
 namespace {
 
-constexpr double kLongestWait_s = 0.2;  // a stop that is requested meanwhile must not wait longer
+constexpr double kLongestWait_s = 0.2;  // bounds the delay of a requested stop
 
 double now_s() { return core::seconds(core::monotonic_ns()); }
 
@@ -25,7 +25,7 @@ void warn_of(const ServedObject& object) {
     spdlog::warn("{}: the mesh is not closed; check the activated shape", object.config.name);
 }
 
-/// The running server: one cell, served until a stop is requested.
+/// The running server: serves one cell until a stop is requested.
 class Service {
  public:
   Service(const WvaServerConfig& config, const core::NetworkOptions& network, const ServedCell& served)
@@ -69,8 +69,8 @@ class Service {
   std::size_t changes_ = 0;
 };
 
-/// Versions rise across restarts too, so that consumers can tell a dead server's bricks from ours:
-/// milliseconds since 1970.
+/// Returns milliseconds since 1970, or more where that would not rise. Versions rise across restarts, too, so
+/// that consumers can tell bricks of a server that has ended from this server's.
 std::uint64_t Service::next_version() const {
   const auto now_ms = static_cast<std::uint64_t>(core::utc_ns() / core::kNsPerMillisecond);
   return std::max(now_ms, cell_.workspace().version + 1);
@@ -91,7 +91,8 @@ bool Service::activate(std::vector<runtime::CellBody> bodies) {
   const auto on_object = [&](const ServedObject& object, std::size_t done) {
     spdlog::info("{} of {}: {}", done, all, describe(object));
     warn_of(object);
-    adapter_.publish_object(object, config_.mesh_chunk_bytes);  // viewers show it while others are activated
+    // Viewers show it while the others are activated.
+    adapter_.publish_object(object, config_.mesh_chunk_bytes);
     report_progress(static_cast<double>(done) / static_cast<double>(all),
                     fmt::format("activated {} of {} objects", done, all));
   };
@@ -153,7 +154,7 @@ void Service::carry_out(const Request& request) {
   report(health("", 1.0));
 }
 
-/// Writes the changes down; returns what there is to say about it.
+/// Writes the changes to their file. Returns an addition to the reply if that fails, otherwise "".
 std::string Service::keep_changes() {
   if (changes_file_.empty()) return "";
   try {

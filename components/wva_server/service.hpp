@@ -11,21 +11,21 @@
 
 namespace phantom::wva_server {
 
-/// What is served, and where its traces go.
+/// The cell to be served, and the files that the service writes.
 struct ServedCell {
-  runtime::CellConfig cell;               ///< with the changes
-  CellChanges changes;                    ///< that commands made before
-  std::vector<runtime::CellBody> bodies;  ///< the cell's, loaded
-  std::filesystem::path changes_file;     ///< where changes are kept; empty: nowhere
-  std::filesystem::path report_dir;       ///< where wva_server.json is left; empty: nowhere
+  runtime::CellConfig cell;               ///< with the changes applied
+  CellChanges changes;                    ///< made by earlier commands
+  std::vector<runtime::CellBody> bodies;  ///< the cell's objects, loaded
+  std::filesystem::path changes_file;     ///< file in which changes are kept; empty: none
+  std::filesystem::path report_dir;       ///< folder for wva_server.json; empty: none
 };
 
-/// Reads the cell, the changes that are kept in `changes_file` (unless that is empty or does not exist) and
-/// all meshes. Throws runtime::ConfigError.
+/// Reads the cell, the changes kept in `changes_file` (unless that is empty or does not exist) and all
+/// meshes. Throws runtime::ConfigError.
 ServedCell load_served_cell(const std::filesystem::path& cell_file, const std::filesystem::path& changes_file,
                             const geometry::MeshImportOptions& limits);
 
-/// Activates the cell, publishes it and stays for late joiners and commands until a stop is requested. Throws
+/// Activates and publishes the cell, then serves late joiners and commands until a stop is requested. Throws
 /// dds::DdsError, runtime::ConfigError.
 void run_service(const WvaServerConfig& config, const core::NetworkOptions& network, ServedCell served);
 

@@ -19,7 +19,7 @@ using workspace::Workspace;
 constexpr int kMargin = 70, kGap = 80, kLongest = 620, kLegend = 190, kTop = 64;
 const cv::Scalar kInk(40, 40, 40), kPaper(255, 255, 255), kLine(170, 170, 170);
 
-/// A colour between stops, blue-green-red as OpenCV has it.
+/// Interpolates between colours (blue, green, red: OpenCV's order of channels); `share` is 0…1.
 cv::Vec3b between(const std::vector<cv::Vec3d>& stops, double share) {
   const double at = std::clamp(share, 0.0, 1.0) * static_cast<double>(stops.size() - 1);
   const auto i = std::min(static_cast<std::size_t>(at), stops.size() - 2);
@@ -28,7 +28,8 @@ cv::Vec3b between(const std::vector<cv::Vec3d>& stops, double share) {
           static_cast<std::uint8_t>(mixed[2])};
 }
 
-/// Colours of all orders: layers from red (near) to pale blue (far), the inside in browns, the guard violet.
+/// The colour of each order: layers from red (near) to pale blue (far), layers inside in browns, the guard
+/// violet.
 class Colours {
  public:
   Colours(int layers, int inside) : layers_(layers), inside_(inside) {}
@@ -47,7 +48,7 @@ class Colours {
   int layers_, inside_;
 };
 
-/// The orders that there are, in the legend's order: from far outside to deep inside.
+/// The orders that occur in the workspace, in the legend's sequence: from far outside to deep inside.
 struct Present {
   std::vector<int> orders;
   int layers = 0, inside = 0;
@@ -83,7 +84,7 @@ std::string name_of(int order, const PictureText& text) {
   return "layer " + std::to_string(order) + note;
 }
 
-/// Middle of the body's voxels; of the grid if there are none.
+/// Returns the middle of the solid voxels, or of the grid if there are none.
 Index3 middle_of(const Workspace& workspace) {
   const auto& size = workspace.grid().size_vox;
   std::array<std::int32_t, 3> low{INT32_MAX, INT32_MAX, INT32_MAX}, high{-1, -1, -1};
@@ -106,7 +107,7 @@ Index3 middle_of(const Workspace& workspace) {
   return {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2};
 }
 
-/// 1, 2 or 5 times a power of ten, at most `most`.
+/// Returns 1, 2 or 5 times a power of ten, at most `most`.
 double round_length(double most) {
   const double power = std::pow(10.0, std::floor(std::log10(most)));
   return most >= 5 * power ? 5 * power : most >= 2 * power ? 2 * power : power;
@@ -158,7 +159,7 @@ class Drawing {
 
   std::int32_t index(Index3 v, std::size_t axis) const { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
-  /// A section with axis `a` to the right and `b` up, at the middle of axis `c`.
+  /// Draws a section at the middle of axis `c`, with axis `a` to the right and `b` up.
   void panel(cv::Point corner, std::size_t a, std::size_t b, std::size_t c) {
     const int width = pixels_[a], height = pixels_[b];
     for (int row = 0; row < height; ++row) {
@@ -204,7 +205,7 @@ class Drawing {
     });
     each(b, [&](int pixel, const std::string& label) {
       const cv::Point at(corner.x, corner.y + pixels_[b] - pixel);
-      if (at.y < corner.y + 16) return;  // the axis's name stands there
+      if (at.y < corner.y + 16) return;  // the axis's name is written there
       cv::line(image_, at, {at.x - 5, at.y}, kInk);
       write(label, {at.x - 10 - 8 * static_cast<int>(label.size()), at.y + 4});
     });

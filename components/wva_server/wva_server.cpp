@@ -21,7 +21,7 @@ T value_or_throw(core::Expected<T> made) {
   return std::move(*made);
 }
 
-/// What comes by topic names files of the cell's own folder only.
+/// Throws ConfigError if `file` is not in `folder`: commands may name files of the cell's own folder only.
 void check_within(const std::filesystem::path& file, const std::filesystem::path& folder) {
   const auto inner = std::filesystem::weakly_canonical(file);
   const auto outer = std::filesystem::canonical(folder);
@@ -101,7 +101,7 @@ core::Expected<CellChange> LiveCell::apply(const CellCommand& command, std::uint
     return core::Status::invalid_argument(problem.what());
   } catch (const std::bad_alloc&) {
     return core::Status(core::ErrorCode::kResourceExhausted, "not enough memory for this change");
-  } catch (const std::exception& problem) {  // whatever a command holds, the server serves on
+  } catch (const std::exception& problem) {  // the server goes on whatever a command holds
     return core::Status(core::ErrorCode::kInternal, problem.what());
   }
 }
@@ -120,7 +120,7 @@ core::Expected<std::uint16_t> LiveCell::find(const CellCommand& command) const {
       fmt::format("no object '{}' in cell {}; there are: {}", command.object, cell_.name, known));
 }
 
-/// What one more object may take is bounded by the grid: a limit for what is there already bounds it all.
+/// The grid bounds what one more object can take, so a limit on what is there already bounds the total.
 void LiveCell::check_memory() const {
   const std::uint64_t bytes = live_.object_bytes() + live_.workspace().bytes();
   if (bytes <= limits_.voxel_bytes) return;
