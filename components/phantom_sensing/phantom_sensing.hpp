@@ -81,7 +81,7 @@ struct PlacePercept {
 
 /// The percept of the whole skin: place and motion of the worst sensor.
 struct SkinPercept : PlacePercept {
-  /// Link that carries the worst sensor, and the sensor's index in the layout
+  /// Link that carries the worst sensor, and the sensor's index in the layout.
   std::size_t link = 0, sensor = 0;
   core::JointArray drag_torque{};  ///< N·m or N at the given velocity, before gain
 };
@@ -101,7 +101,7 @@ struct StepOutputs {
   SkinPercept percept;
   percept::AlertEvents alerts;    ///< of the whole skin
   std::size_t muted_sensors = 0;  ///< sensors in fluid of an object that they may touch
-  /// In the order of the model's interest points; valid until the next step
+  /// In the order of the model's interest points; valid until the next step.
   std::span<const InterestPercept> interest;
 };
 

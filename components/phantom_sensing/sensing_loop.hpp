@@ -72,7 +72,7 @@ class SensingLoop {
 
   /// Passes a new state to the loop. One thread. Real-time safe: yes.
   void offer(const SlaveSample& sample) noexcept;
-  /// Runs until stop() on the calling thread, and sets that thread's scheduling and CPU affinity for sensing.
+  /// Runs until stop() on the calling thread, to which it gives the name and priority of the sensing role.
   void run();
   void stop() noexcept;  ///< thread-safe
   /// Sets the contacts that are allowed from now on. One thread.

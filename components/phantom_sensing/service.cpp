@@ -279,7 +279,7 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
   WorkspaceKeeper workspace([&adapter](const std::string& why) { adapter.count_refused_workspace(why); });
   HitLog hits(adapter, model);
   AlertRelay relay(hits, config.servo_priority);
-  // Made here because its workers inherit their scheduling from the thread that creates them
+  // Made here because its workers inherit their scheduling from the thread that creates them.
   std::unique_ptr<SensingLoop> sensing_loop;
   core::run_in_place(core::ThreadRole::kSensing, config.servo_priority,
                      [&] { sensing_loop = std::make_unique<SensingLoop>(model, config, workspace, relay); });
