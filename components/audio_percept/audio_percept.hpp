@@ -36,7 +36,7 @@ struct PerceptSample {
 struct LinkSample {
   core::Nanoseconds received_ns = 0;
   teleop::LinkState state = teleop::LinkState::kInit;
-  core::StopCause cause = core::StopCause::kNone;  ///< while it is stopped
+  core::StopCause cause = core::StopCause::kNone;  ///< cause of the stop, while it is stopped
 };
 
 struct AlertSample {

@@ -18,7 +18,7 @@ enum class SinkChoice {
   kPaced  ///< no device: the sound is rendered in real time and goes only to the recording
 };
 
-/// audio_percept.yaml.
+/// The checked content of audio_percept.yaml.
 struct AudioPerceptConfig {
   percept::ToneLaw law;
   double smoothing_s = 0.010;

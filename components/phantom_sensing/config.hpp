@@ -8,7 +8,7 @@
 
 namespace phantom::phantom_sensing {
 
-/// phantom_sensing.yaml, checked.
+/// The checked content of phantom_sensing.yaml.
 struct Config {
   std::filesystem::path file;
   std::string arm;  ///< empty: the cell's only arm

@@ -11,7 +11,7 @@ namespace phantom::phantom_sensing {
 
 /// A request to allow or forbid a contact, as received (idl SensingCommand).
 struct ContactRequest {
-  bool allow = false;       ///< else forbid
+  bool allow = false;       ///< true: allow, false: forbid
   std::string object;       ///< name; empty: the object is given by id
   std::uint16_t id = 0;     ///< 0 and no name: all allowed contacts (forbid only)
   std::string link;         ///< link or frame of the arm; empty: the whole arm

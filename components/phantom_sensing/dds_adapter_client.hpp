@@ -12,7 +12,7 @@ namespace phantom::phantom_sensing {
 struct SensingRequest {
   enum class What { kContact, kListContacts, kSelfTest };
   What what = What::kSelfTest;
-  ContactRequest contact;  ///< with kContact
+  ContactRequest contact;  ///< used with kContact only
 };
 
 /// A client of phantom_sensing: sends sensing_command and waits for sensing_reply. One thread.

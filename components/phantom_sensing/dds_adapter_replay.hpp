@@ -28,7 +28,7 @@ struct ReplayedTopic {
 
 struct ReplayReport {
   ReplayedTopic drag_field, percept, interest_points;
-  std::vector<std::string> differences;  ///< the first ones, in words
+  std::vector<std::string> differences;  ///< descriptions of the first differences
   /// Returns whether the recording has samples of drag_field and of percept and all of them were reproduced.
   bool ok() const {
     return drag_field.equal > 0 && percept.equal > 0 && drag_field.different == 0 && percept.different == 0;

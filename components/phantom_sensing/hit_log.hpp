@@ -45,7 +45,7 @@ class HitLog : public PerceptSink {
   core::Nanoseconds start_ns_ = core::monotonic_ns();
   std::mutex mutex_;
   std::vector<Record> records_;
-  std::size_t logged_ = 0;  // logging thread only
+  std::size_t logged_ = 0;  // used on the logging thread only
 };
 
 }  // namespace phantom::phantom_sensing

@@ -18,7 +18,7 @@
 
 namespace phantom::phantom_sensing {
 
-/// The newest valid slave_state.
+/// A valid slave_state with the time at which it was received.
 using SlaveSample = messages::Received<messages::SlaveState>;
 
 /// Returns the time between two states that are processed one after the other, by their writer's clock, so

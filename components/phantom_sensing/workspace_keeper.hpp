@@ -107,7 +107,7 @@ class WorkspaceKeeper {
   mutable std::mutex alive_mutex_;
 
   core::Snapshot<HandOver> handed_over_;
-  HandOver in_use_;  // sensing thread only
+  HandOver in_use_;  // used on the sensing thread only
   std::atomic<std::uint64_t> acknowledged_{0};
   std::atomic<std::uint64_t> version_{0}, announced_{0};
   std::atomic<bool> contested_{false};

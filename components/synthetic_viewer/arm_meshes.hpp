@@ -8,7 +8,7 @@
 
 namespace phantom::synthetic_viewer {
 
-/// A visual mesh of a link, loaded.
+/// A loaded visual mesh of a link.
 struct LinkMeshData {
   std::size_t link = 0;
   geometry::Pose X_link_mesh;

@@ -50,7 +50,7 @@ struct WindowConfig {
   bool wanted = false;  ///< also set by --window
 };
 
-/// synthetic_viewer.yaml.
+/// The checked content of synthetic_viewer.yaml.
 struct ViewerConfig {
   GraphicsPlatform graphics = GraphicsPlatform::kAuto;
   double frame_rate_hz = 10.0;

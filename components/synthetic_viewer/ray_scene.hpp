@@ -33,7 +33,8 @@ class RayMesh {
 
  private:
   geometry::BoxTree tree_;
-  std::vector<Eigen::Vector3f> corners_m_;  // three per triangle, in the order of the tree's places
+  // Three per triangle, in the order in which the tree stores the triangles.
+  std::vector<Eigen::Vector3f> corners_m_;
 };
 
 /// All bodies that can be between a camera and the point it looks at.
