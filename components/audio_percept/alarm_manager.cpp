@@ -9,9 +9,10 @@ using percept::AlarmPriority;
 
 namespace {
 
-// A threat is news of every moment: its bursts follow each other, also when the condition comes and goes.
+// The unsafe-motion alarm repeats at short intervals, also when its condition comes and goes: a threat
+// matters at every moment.
 constexpr double kUnsafeRepeat_s = 0.75, kUnsafeLastingRepeat_s = 1.5;
-// What comes back after a moment sounds at once, but is not a rattle.
+// A condition of high priority that comes back sounds at once, but not more often than this.
 constexpr double kHighHoldOff_s = 1.0;
 
 double delay_s(const AlarmRules& rules, Alarm alarm) noexcept {
@@ -51,7 +52,7 @@ bool AlarmManager::is_due(const Course& course, Alarm alarm) const noexcept {
   if (alarm == Alarm::kUnsafeMotion)
     return course.since_burst_s >= (noticed ? kUnsafeLastingRepeat_s : kUnsafeRepeat_s);
   if (priority == AlarmPriority::kHigh && !course.begun) return course.since_burst_s >= kHighHoldOff_s;
-  // Information is given once, when its condition begins.
+  // Information sounds once, when its condition begins.
   if (priority == AlarmPriority::kInformation && course.begun) return false;
   const double prompt_s = priority == AlarmPriority::kHigh ? rules_.high_repeat_s : rules_.medium_repeat_s;
   return course.since_burst_s >= (noticed ? rules_.lasting_repeat_s : prompt_s);
@@ -78,7 +79,8 @@ std::optional<Alarm> AlarmManager::step(const AlarmSet& holding, bool acknowledg
   pass_time(dt_s);
   std::optional<Alarm> change;
   const bool over = playing_ != Alarm::kNone && !holding[static_cast<std::size_t>(playing_)];
-  if (over && percept::priority_of(playing_) == AlarmPriority::kHigh) {  // the shorter ones are played out
+  // Bursts of lower priority are short and play to their end.
+  if (over && percept::priority_of(playing_) == AlarmPriority::kHigh) {
     playing_ = Alarm::kNone;
     silence_s_ = 0.0;
     change = Alarm::kNone;

@@ -9,40 +9,42 @@
 
 namespace phantom::audio_percept {
 
-using AlarmSet = std::bitset<percept::kAlarmCount>;  ///< by percept::Alarm
+using AlarmSet = std::bitset<percept::kAlarmCount>;  ///< one bit for each percept::Alarm
 
-/// How rarely alarms may sound; what the operator must hear at once is not held back.
+/// Limits how often alarms sound. What the operator must hear at once is not delayed.
 struct AlarmRules {
-  int prompt_bursts = 3;           ///< then an alarm counts as noticed and repeats rarely
-  double medium_delay_s = 0.1;     ///< a condition of medium priority that is shorter does not sound
-  double low_delay_s = 1.0;        ///< the same of low priority and of information
-  double high_repeat_s = 5.0;      ///< between the beginnings of prompt bursts of high priority
-  double medium_repeat_s = 10.0;   ///< the same of medium, low and information: also when the condition flaps
-  double lasting_repeat_s = 30.0;  ///< between bursts of what is noticed or acknowledged
-  double least_silence_s = 0.3;    ///< between bursts, unless a graver alarm breaks in
-  double forget_s = 10.0;          ///< a condition gone for so long begins anew when it comes back
+  int prompt_bursts = 3;  ///< number of bursts after which an alarm counts as noticed and repeats rarely
+  double medium_delay_s = 0.1;  ///< a condition of medium priority shorter than this does not sound
+  double low_delay_s = 1.0;     ///< the same for low priority and for information
+  double high_repeat_s = 5.0;   ///< from one prompt burst of high priority to the next, start to start
+  /// The same for medium, low and information, also if the condition comes and goes.
+  double medium_repeat_s = 10.0;
+  double lasting_repeat_s = 30.0;  ///< between bursts of a noticed or acknowledged alarm
+  double least_silence_s = 0.3;    ///< between bursts, unless an alarm of higher priority interrupts
+  double forget_s = 10.0;          ///< a condition absent for this long starts anew when it comes back
 };
 
-/// Decides which alarm sounds when: the gravest condition that stands, promptly at first, rarely when it
+/// Decides which alarm sounds when: the most serious condition present, promptly at first, rarely if it
 /// lasts. A pure step; time comes in as dt.
 class AlarmManager {
  public:
   explicit AlarmManager(const AlarmRules& rules);
 
-  /// One period later, with the conditions that hold now. `acknowledged`: the operator has just shown that
-  /// what stands is known. Returns the alarm whose burst begins now (it replaces what is being played), kNone
-  /// if what is being played must end, or nothing if all goes on. Real-time safe: yes.
+  /// Advances by one period, given the conditions that hold now. `acknowledged`: the operator has just shown
+  /// that he knows the present alarms. Returns the alarm whose burst begins now (it replaces the one being
+  /// played), kNone if the burst being played must end, or nothing if playback continues unchanged. Real-time
+  /// safe: yes.
   std::optional<percept::Alarm> step(const AlarmSet& holding, bool acknowledged, double dt_s) noexcept;
 
-  /// The gravest alarm that stands, sounding or not. Real-time safe: yes.
+  /// Returns the most serious alarm present, whether it sounds or not. Real-time safe: yes.
   percept::Alarm standing() const noexcept { return standing_; }
-  std::uint64_t bursts() const noexcept { return bursts_; }  ///< that were begun
+  std::uint64_t bursts() const noexcept { return bursts_; }  ///< number of bursts started
 
  private:
   struct Course {
     double held_s = 0.0, absent_s = 1e9, since_burst_s = 1e9;
-    int bursts = 0;      // since it was last forgotten
-    bool begun = false;  // whether it has sounded since it came to stand
+    int bursts = 0;      // since the condition last started anew
+    bool begun = false;  // whether it has sounded since the condition began to hold
     bool known = false;  // acknowledged
   };
   void follow(Course& course, percept::Alarm alarm, bool holds, double dt_s) noexcept;

@@ -8,13 +8,14 @@ namespace {
 
 using percept::Alarm;
 
-// How fast the percept moves to another place: too fast for the ear to follow, too slow to click.
+// Time constant with which the percept moves to another place: too fast for the ear to follow, too slow to
+// click.
 constexpr double kTurnTime_s = 0.030;
 
 using messages::PerceptCondition;
 using teleop::LinkState;
 
-/// Whether a side is stopped, by its own drives or for another reason.
+/// Returns whether master or slave is stopped: by a drive fault if `by_drives`, else for another reason.
 bool stopped(const Inputs& inputs, bool by_drives) noexcept {
   const auto holds = [by_drives](const LinkSample& side) {
     return side.state == LinkState::kStopped && (side.cause == core::StopCause::kDriveFault) == by_drives;
@@ -22,12 +23,12 @@ bool stopped(const Inputs& inputs, bool by_drives) noexcept {
   return holds(inputs.master) || holds(inputs.slave);
 }
 
-/// Valid, but the workspace may lag behind the cell.
+/// Returns whether the percept is valid but its workspace may lag behind the cell.
 bool aged(PerceptCondition condition) noexcept {
   return condition == PerceptCondition::kWorkspaceUnattended ||
          condition == PerceptCondition::kWorkspaceBehind;
 }
-/// Not valid: the workspace is missing or too old.
+/// Returns whether the percept is invalid because the workspace is missing or too old.
 bool workspace_lost(PerceptCondition condition) noexcept {
   return condition == PerceptCondition::kWorkspaceStale || condition == PerceptCondition::kNoWorkspace;
 }
@@ -49,7 +50,7 @@ Situation AudioPercept::assess(const Inputs& inputs) noexcept {
 }
 
 bool AudioPercept::link_lost(const LinkSample& link, core::Nanoseconds now_ns) const noexcept {
-  if (link.received_ns == 0) return false;  // not there yet: nothing is lost
+  if (link.received_ns == 0) return false;  // never heard, so not lost
   return link.state == LinkState::kDegraded || now_ns - link.received_ns > config_.link_timeout_ns;
 }
 
@@ -76,7 +77,8 @@ AlarmSet AudioPercept::conditions(const Inputs& inputs) const noexcept {
   return set;
 }
 
-/// As the viewer tells; if it does not, as the operator chose; if he did not, as configured.
+/// Returns the orientation of the ears: as the viewer reports it, else as the operator chose, else as
+/// configured.
 EarAxes AudioPercept::facing(const Inputs& inputs) const noexcept {
   const ListenerConfig& listener = config_.listener;
   const bool told = listener.follow_viewer && inputs.view.received_ns > 0 &&

@@ -17,39 +17,41 @@ inline constexpr double kSampleRate_Hz = 48000.0;
 inline constexpr std::size_t kPeriodFrames = 240;  ///< 5 ms
 inline constexpr double kPeriod_s = static_cast<double>(kPeriodFrames) / kSampleRate_Hz;
 
-// What was heard from the topics. received_ns is this host's monotonic clock; 0: nothing yet.
+// The newest samples of the topics. received_ns is this host's monotonic clock; 0: nothing received yet.
 
 struct PerceptSample {
   core::Nanoseconds received_ns = 0;
   bool valid = false;
   double closeness = 0.0;  ///< 0 free space … 1 at the surface
-  double speed_m_s = 0.0;  ///< of the sensor that is nearest
-  Vector3 position_m{};    ///< of that sensor, in W
-  messages::PerceptCondition condition = messages::PerceptCondition::kFresh;  ///< what it rests on
-  bool muted = false;  ///< an object is touched that may be: not felt
-  core::Nanoseconds sent_ns =
-      0;  ///< when it was sent, where the sender has this host's clock; else received_ns
+  double speed_m_s = 0.0;  ///< speed of the nearest sensor
+  Vector3 position_m{};    ///< position of that sensor, in W
+  /// The condition of the percept's inputs.
+  messages::PerceptCondition condition = messages::PerceptCondition::kFresh;
+  bool muted = false;  ///< an object is touched that may be; it is not felt
+  /// Time of sending if the sender shares this host's clock; else received_ns.
+  core::Nanoseconds sent_ns = 0;
 };
 
-/// What a side says of itself.
+/// The state that the master or the slave reports of itself.
 struct LinkSample {
   core::Nanoseconds received_ns = 0;
   teleop::LinkState state = teleop::LinkState::kInit;
-  core::StopCause cause = core::StopCause::kNone;  ///< while it is stopped
+  core::StopCause cause = core::StopCause::kNone;  ///< cause of the stop, while it is stopped
 };
 
 struct AlertSample {
-  core::Nanoseconds raised_ns = 0;  ///< when the newest alert came
-  std::uint32_t active = 0;         ///< alerts that are not over
+  core::Nanoseconds raised_ns = 0;  ///< time of the newest alert
+  std::uint32_t active = 0;         ///< number of alerts that have not been cleared
 };
 
-/// What the operator asked for that concerns the ear.
+/// The operator's commands that concern the sound.
 struct CommandSample {
-  core::Nanoseconds reset_ns = 0;         ///< when a reset was asked for last: what stands is known
-  std::optional<percept::ViewNode> view;  ///< that was chosen, if any
+  /// Time of the operator's last reset, which acknowledges the present alarms.
+  core::Nanoseconds reset_ns = 0;
+  std::optional<percept::ViewNode> view;  ///< the chosen view node, if any
 };
 
-/// How the view stands that the operator looks at.
+/// The orientation of the view that the operator looks at.
 struct ViewSample {
   core::Nanoseconds received_ns = 0;
   EarAxes axes{};
@@ -64,31 +66,32 @@ struct Inputs {
   ViewSample view;
 };
 
-/// What is to be heard, in words.
+/// What is to be heard.
 enum class Situation {
   kWaiting,    ///< no valid percept has come yet: silence
   kFreeSpace,  ///< silence
-  kSounding,   ///< near an object
-  kStale       ///< a percept that was there is not any more: silence and alarm
+  kSounding,   ///< tone: near an object
+  kStale       ///< a percept was valid before and is not now: silence and alarm
 };
 
-/// From the newest samples to sound: tone law, direction, staleness and alarms; renders one period a step.
+/// Turns the newest samples into sound: tone law, direction, staleness and alarms. Each step renders one
+/// period.
 class AudioPercept {
  public:
   explicit AudioPercept(const AudioPerceptConfig& config);
 
-  /// Renders the next samples, usually kPeriodFrames, of the percept and of the alarms; both spans of one
-  /// length. Real-time safe: yes.
+  /// Renders the next samples, usually kPeriodFrames, of the percept and of the alarms. Both spans have the
+  /// same length. Real-time safe: yes.
   void step(const Inputs& inputs, std::span<float> percept, std::span<float> alarm) noexcept;
 
   Situation situation() const noexcept { return situation_; }
-  /// The gravest alarm that stands, whether it sounds at this moment or not.
+  /// Returns the most serious alarm present, whether it sounds at this moment or not.
   percept::Alarm alarm() const noexcept { return alarms_.standing(); }
-  /// The alarm whose burst is being played.
+  /// Returns the alarm whose burst is being played.
   percept::Alarm sounding() const noexcept { return synthesizer_.alarm(); }
   std::uint64_t bursts() const noexcept { return alarms_.bursts(); }
   const percept::Tone& tone() const noexcept { return tone_; }
-  /// Where the percept is heard, in the ears' frame.
+  /// Returns the position from which the percept is heard, in the frame of the ears.
   const Vector3& heard_from() const noexcept { return heard_from_; }
 
  private:

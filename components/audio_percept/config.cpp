@@ -10,7 +10,7 @@ namespace {
 
 using runtime::Fields;
 
-/// An exponent, which only the power law has.
+/// Reads an exponent; only the power law has one.
 void read_exponent(const Fields& fields, double& exponent, bool power_law) {
   fields.check(power_law || !fields.has("exponent"), "exponent",
                "does nothing: it belongs to law: power; allowed: leave it out");

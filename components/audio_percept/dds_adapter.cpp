@@ -10,7 +10,7 @@
 namespace phantom::audio_percept {
 namespace {
 
-/// A reader whose accepted samples go into a snapshot.
+/// A reader that writes its accepted samples to a snapshot.
 template <class Message, class Converter, class Sample>
 class Intake {
  public:
@@ -31,7 +31,7 @@ class Intake {
   const Converter& converter() const { return converter_; }
 
  private:
-  std::atomic<bool> ready_{false};  // samples may come while reader_ is still being made
+  std::atomic<bool> ready_{false};  // samples can come before reader_ is fully constructed
   Converter converter_;
   dds::Reader<Message> reader_;
 };

@@ -5,8 +5,8 @@
 namespace phantom::audio_percept {
 namespace {
 
-// The stamp's time where the sender's clock is this host's: those of two hosts lie further apart, as the
-// hosts were not started within the same second.
+// Returns the stamp's time if the sender shares this host's clock, else `received_ns`. The clocks of two
+// hosts differ by more than a second, because the hosts were not started within the same second.
 core::Nanoseconds sent_ns(const msg::Stamp& stamp, core::Nanoseconds received_ns) {
   const core::Nanoseconds age_ns = core::elapsed_ns(stamp.monotonic_ns(), received_ns);
   return age_ns >= 0 && age_ns <= core::from_seconds(1.0) ? stamp.monotonic_ns() : received_ns;
@@ -41,7 +41,8 @@ bool AlertConverter::accept(const msg::HitAlert& message, core::Nanoseconds rece
   if (alert->cleared) {
     active_.erase(alert->alert);
   } else {
-    if (active_.size() >= kMostActive) active_.erase(active_.begin());  // bounded, whatever arrives
+    // Keeps the set bounded, whatever arrives.
+    if (active_.size() >= kMostActive) active_.erase(active_.begin());
     active_.insert(alert->alert);
     raised_ns_ = received_ns;
   }
@@ -52,7 +53,7 @@ bool AlertConverter::accept(const msg::HitAlert& message, core::Nanoseconds rece
 bool ViewConverter::accept(const msg::ViewPose& message, core::Nanoseconds received_ns, ViewSample& out) {
   const auto view = messages::from_idl(message);
   if (!view || !source_.accept(message.stamp(), received_ns)) return false;
-  const Eigen::Matrix3d& R_WC = view->X_WC.rotation;  // columns: right, up, backward in W
+  const Eigen::Matrix3d& R_WC = view->X_WC.rotation;  // columns: right, up and backward, in W
   out.received_ns = received_ns;
   for (std::size_t i = 0; i < out.axes.size(); ++i)
     Eigen::Vector3d::Map(out.axes[i].data()) = R_WC.col(static_cast<Eigen::Index>(i));
@@ -65,7 +66,8 @@ bool CommandConverter::accept(const msg::OperatorCommand& message, core::Nanosec
   if (message.kind() == msg::COMMAND_VIEW_NODE) {
     const auto view = percept::node_from_number(message.value());
     if (!view) return false;
-    // 0 gives the choice back to the viewer, which turns its hit view by itself: the ears face as configured.
+    // 0 leaves the choice to the viewer, which turns its hit view by itself: the ears then face as
+    // configured.
     latest_.view = view == percept::ViewNode::kAutomatic ? std::nullopt : view;
   }
   out = latest_;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Between topics and samples: included by the DDS adapter and its tests alone.
+// Conversion from topic messages to samples: included only by the DDS adapter and its tests.
 
 #include <set>
 
@@ -12,14 +12,14 @@
 
 namespace phantom::audio_percept {
 
-/// Converts the samples of one topic. `accept` returns false for what must be refused, and then leaves `out`
-/// alone: also what another process sends than the one that the topic is taken from, as long as that one is
-/// heard. has_second() tells of it, to any thread.
+/// Converts the messages of one topic. `accept` returns false and leaves `out` unchanged for a message that
+/// must be refused. That includes messages of a second process while the followed one is heard; has_second()
+/// reports such a process, on any thread.
 class PerceptConverter {
  public:
   bool accept(const msg::Percept& message, core::Nanoseconds received_ns, PerceptSample& out);
   bool has_second(core::Nanoseconds now_ns) const { return source_.has_second(now_ns); }
-  /// The process that the percept is taken from, for its alerts.
+  /// Returns the process that the percept is taken from, so that alerts are taken from the same.
   const dds::FollowedSource& followed() const { return followed_; }
 
  private:
@@ -29,7 +29,7 @@ class PerceptConverter {
 
 class LinkConverter {
  public:
-  /// MasterState or SlaveState.
+  /// `Message` is MasterState or SlaveState.
   template <class Message>
   bool accept(const Message& message, core::Nanoseconds received_ns, LinkSample& out) {
     const auto state = messages::from_idl(message);
@@ -43,11 +43,12 @@ class LinkConverter {
   dds::SoleSource source_;
 };
 
-/// Keeps the alerts that are not over; a restarted sender's earlier ones are. Between two alerts nothing
-/// tells whether their sender is still there: they are those of the phantom whose percept is heard.
+/// Keeps the alerts that have not been cleared; a restarted sender's earlier alerts count as cleared. Between
+/// two alerts nothing shows whether their sender is still present, so alerts are taken from the phantom whose
+/// percept is followed.
 class AlertConverter {
  public:
-  /// `phantom` must outlive the converter. Without it alerts of any sender are taken.
+  /// `phantom` must outlive the converter. If it is null, alerts of any sender are taken.
   explicit AlertConverter(const dds::FollowedSource* phantom = nullptr) : phantom_(phantom) {}
   bool accept(const msg::HitAlert& message, core::Nanoseconds received_ns, AlertSample& out);
 
@@ -65,10 +66,10 @@ class ViewConverter {
   bool has_second(core::Nanoseconds now_ns) const { return source_.has_second(now_ns); }
 
  private:
-  dds::SoleSource source_{core::kNsPerSecond};  // 10 Hz
+  dds::SoleSource source_{core::kNsPerSecond};  // view_pose comes at 10 Hz
 };
 
-/// Keeps what of the operator's commands concerns the ear; the others are accepted and pass.
+/// Keeps the operator's commands that concern the sound; all others are accepted and ignored.
 class CommandConverter {
  public:
   bool accept(const msg::OperatorCommand& message, core::Nanoseconds received_ns, CommandSample& out);

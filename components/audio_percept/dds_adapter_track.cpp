@@ -8,14 +8,15 @@
 namespace phantom::audio_percept {
 namespace {
 
-/// A topic of the recording: decoded, checked as when it comes live, put into the inputs.
+/// A topic of the recording: decodes its messages, checks them as live ones are checked, and puts them into
+/// the inputs.
 template <class Message, class Converter, class Sample>
 class Channel {
  public:
   Channel(const dds::TopicSpec<Message>& topic, Sample Inputs::*place)
       : topic_(topic), codec_(topic), place_(place) {}
 
-  /// Whether the message is of this topic.
+  /// Takes the message if it is of this topic. Returns whether it is.
   bool take(const std::string& topic, const recording::Message& message, core::Nanoseconds at_ns,
             Inputs& inputs) {
     if (topic != topic_.name) return false;
@@ -59,7 +60,7 @@ Track read_track_recording(const std::filesystem::path& file) {
       continue;
     }
     now.now_ns = at_ns;
-    // What comes within one period is heard in the next: the newest of it stands for all.
+    // Samples within one millisecond share an entry of the track: the newest ones count.
     constexpr core::Nanoseconds kStep_ns = 1'000'000;
     if (track.empty() || at_ns / kStep_ns != track.back().now_ns / kStep_ns) {
       track.push_back(now);

@@ -21,7 +21,7 @@ void DeviceKeeper::step(double dt_s) {
   waited_s_ = 0.0;
   std::string reason;
   auto device = open_(reason);
-  if (device == nullptr) return;  // why, was said when the last one went or at the start
+  if (device == nullptr) return;  // the reason was logged at the start or when the last device was lost
   name_ = device->name();
   spdlog::info("sound goes to: {}", name_);
   engine_.offer(std::move(device));

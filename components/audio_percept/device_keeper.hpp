@@ -8,19 +8,19 @@
 
 namespace phantom::audio_percept {
 
-/// Closes a device that went away and opens one when it can be had, for a running engine. One thread, not the
-/// audio thread: opening takes long.
+/// Closes a lost playback device of a running engine and opens one when it becomes available. One thread, not
+/// the audio thread: opening a device takes long.
 class DeviceKeeper {
  public:
-  /// Opens a device, or returns null and says why.
+  /// Opens a device, or returns null and sets `reason`.
   using Opener = std::function<std::unique_ptr<AudioSink>(std::string& reason)>;
 
-  /// `name`: of the sink that the engine has now. `retry_s`: between two attempts, > 0.
+  /// `name`: name of the engine's present sink. `retry_s`: time between two attempts, > 0.
   DeviceKeeper(Engine& engine, Opener open, double retry_s, std::string name);
 
-  /// `dt_s` later. Tells in the log what changes.
+  /// Advances by `dt_s`. Logs changes.
   void step(double dt_s);
-  /// Where the sound goes now.
+  /// Returns the name of the sink in use.
   const std::string& name() const { return name_; }
   int losses() const { return losses_; }
 

@@ -7,8 +7,8 @@
 namespace phantom::audio_percept {
 namespace {
 
-// A device is asked four times a period: backends that poll a clock take two updates in half the time now and
-// then, and the queue is to be refilled between them.
+// The device is polled four times a period. Backends that poll a clock sometimes take two updates in half the
+// usual time, and the queue must be refilled between them.
 constexpr double kTurnPeriod_s = 0.25 * kPeriod_s;
 
 }  // namespace
@@ -61,7 +61,7 @@ AudioSink& Engine::sink() noexcept {
     if (device_ != nullptr) lost_ = false;
   } else if (!device_->alive()) {
     lost_ = true;
-    if (returned_.load() != nullptr) return paced_;  // the one before was not fetched yet
+    if (returned_.load() != nullptr) return paced_;  // the previous lost device was not fetched yet
     returned_ = device_.release();
     has_device_ = false;
   }

@@ -15,29 +15,30 @@
 
 namespace phantom::audio_percept {
 
-/// What the audio thread says about itself.
+/// Figures that the audio thread publishes about itself.
 struct EngineFigures {
   Situation situation = Situation::kWaiting;
-  percept::Alarm alarm = percept::Alarm::kNone;  ///< the gravest that stands
-  double frequency_Hz = 0.0;                     ///< of the tone that is asked for
+  percept::Alarm alarm = percept::Alarm::kNone;  ///< the most serious alarm present
+  double frequency_Hz = 0.0;                     ///< of the requested tone
   double gain = 0.0;
-  double azimuth_deg = 0.0, elevation_deg = 0.0;  ///< where it is heard, against the ears
-  double latency_p50_ms = 0.0;                    ///< from a percept's stamp until its sound is in the air
+  double azimuth_deg = 0.0, elevation_deg = 0.0;  ///< direction of the tone, relative to the ears
+  double latency_p50_ms = 0.0;                    ///< from a percept's stamp until its sound is emitted
   double latency_p99_ms = 0.0;
   double latency_max_ms = 0.0;
-  double device_latency_ms = 0.0;   ///< the device's own share of it, as it tells
-  std::uint64_t percepts = 0;       ///< that were made audible
-  std::uint64_t interruptions = 0;  ///< of the device in use, by periods that came too late
-  std::uint64_t alarm_bursts = 0;   ///< that were begun
+  double device_latency_ms = 0.0;   ///< the part that the device reports as its own
+  std::uint64_t percepts = 0;       ///< number of percepts made audible
+  std::uint64_t interruptions = 0;  ///< interruptions of the device in use because a period came too late
+  std::uint64_t alarm_bursts = 0;   ///< number of alarm bursts started
   bool live = false;                ///< a playback device is in use
-  bool device_lost = false;         ///< one was, and is gone; the sound goes on without
+  bool device_lost = false;         ///< a device was in use and is gone; the sound goes on without one
 };
 
-/// The audio thread: asks the sink how much it wants, renders from the newest samples, hands it on.
+/// The audio thread: asks the sink how many periods it needs, renders them from the newest samples, and
+/// writes them to the sink.
 class Engine {
  public:
-  /// `device` and `recording` may be null. All that is handed in must outlive the engine; the device becomes
-  /// its own. Throws runtime::MissingError if the layout cannot be rendered.
+  /// `device` and `recording` may be null. All arguments must outlive the engine, which owns the device.
+  /// Throws runtime::MissingError if the layout cannot be rendered.
   Engine(const AudioPerceptConfig& config, std::unique_ptr<AudioSink> device, Inbox& inbox,
          SampleRing* recording);
   ~Engine();
@@ -45,23 +46,25 @@ class Engine {
   void start();
   void stop();  ///< ends the thread; a second call does nothing
 
-  // Devices come and go while the thread runs; they are opened and closed by another one, as that takes long.
+  // Devices can come and go while the thread runs. Another thread opens and closes them, because that takes
+  // long.
 
-  /// Whether there is no device, nor one on its way. Any thread.
+  /// Returns whether there is no device, nor one handed over. Any thread.
   bool wants_device() const noexcept;
-  /// Hands over a device that the audio thread uses from its next turn on. Only while one is wanted; one
-  /// thread.
+  /// Hands over a device, which the audio thread uses from its next turn on. Call it only while
+  /// wants_device(). One thread.
   void offer(std::unique_ptr<AudioSink> device);
-  /// The device that went away, to be closed; null if none did. One thread.
+  /// Returns the lost device, to be closed, or null if there is none. One thread.
   std::unique_ptr<AudioSink> take_back() noexcept;
 
-  /// Newest figures and loop statistics. One reader thread.
+  /// Return the newest figures and the loop statistics. One reader thread.
   EngineFigures figures();
   core::LoopStatistics loop_statistics() { return loop_.statistics(); }
-  /// What the audio thread was refused (real-time priority); empty if nothing. Any thread.
+  /// Returns which permission the audio thread was refused (real-time priority); empty if none. Any thread.
   std::string notice() const { return loop_.notice(); }
 
-  /// One turn of the thread: `dt_s` since the last one, now at `now_ns`. For the thread and for tests.
+  /// Performs one turn of the thread, `dt_s` after the previous one and at time `now_ns`. For the thread and
+  /// for tests.
   void turn(double dt_s, core::Nanoseconds now_ns);
 
  private:

@@ -5,8 +5,8 @@
 
 namespace phantom::audio_percept {
 
-/// Newest samples on their way from the middleware's threads to the audio thread. One writer per member, one
-/// reader.
+/// Passes the newest samples from the middleware's threads to the audio thread. Each member has one writer
+/// and one reader.
 struct Inbox {
   core::Snapshot<PerceptSample> percept;
   core::Snapshot<LinkSample> master, slave;
@@ -14,7 +14,7 @@ struct Inbox {
   core::Snapshot<CommandSample> command;
   core::Snapshot<ViewSample> view;
 
-  /// Brings `inputs` up to date. Real-time safe: yes.
+  /// Copies the newest samples to `inputs`. Real-time safe: yes.
   void collect(Inputs& inputs) noexcept {
     percept.read(inputs.percept);
     master.read(inputs.master);

@@ -4,13 +4,13 @@
 
 namespace phantom::audio_percept {
 
-/// Loudspeakers, in the order of a WAV file's channels.
+/// Loudspeaker layouts, with the loudspeakers in the order of a WAV file's channels.
 enum class Layout {
   kMono,
   kStereo,  ///< left, right
-  k5_1,     ///< front left, front right, centre, low, back left, back right
-  k7_1,     ///< the same and side left, side right
-  kHrtf     ///< headphones: left and right ear, filtered as a head and its ears would
+  k5_1,     ///< front left, front right, centre, low frequency, back left, back right
+  k7_1,     ///< the same, then side left, side right
+  kHrtf     ///< headphones: left and right ear, filtered by a head-related transfer function
 };
 inline constexpr std::size_t kMostChannels = 8;
 
@@ -18,7 +18,7 @@ constexpr std::size_t channel_count(Layout layout) noexcept {
   return layout == Layout::kMono ? 1 : layout == Layout::k5_1 ? 6 : layout == Layout::k7_1 ? 8 : 2;
 }
 
-/// As in the configuration.
+/// Returns the name used in the configuration.
 constexpr const char* name_of(Layout layout) noexcept {
   switch (layout) {
     case Layout::kMono:

@@ -32,7 +32,8 @@ int main(int argc, char** argv) {
     const auto config = audio_percept::load_config(options.config);
     if (render.given()) return audio_percept::run_render(request, config);
     const auto deployment = runtime::load_deployment(options);
-    std::optional<runtime::EndsAtOnce> starting(std::in_place);  // a sound server may not answer
+    std::optional<runtime::EndsAtOnce> starting(
+        std::in_place);  // a sound server that does not answer can block
     dds::check_qos_profiles(deployment.network.qos_profiles);
     auto sink = audio_percept::open_sink(config);
     if (options.check) {

@@ -36,8 +36,8 @@ QuietStderr::~QuietStderr() {
 
 void prepare_openal(Layout layout, int fifo_priority) {
   if (std::getenv("ALSOFT_CONF") != nullptr) return;
-  // The application has no other way than a configuration file, which here is an anonymous one. The rate
-  // stands in it too: a device that opens at another one has its updates stretched to more than our period.
+  // OpenAL Soft can be configured only by a file, here an anonymous one. The file sets the rate too: a device
+  // that opens at another rate has its updates stretched to more than kPeriod_s.
   static const int file = memfd_create("alsoft.conf", MFD_CLOEXEC);
   std::string text =
       "[general]\nfrequency = 48000\nperiod_size = " + std::to_string(kPeriodFrames) + "\nperiods = 2\n";

@@ -10,7 +10,8 @@
 
 namespace phantom::audio_percept {
 
-/// Sound libraries write to stderr while they look for devices; what matters is said by us in one line.
+/// Silences stderr while it lives: sound libraries write to it while they look for devices. The component
+/// logs what matters in one line.
 class QuietStderr {
  public:
   QuietStderr();
@@ -22,16 +23,17 @@ class QuietStderr {
   int saved_;
 };
 
-/// Asks OpenAL Soft for updates as short as our period, for the loudspeakers that `layout` needs and for a
-/// mixing thread of that SCHED_FIFO priority (0: an ordinary one), unless
-/// the user names a configuration file. Call before any other use of OpenAL; it reads this once a process.
+/// Configures OpenAL Soft for updates as short as kPeriod_s, for the loudspeakers of `layout` and for a
+/// mixing thread of SCHED_FIFO priority `fifo_priority` (0: an ordinary thread), unless the user names a
+/// configuration file. Call it before any other use of OpenAL, which reads the configuration once per
+/// process.
 void prepare_openal(Layout layout, int fifo_priority = 0);
 
 /// An OpenAL device with a context. The context is current in a thread only while a Use of it lives there, so
-/// that a loopback device and a playback device get along, in any threads.
+/// that a loopback device and a playback device can be used side by side, in any threads.
 class OpenAlContext {
  public:
-  /// Takes the device; null stands for one that did not open. `attributes` end with 0.
+  /// Takes ownership of the device; null stands for one that did not open. `attributes` end with 0.
   OpenAlContext(ALCdevice* device, const ALCint* attributes);
   ~OpenAlContext();
   OpenAlContext(const OpenAlContext&) = delete;

@@ -12,9 +12,10 @@ namespace phantom::audio_percept {
 namespace {
 
 constexpr int kMostQueued = 64;
-constexpr double kCalm_s = 120.0;  // without an interruption, after which the queue is tried shorter
+constexpr double kCalm_s = 120.0;  // after this time without an interruption, the queue is made shorter
 
-// A device that has just begun fills its own buffers, faster than it plays: that says nothing of the host.
+// A device that has just started fills its own buffers faster than it plays. A queue that runs dry within
+// this time says nothing about the host.
 constexpr double kSettling_s = 0.2;
 
 double update_period_s(ALCdevice* device) {
@@ -23,8 +24,8 @@ double update_period_s(ALCdevice* device) {
   return updates_Hz > 0 ? 1.0 / updates_Hz : 0.02;
 }
 
-// Periods to keep queued at first: what the device takes in one update and what passes between two of our
-// turns. Two, 10 ms, where the device grants the short updates.
+// Returns how many periods to keep queued at first: what the device takes in one update and what passes
+// between two of our turns. That is two, 10 ms, if the device grants the short updates.
 int least_queue(double update_s) {
   return static_cast<int>(std::clamp(std::ceil(update_s / kPeriod_s + 0.5), 2.0, 0.5 * kMostQueued));
 }
@@ -55,8 +56,8 @@ class OpenAlSink final : public AudioSink {
     alGenBuffers(static_cast<ALsizei>(buffers_.size()), buffers_.data());
     alGenSources(1, &source_);
     alSourcei(source_, AL_SOURCE_RELATIVE, AL_TRUE);
-    // Left and right go out as they are. Surround is panned to the loudspeakers that are really there, so
-    // that none of it is lost where there are fewer.
+    // Left and right are played unchanged. Surround is panned to the loudspeakers that exist, so that no
+    // channel is lost where there are fewer.
     const bool as_it_is = layout == Layout::kStereo || layout == Layout::kHrtf;
     if (as_it_is && alIsExtensionPresent("AL_SOFT_direct_channels") == AL_TRUE)
       alSourcei(source_, AL_DIRECT_CHANNELS_SOFT, AL_TRUE);
@@ -104,14 +105,14 @@ class OpenAlSink final : public AudioSink {
     ++queued_;
     ALint state = 0;
     alGetSourcei(source_, AL_SOURCE_STATE, &state);
-    // Starts, and starts again after the queue ran dry, once it is full.
+    // Starts once the queue is full, also after it ran dry.
     if (state != AL_PLAYING && queued_ >= wanted_) {
       alSourcePlay(source_);
       playing_ = true;
     }
   }
 
-  // The device takes an update at a time: the first of the queue waits for the next one.
+  // Includes the time until the next update, because the device takes one update at a time.
   double queued_s() const override {
     return queued_ * kPeriod_s + (playing_ ? std::max(0.0, update_s_ - since_progress_s_) : 0.0);
   }
@@ -135,8 +136,8 @@ class OpenAlSink final : public AudioSink {
   }
 
  private:
-  // A queue that ran dry is made longer: a host that is late now and then is late again. After a long calm it
-  // is tried shorter.
+  // Makes the queue longer after it ran dry, because a host that was late is likely to be late again. Makes
+  // it shorter after a long time without an interruption.
   void adapt() {
     if (playing_ && queued_ == 0) {
       playing_ = false;
@@ -169,9 +170,9 @@ class OpenAlSink final : public AudioSink {
 std::unique_ptr<AudioSink> open_live_sink(const AudioPerceptConfig& config, std::string& reason) {
   prepare_openal(config.layout, core::fifo_priority(core::ThreadRole::kAudio, config.servo_priority));
   const QuietStderr quiet;
-  // Our sound is already filtered for a head where it is to be, and within full scale: a limiter would but
-  // look ahead, 1.5 ms.
-  constexpr ALCint kOutputLimiter = 0x199A;  // ALC_OUTPUT_LIMITER_SOFT, which the headers may lack
+  // Turns off HRTF and the output limiter: the sound is already filtered for a head where that is wanted, and
+  // is within full scale. A limiter would only look ahead, 1.5 ms.
+  constexpr ALCint kOutputLimiter = 0x199A;  // ALC_OUTPUT_LIMITER_SOFT, which some headers lack
   const std::array<ALCint, 7> attributes{ALC_FREQUENCY,
                                          static_cast<ALCint>(kSampleRate_Hz),
                                          ALC_HRTF_SOFT,

@@ -12,17 +12,17 @@
 
 namespace phantom::audio_percept {
 
-/// Sound of a track by the same step as the running component's, from its first sample to `tail_s` after its
-/// last: interleaved frames of 16 bit. Throws core::MissingError if the layout cannot be rendered.
+/// Renders a track with the same step as the running component, from its first sample to `tail_s` after its
+/// last. Returns interleaved frames of 16 bit. Throws core::MissingError if the layout cannot be rendered.
 std::vector<std::int16_t> render_track(const Track& track, const AudioPerceptConfig& config, double tail_s);
 
-/// `audio_percept render`
+/// Arguments of `audio_percept render`.
 struct RenderRequest {
   std::filesystem::path input, out, spectrogram;
   std::string channels;  ///< empty: as configured
 };
 void add_options(runtime::Command app, RenderRequest& request);
-/// Returns the exit code. Throws core::ConfigError, core::MissingError, std::runtime_error.
+/// Runs the command. Returns the exit code. Throws core::ConfigError, core::MissingError, std::runtime_error.
 int run_render(const RenderRequest& request, AudioPerceptConfig config);
 
 }  // namespace phantom::audio_percept

@@ -15,9 +15,9 @@ namespace {
 
 constexpr double kDrainPeriod_s = 0.1;
 constexpr int kDrainsPerStatus = 5;
-constexpr std::size_t kRingFrames = 10 * 48000;  // 10 s: more than a disk stalls
+constexpr std::size_t kRingFrames = 10 * 48000;  // 10 s: longer than a disk stalls
 
-/// The file side of the recording; without a folder it does nothing.
+/// Writes the recording to its file; does nothing without a folder.
 class Recorder {
  public:
   Recorder(const std::filesystem::path& folder, Layout layout) {
@@ -41,7 +41,7 @@ class Recorder {
  private:
   std::optional<SampleRing> ring_;
   std::optional<WavFile> file_;
-  std::array<std::int16_t, 4800> chunk_{};  // whole frames of every layout
+  std::array<std::int16_t, 4800> chunk_{};  // a multiple of every layout's frame
   std::uint64_t reported_drop_ = 0;
 };
 
@@ -77,7 +77,7 @@ void log_changes(const core::Health& now, std::string& last_message) {
   }
 }
 
-/// State and sentence of what stands, if an alarm does.
+/// Sets the state and the message for an alarm, if there is one.
 void report_alarm(percept::Alarm alarm, Situation situation, core::Health& health) {
   using percept::Alarm;
   const bool stale = situation == Situation::kStale;
@@ -101,7 +101,7 @@ void report_alarm(percept::Alarm alarm, Situation situation, core::Health& healt
     case Alarm::kWorkspaceAged:
     case Alarm::kMutedContact:
     case Alarm::kNone:
-      return;  // told by phantom_sensing
+      return;  // phantom_sensing reports it
   }
 }
 

@@ -9,12 +9,12 @@
 
 namespace phantom::audio_percept {
 
-/// Health from what the audio thread says: state, one sentence, figures.
+/// Returns the component's health (state, one sentence, figures) from the audio thread's figures.
 core::Health health_of(const EngineFigures& figures, const core::LoopStatistics& loop,
                        const std::string& sink_name);
 
-/// Makes the sound until a stop is requested. With a report folder, leaves audio.wav and audio_percept.json
-/// in it. Throws dds::DdsError, std::runtime_error.
+/// Runs the component until a stop is requested. Writes audio.wav and audio_percept.json to the report
+/// folder, if one is given. Throws dds::DdsError, std::runtime_error.
 void run_session(const AudioPerceptConfig& config, const core::NetworkOptions& network, OpenedSink sink,
                  const std::filesystem::path& report_dir);
 

@@ -11,8 +11,8 @@
 namespace phantom::audio_percept {
 namespace {
 
-// Silence ahead of the signal, so that the queues never run dry between two calls: a source that stops and
-// starts again loses its filters' memory. More than OpenAL's resamplers look ahead.
+// Silence before the signal, so that the queues never run dry between two calls: a source that stops and
+// starts again loses its filters' memory. It is longer than the look-ahead of OpenAL's resamplers.
 constexpr std::size_t kLeadFrames = 32;
 
 ALCint channels_of(Layout layout) {
@@ -50,7 +50,7 @@ std::unique_ptr<OpenAlContext> open_loopback(Layout layout) {
   return context;
 }
 
-/// A signal on its way into OpenAL: a source fed by a queue of buffers.
+/// A signal fed into OpenAL: a source with a queue of buffers.
 class Feed {
  public:
   void begin() {
@@ -78,7 +78,7 @@ class Feed {
       ALuint done = 0;
       alSourceUnqueueBuffers(source_, 1, &done);
     }
-    if (queued_ == buffers_.size()) return;  // cannot be: each call takes as much out as in
+    if (queued_ == buffers_.size()) return;  // cannot happen: each call takes out as much as it puts in
     const ALuint buffer = buffers_[next_];
     next_ = (next_ + 1) % buffers_.size();
     alBufferData(buffer, AL_FORMAT_MONO_FLOAT32, samples.data(), static_cast<ALsizei>(samples.size_bytes()),
@@ -104,7 +104,7 @@ struct Spatialiser::OpenAl {
         render(reinterpret_cast<LPALCRENDERSAMPLESSOFT>(
             alcGetProcAddress(context->device(), "alcRenderSamplesSOFT"))) {
     const OpenAlContext::Use use(*context);
-    alDistanceModel(AL_NONE);  // the direction is heard; loudness tells of speed alone
+    alDistanceModel(AL_NONE);  // only the direction is rendered; loudness stands for speed alone
     percept.begin();
     alarm.begin();
     if (alIsExtensionPresent("AL_EXT_SOURCE_RADIUS") == AL_TRUE) percept.spread(near_m);

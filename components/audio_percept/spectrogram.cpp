@@ -32,7 +32,8 @@ double decibel(double amplitude, double floor_dB) {
   return std::max(floor_dB, 20.0 * std::log10(std::max(amplitude, 1e-9)));
 }
 
-/// Amplitudes of the frequencies k·48000/kWindow around frame `middle`, 1 for a sine of full scale.
+/// Returns the amplitudes at the frequencies k·48000/kWindow around frame `middle`; 1 for a sine of full
+/// scale.
 std::vector<float> spectrum_at(std::span<const std::int16_t> samples, std::size_t channels, long middle) {
   cv::Mat window(1, kWindow, CV_32F);
   const long frames = static_cast<long>(samples.size() / channels);
@@ -54,7 +55,7 @@ std::vector<float> spectrum_at(std::span<const std::int16_t> samples, std::size_
   return amplitudes;
 }
 
-/// Mean-square level of one channel around frame `middle`, as the amplitude of a sine.
+/// Returns the mean-square level of one channel around frame `middle`, as the amplitude of a sine.
 double level_at(std::span<const std::int16_t> samples, std::size_t channels, std::size_t channel,
                 long middle) {
   constexpr long kHalf = 480;

@@ -16,14 +16,14 @@ namespace {
 
 using core::ConfigError;
 
-// Times of a track begin here: 0 would mean that nothing came yet.
+// A CSV track starts at this time, because 0 means that nothing was received yet.
 constexpr core::Nanoseconds kBegin_ns = core::kNsPerSecond;
 
 struct Column {
   const char* name;
   bool required;
   double low, high;  // allowed numbers
-  double fallback;   // where the column is missing
+  double fallback;   // value if the column is missing
 };
 constexpr double kLongest_s = 3600.0, kFar_m = 1000.0;
 enum Place { kTime, kCloseness, kSpeed, kX, kY, kZ, kValid, kMuted, kAlert, kLink };
@@ -50,7 +50,7 @@ std::vector<std::string> split(const std::string& line) {
   return cells;
 }
 
-/// Which column of the file holds what.
+/// Returns which column of the file holds which quantity.
 std::vector<std::size_t> read_header(const std::string& line, const std::string& where) {
   const std::string allowed =
       "; allowed: t, closeness, speed_m_s and, optional, x_m, y_m, z_m, valid, muted, alert, link";

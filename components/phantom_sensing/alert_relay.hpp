@@ -11,14 +11,14 @@
 
 namespace phantom::phantom_sensing {
 
-/// Passes drag and percept on at once and alerts from a thread of its own: their topic is reliable, a
-/// write may be held up while a reader joins, and the haptic loop waits for the next drag.
+/// Passes drag and percept on immediately, and alerts from its own thread. The alert topic is reliable: a
+/// write can block while a reader joins, and the haptic loop must not wait for it.
 class AlertRelay : public PerceptSink {
  public:
-  static constexpr std::size_t kMostWaiting = 256;  ///< the monitors raise and clear fewer in a second
+  static constexpr std::size_t kMostWaiting = 256;  ///< more than the monitors raise and clear in a second
 
-  /// `next` outlives this; its on_alert() is called on the relay's thread.
-  /// `servo_priority`: to which the thread's is relative.
+  /// `next` must outlive this; its on_alert() is called on the relay's thread. The priority of that thread is
+  /// relative to `servo_priority`.
   explicit AlertRelay(PerceptSink& next, int servo_priority = 0);
   ~AlertRelay() override;
 
@@ -26,11 +26,12 @@ class AlertRelay : public PerceptSink {
   void on_percept(const StepOutputs& outputs, const TickInfo& info) override {
     next_.on_percept(outputs, info);
   }
-  /// Real-time safe: yes. What finds no room is left out, counted and told in the log.
+  /// Queues the alert. If the queue is full, the alert is dropped, counted and reported in the log. Real-time
+  /// safe: yes.
   void on_alert(const percept::Alert& alert, bool cleared) override;
-  /// Passes on what waits and ends the thread. After the last on_alert().
+  /// Passes on the queued alerts and ends the thread. Call it after the last on_alert().
   void end();
-  /// How the thread gets on. Thread-safe.
+  /// Returns the thread's progress. Thread-safe.
   const core::Progress& progress() const noexcept { return progress_; }
   std::uint64_t left_out() const noexcept { return left_out_.load(std::memory_order_relaxed); }
 
@@ -39,7 +40,7 @@ class AlertRelay : public PerceptSink {
     percept::Alert alert;
     bool cleared = false;
   };
-  static constexpr double kHangsAfter_s = 5.0;  // a reader that joins may hold a write up for a while
+  static constexpr double kHangsAfter_s = 5.0;  // a joining reader can block a write for a while
   void work();
 
   PerceptSink& next_;

@@ -10,7 +10,8 @@ namespace {
 
 using runtime::Fields;
 
-/// μ is held in single precision in the workspace; thresholds must compare equal to the same decimal there.
+/// Rounds μ to single precision as the workspace does, so that a threshold compares equal to the same decimal
+/// there.
 double as_in_workspace(double mu) { return static_cast<double>(static_cast<float>(mu)); }
 
 void read_memory(const Fields& fields, robot::MemoryWeights& weights) {

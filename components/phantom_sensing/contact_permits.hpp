@@ -11,7 +11,7 @@
 
 namespace phantom::phantom_sensing {
 
-/// A contact that is intended: `object` may be touched by `link`, until a time.
+/// An intended contact: `link` may touch `object` until a given time.
 struct ContactPermit {
   std::uint16_t object = 0;
   std::size_t link = percept::AllowedContact::kWholeArm;
@@ -19,12 +19,12 @@ struct ContactPermit {
   static constexpr core::Nanoseconds kForever = std::numeric_limits<core::Nanoseconds>::max();
 };
 
-/// Permits that hold now or will end later. Bounded; copying takes no heap.
+/// The permits in force, with their ends. Bounded; copying uses no heap.
 class ContactPermits {
  public:
   static constexpr std::size_t kMost = percept::AllowedContact::kMost;
 
-  /// Adds one, or renews the one for the same object and link. False if there is no place left.
+  /// Adds a permit, or replaces the one for the same object and link. Returns false if the list is full.
   bool allow(const ContactPermit& permit) noexcept {
     for (std::size_t i = 0; i < count_; ++i) {
       if (permits_[i].object != permit.object || permits_[i].link != permit.link) continue;
@@ -35,12 +35,12 @@ class ContactPermits {
     permits_[count_++] = permit;
     return true;
   }
-  /// Ends the permit for exactly this object and link. False if there is none.
+  /// Removes the permit for exactly this object and link. Returns false if there is none.
   bool forbid(std::uint16_t object, std::size_t link) noexcept {
     return remove_if([&](const ContactPermit& p) { return p.object == object && p.link == link; }) > 0;
   }
   void forbid_all() noexcept { count_ = 0; }
-  /// Removes those that have ended and names them.
+  /// Removes the permits that have expired and returns them.
   std::vector<ContactPermit> take_ended(core::Nanoseconds now_ns) {
     std::vector<ContactPermit> ended;
     remove_if([&](const ContactPermit& p) {
@@ -50,7 +50,7 @@ class ContactPermits {
     });
     return ended;
   }
-  /// What is allowed now. Real-time safe: yes.
+  /// Returns the contacts allowed at `now_ns`. Real-time safe: yes.
   percept::AllowedContact at(core::Nanoseconds now_ns) const noexcept {
     percept::AllowedContact allowed;
     for (std::size_t i = 0; i < count_; ++i) {

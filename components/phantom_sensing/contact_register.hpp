@@ -9,11 +9,11 @@
 
 namespace phantom::phantom_sensing {
 
-/// A request about intended contact, as it came (idl SensingCommand).
+/// A request to allow or forbid a contact, as received (idl SensingCommand).
 struct ContactRequest {
-  bool allow = false;       ///< else forbid
-  std::string object;       ///< name; empty: by id
-  std::uint16_t id = 0;     ///< 0 and no name: all that is allowed (forbid only)
+  bool allow = false;       ///< true: allow, false: forbid
+  std::string object;       ///< name; empty: the object is given by id
+  std::uint16_t id = 0;     ///< 0 and no name: all allowed contacts (forbid only)
   std::string link;         ///< link or frame of the arm; empty: the whole arm
   double duration_s = 0.0;  ///< 0: until it is forbidden
 };
@@ -23,18 +23,18 @@ struct Answer {
   std::string message;
 };
 
-/// Keeps the list of contacts that are allowed, and speaks of them by name. Not thread-safe.
+/// Keeps the list of allowed contacts, and reports them by object and link name. Not thread-safe.
 class ContactRegister {
  public:
-  /// The arm outlives this.
+  /// The arm must outlive this.
   explicit ContactRegister(const robot::SerialArm& arm) : arm_(arm) {}
-  /// Which objects there are, by id; newest knowledge replaces the one before.
+  /// Sets the known objects' names, by id. Replaces all names set before.
   void know_objects(std::map<std::uint16_t, std::string> names) { names_ = std::move(names); }
 
   Answer handle(const ContactRequest& request, core::Nanoseconds now_ns);
-  /// Tells what is allowed, and for how long still.
+  /// Reports which contacts are allowed, and for how much longer.
   Answer list(core::Nanoseconds now_ns) const;
-  /// Ends the permits whose time is over; a sentence for each.
+  /// Removes the expired permits. Returns a sentence for each.
   std::vector<std::string> end_old(core::Nanoseconds now_ns);
   const ContactPermits& permits() const noexcept { return permits_; }
   std::string object_name(std::uint16_t id) const;

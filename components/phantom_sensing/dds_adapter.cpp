@@ -21,8 +21,8 @@ namespace {
 
 using Commands = dds::CommandService<msg::SensingCommand, msg::SensingReply>;
 
-/// A server that was killed is taken to be there until DDS gives it up, 5 s after its last announcement: only
-/// who is there for longer beside another is a second one.
+/// DDS drops a killed server only 5 s after its last announcement. A second server is therefore reported only
+/// if both are present for longer than that.
 constexpr core::Nanoseconds kSecondServerAfter_ns = 7 * core::kNsPerSecond;
 
 Answer carry_out(const msg::SensingCommand& command, const DdsAdapter::Handlers& handlers) {
@@ -47,7 +47,7 @@ void publish(const Sample& sample, dds::Stamper& stamper, dds::Writer<Message>& 
   writer.write(message);
 }
 
-/// What one wva_server has told of its objects.
+/// The object names announced by one wva_server.
 struct NamedObjects {
   dds::GuidPrefix server;
   std::map<std::uint16_t, std::string> names = {};
@@ -104,12 +104,12 @@ struct DdsAdapter::Impl {
   dds::Writer<msg::SkinPercept> skin_writer;
   core::Snapshot<SlaveSample> newest_slave;
   mutable std::mutex objects_mutex;
-  std::vector<NamedObjects> objects;  // by the server that told them, in the order in which they were heard
+  std::vector<NamedObjects> objects;  // one entry per server, in the order in which they were first heard
   dds::RefusalLog workspace_refusals{"workspace_brick, workspace_version"};
-  std::mutex readers_mutex;  // between stop_reading() and the keeper's thread
+  std::mutex readers_mutex;  // shared by stop_reading() and the keeper's thread
   std::unique_ptr<Readers> readers;
-  WorkspaceKeeper* keeper = nullptr;         // while there are readers; under readers_mutex
-  core::Nanoseconds contested_since_ns = 0;  // publish_status() only; 0: one server at most
+  WorkspaceKeeper* keeper = nullptr;         // set while there are readers; guarded by readers_mutex
+  core::Nanoseconds contested_since_ns = 0;  // used in publish_status() only; 0: at most one server
   bool contest_told = false;
   Commands commands;
 };
@@ -164,7 +164,7 @@ void DdsAdapter::Impl::server_gone(const dds::GuidPrefix& server) {
   }
 }
 
-/// Whether a second server is there; logs it once for each time that one comes.
+/// Returns whether a second server is present. Logs it once each time one appears.
 bool DdsAdapter::Impl::second_server(core::Nanoseconds now_ns) {
   bool contested = false;
   {

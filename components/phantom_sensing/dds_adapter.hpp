@@ -14,43 +14,44 @@
 
 namespace phantom::phantom_sensing {
 
-/// Everything that this component says and hears over DDS: slave_state, workspace_brick, workspace_version,
-/// workspace_object and sensing_command in; drag_field, percept, interest_points, skin_percept, hit_alert,
-/// sensing_reply and component_status out. What is invalid is refused, counted, and told in the log, at most
+/// The component's DDS readers and writers. In: slave_state, workspace_brick, workspace_version,
+/// workspace_object and sensing_command. Out: drag_field, percept, interest_points, skin_percept, hit_alert,
+/// sensing_reply and component_status. Invalid samples are refused, counted, and reported in the log at most
 /// once in five seconds per topic.
 class DdsAdapter : public PerceptSink {
  public:
-  /// Joins the data space with writers, and takes commands in; other readers follow with start_reading().
-  /// Throws DdsError.
+  /// Joins the DDS domain with all writers and the reader of commands; start_reading() adds the other
+  /// readers. Throws DdsError.
   DdsAdapter(const core::NetworkOptions& network, const PhantomModel& model);
   ~DdsAdapter() override;
 
-  /// Feeds what comes from now on to these, until stop_reading(). Both must live until then.
+  /// Passes received samples to `loop` and `workspace` until stop_reading(). Both must live until then.
   void start_reading(SensingLoop& loop, WorkspaceKeeper& workspace);
   void stop_reading();
-  /// Whether a wva_server is there now. Thread-safe.
+  /// Returns whether a wva_server is present now. Thread-safe.
   bool workspace_attended() const;
-  /// The objects that have been announced by the wva_server whose workspace is in use, by id. Thread-safe.
+  /// Returns the names, by id, of the objects announced by the wva_server whose workspace is in use.
+  /// Thread-safe.
   std::map<std::uint16_t, std::string> objects() const;
-  /// Who carries out what sensing_command asks for.
+  /// The functions that carry out each kind of sensing_command.
   struct Handlers {
     std::function<Answer(const ContactRequest&)> contact;
     std::function<Answer()> list_contacts;
     std::function<Answer()> self_test;
   };
-  /// Carries out and answers, on the calling thread, the commands that have come; those that come again are
-  /// answered again and not carried out again.
+  /// Carries out the commands received so far, on the calling thread, and answers them. A repeated command is
+  /// answered again but not carried out again.
   void handle_commands(const Handlers& handlers);
-  /// A brick or version that the keeper could not use. Thread-safe.
+  /// Counts a brick or version that the workspace keeper refused, and logs why. Thread-safe.
   void count_refused_workspace(const std::string& why);
-  /// The newest slave_state that was sound; false if none came since the last call. One thread.
+  /// Reads the newest valid slave_state. Returns false if none came since the last call. One thread.
   bool newest_slave(SlaveSample& sample);
-  /// Sends skin_percept. One thread.
+  /// Publishes skin_percept. One thread.
   void publish_skin(const messages::SkinPercept& skin);
-  /// Sends component_status. One thread.
+  /// Publishes component_status. One thread.
   void publish_status(const core::Health& health);
 
-  // Called by the sensing loop, on its thread; on_alert() by the relay, on its own.
+  // Called on the sensing loop's thread; on_alert() on the relay's thread.
   void on_drag(const StepOutputs& outputs, const TickInfo& info) override;
   void on_percept(const StepOutputs& outputs, const TickInfo& info) override;
   void on_alert(const percept::Alert& alert, bool cleared) override;

@@ -8,22 +8,22 @@
 
 namespace phantom::phantom_sensing {
 
-/// What a running phantom_sensing can be asked for (idl SensingCommand).
+/// A request to a running phantom_sensing (idl SensingCommand).
 struct SensingRequest {
   enum class What { kContact, kListContacts, kSelfTest };
   What what = What::kSelfTest;
-  ContactRequest contact;  ///< with kContact
+  ContactRequest contact;  ///< used with kContact only
 };
 
-/// The other end of sensing_command: for who asks for something. One thread.
+/// A client of phantom_sensing: sends sensing_command and waits for sensing_reply. One thread.
 class CommandClient {
  public:
-  /// Joins the data space. Throws dds::DdsError.
+  /// Joins the DDS domain. Throws dds::DdsError.
   explicit CommandClient(const core::NetworkOptions& network);
   ~CommandClient();
 
-  /// Sends the request, again and again until it is answered. None if there was no answer for `timeout_s`.
-  /// Throws core::ConfigError for a name that does not fit the topic.
+  /// Sends the request repeatedly until it is answered. Returns nothing if no answer comes within
+  /// `timeout_s`. Throws core::ConfigError for a name that is too long for the topic.
   std::optional<Answer> ask(const SensingRequest& request, double timeout_s);
 
  private:

@@ -3,7 +3,7 @@
 namespace phantom::phantom_sensing {
 namespace {
 
-/// What the percepts of one tick have in common.
+/// Returns a message with the fields that all percepts of one tick share.
 template <class Message>
 Message of_tick(const StepOutputs& outputs, const TickInfo& info) {
   Message message;
@@ -16,7 +16,7 @@ Message of_tick(const StepOutputs& outputs, const TickInfo& info) {
   return message;
 }
 
-/// What is perceived at a place, of the skin or an interest point.
+/// Fills the fields of a place's percept: of the whole skin or of an interest point.
 template <class Message>
 void take_place(const PlacePercept& place, Message& message) {
   message.mu_Pa_s_per_m = place.mu;
@@ -109,7 +109,7 @@ ContactRequest contact_request_of(const msg::SensingCommand& command) {
 }
 
 msg::SensingCommand to_message(const SensingRequest& request, const std::string& requester) {
-  constexpr std::size_t kNameBound = 64;  // idl
+  constexpr std::size_t kNameBound = 64;  // as in the idl
   for (const std::string& name : {request.contact.object, request.contact.link}) {
     if (name.size() > kNameBound)
       throw core::ConfigError("'" + name + "': allowed: a name of at most 64 bytes");

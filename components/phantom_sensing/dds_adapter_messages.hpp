@@ -1,7 +1,7 @@
 #pragma once
 
-// Conversion between topic types and what the component works with. Part of the DDS adapter: nothing else
-// sees idl.
+// Conversion between topic types and the component's own types. Part of the DDS adapter: no other file sees
+// idl types.
 
 #include <string>
 
@@ -19,7 +19,7 @@ namespace phantom::phantom_sensing {
 
 workspace::VersionDescription description_of(const msg::WorkspaceVersion& version);
 
-/// What a tick has for its topics, but for the stamp.
+/// Return the messages of one tick, without their stamps.
 messages::DragField drag_field_of(const StepOutputs& outputs, const TickInfo& info, std::size_t joint_count);
 messages::Percept percept_of(const StepOutputs& outputs, const TickInfo& info, std::size_t joint_count);
 messages::InterestPoints interest_points_of(const StepOutputs& outputs, const TickInfo& info,
@@ -27,9 +27,10 @@ messages::InterestPoints interest_points_of(const StepOutputs& outputs, const Ti
 messages::HitAlert hit_alert_of(const percept::Alert& alert, bool cleared, const PhantomModel& model);
 
 ContactRequest contact_request_of(const msg::SensingCommand& command);
-/// The command for a request, but for the stamp. Throws core::ConfigError for a name that does not fit.
+/// Returns the command for a request, without its stamp. Throws core::ConfigError for a name that is too long
+/// for the topic.
 msg::SensingCommand to_message(const SensingRequest& request, const std::string& requester);
-/// The reply to a command, but for stamp and echo.
+/// Returns the reply to a command, without stamp and echo.
 msg::SensingReply reply_to(const msg::SensingCommand& command, const Answer& answer);
 
 }  // namespace phantom::phantom_sensing

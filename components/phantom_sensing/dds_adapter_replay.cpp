@@ -19,12 +19,12 @@ namespace phantom::phantom_sensing {
 namespace {
 
 constexpr std::size_t kMostStates = 5000, kMostVersions = 4, kMostDifferences = 10;
-constexpr std::uint64_t kPatience_ns =
-    500'000'000;  // topics are recorded side by side: one may come before what it rests on
+// Topics are recorded independently: an output can be recorded before its inputs.
+constexpr std::uint64_t kPatience_ns = 500'000'000;
 
-using Name = std::pair<std::uint64_t, std::uint64_t>;  // of a stamp: session, number
+using Name = std::pair<std::uint64_t, std::uint64_t>;  // of a stamp: session, sequence number
 
-/// What the component sent, in the order in which it did.
+/// An output of the recorded component.
 struct Output {
   std::variant<msg::DragField, msg::Percept, msg::InterestPoints, msg::SensingReply> sample;
   std::vector<std::uint8_t> bytes;
@@ -34,8 +34,8 @@ struct Output {
   }
 };
 
-/// Whether the recorded bytes are these. RTPS fills a sample up to a multiple of four with bytes that say
-/// nothing.
+/// Returns whether the recorded bytes equal the replayed ones. RTPS pads a sample with meaningless bytes to a
+/// multiple of four.
 bool is_same(const std::vector<std::uint8_t>& made, const std::vector<std::uint8_t>& recorded) {
   const std::size_t padded = (made.size() + 3) / 4 * 4;
   return (recorded.size() == made.size() || recorded.size() == padded) &&
@@ -109,7 +109,7 @@ class Replay {
     return true;
   }
 
-  /// Works off what was recorded until then, by the component's own clock.
+  /// Processes what was recorded before `until_ns`, in the order of the component's own clock.
   void settle(std::uint64_t until_ns) {
     if (waiting_.empty() || waiting_.front().log_time_ns >= until_ns) return;
     std::stable_sort(waiting_.begin(), waiting_.end(), [](const Output& a, const Output& b) {
@@ -161,15 +161,15 @@ class Replay {
     compare(dds::kInterestPoints, made, points.stamp(), output, report_.interest_points);
   }
 
-  /// Makes the tick that `echo` names; false if its inputs are not there. A percept belongs to the tick of
-  /// the drag field before it (`same_tick`), unless that one was lost.
+  /// Runs the tick that `echo` names. Returns false if its inputs are missing. A percept belongs to the tick
+  /// of the drag field before it (`same_tick`), unless that one was lost.
   bool tick(const msg::Echo& echo, std::uint64_t version, bool valid, const msg::Stamp& stamp,
             bool same_tick) {
     const Name name{echo.session(), echo.sequence_number()};
     if (same_tick && ticked_ && name == *ticked_ && outputs_.valid == valid &&
         outputs_.workspace_version == version)
       return true;
-    if (stamp.session() != session_) {  // another start of the component
+    if (stamp.session() != session_) {  // the component was restarted
       session_ = stamp.session();
       sensing_.emplace(model_, settings_);
       before_ = {};
@@ -240,7 +240,7 @@ class Replay {
   std::map<Name, msg::SensingCommand> commands_;
   std::deque<Output> waiting_;
   std::uint64_t session_ = 0;
-  std::optional<Name> ticked_;  // the tick that outputs_ and info_ are of
+  std::optional<Name> ticked_;  // the tick that produced outputs_ and info_
   SlaveSample before_;
   StepOutputs outputs_;
   TickInfo info_;

@@ -8,7 +8,7 @@ namespace phantom::phantom_sensing {
 namespace {
 
 constexpr std::size_t kMostRecords = 10'000;
-constexpr std::size_t kOpenSearched = 64;  // alerts that can be up at once are fewer
+constexpr std::size_t kOpenSearched = 64;  // more than the alerts that can be active at once
 
 }  // namespace
 
@@ -35,7 +35,7 @@ std::optional<HitLog::Record> HitLog::record(std::size_t index) {
   return index < records_.size() ? std::optional(records_[index]) : std::nullopt;
 }
 
-/// "gripper", or "forearm (elbow)" for an interest point.
+/// Returns "gripper", or "forearm (elbow)" for an interest point.
 std::string HitLog::place_of(const percept::Alert& alert) const {
   const std::string& link = model_.arm.links()[alert.at.link].name;
   if (alert.at.interest_point < 0) return link;

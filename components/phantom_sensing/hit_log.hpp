@@ -11,12 +11,12 @@
 
 namespace phantom::phantom_sensing {
 
-/// Passes everything on to another sink and keeps the alerts for log and report. Logging is left to another
-/// thread: a log that nobody drains must not hold up what comes next.
+/// Passes everything on to another sink and keeps the alerts for log and report. Another thread writes the
+/// log, so that a blocked log cannot delay the next alert.
 class HitLog : public PerceptSink {
  public:
   using ObjectName = std::function<std::string(std::uint16_t)>;
-  /// Both outlive this.
+  /// Both must outlive this.
   HitLog(PerceptSink& next, const PhantomModel& model);
 
   void on_drag(const StepOutputs& outputs, const TickInfo& info) override { next_.on_drag(outputs, info); }
@@ -25,13 +25,13 @@ class HitLog : public PerceptSink {
   }
   void on_alert(const percept::Alert& alert, bool cleared) override;
 
-  /// Logs the alerts that are new. One thread, as json().
+  /// Logs the alerts that came since the last call. Call it on the same thread as json().
   void log_new(const ObjectName& object_name);
-  /// [{t, alert, link, object, rule, mu, speed_m_s, point, cleared_t}]; the first 10,000.
+  /// Returns [{t, alert, link, object, rule, mu, speed_m_s, point, cleared_t}] for the first 10,000 alerts.
   nlohmann::ordered_json json(const ObjectName& object_name);
 
  private:
-  /// An alert as the report and the log tell it.
+  /// An alert as report and log show it.
   struct Record {
     percept::Alert alert;
     double raised_s = 0.0;
@@ -45,7 +45,7 @@ class HitLog : public PerceptSink {
   core::Nanoseconds start_ns_ = core::monotonic_ns();
   std::mutex mutex_;
   std::vector<Record> records_;
-  std::size_t logged_ = 0;  // logging thread only
+  std::size_t logged_ = 0;  // used on the logging thread only
 };
 
 }  // namespace phantom::phantom_sensing

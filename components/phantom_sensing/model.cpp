@@ -16,7 +16,7 @@ namespace {
 
 using core::ConfigError;
 
-/// The value, or a ConfigError with the place in front.
+/// Returns the value, or throws a ConfigError whose message begins with `place`.
 template <class T>
 T value_or_throw(core::Expected<T> expected, const std::string& place) {
   if (!expected) throw ConfigError(place + expected.status().message());

@@ -8,26 +8,26 @@
 
 namespace phantom::phantom_sensing {
 
-/// Arm and skin of the cell's arm `config.arm`. Throws ConfigError naming the cell's file and what is wrong.
-/// Logs what was left out or is coarser than the rule.
+/// Loads arm, skin and interest points of the cell's arm `config.arm`. Logs what was left out and where the
+/// skin is coarser than the rule. Throws ConfigError naming the cell file and what is wrong.
 PhantomModel load_model(const runtime::CellConfig& cell, const Config& config);
 
-/// A contacts that allows what the cell's file allows the arm `config.arm`, and knows the file's objects.
-/// Throws ConfigError as allowed_contact(). The model outlives it.
+/// Returns a register that allows the contacts which the cell file allows for the arm `config.arm`, and that
+/// knows the file's objects. The model must outlive it. Throws ConfigError like allowed_contact().
 ContactRegister contacts_of_cell(const runtime::CellConfig& cell, const Config& config,
                                  const PhantomModel& model);
 
-/// The contacts that the cell's file allows the arm `config.arm`. Throws ConfigError naming an object or link
-/// that is not there.
+/// Returns the contacts that the cell file allows for the arm `config.arm`. Throws ConfigError naming an
+/// object or link that does not exist.
 percept::AllowedContact allowed_contact(const runtime::CellConfig& cell, const Config& config,
                                         const PhantomModel& model);
 
-/// What a tick of the configuration costs on this host, measured in a few tenths of a second. Throws
-/// ConfigError as allowed_contact().
+/// Measures what a tick costs with this configuration on this host, in a few tenths of a second. Throws
+/// ConfigError like allowed_contact().
 TickTime predict_tick(const runtime::CellConfig& cell, const Config& config, const PhantomModel& model);
 
-/// The cell's objects, voxelised, layered and merged in this process, as wva_server would publish them
-/// (version 1). Throws ConfigError naming the object. Takes seconds.
+/// Builds the workspace in this process as wva_server would publish it (version 1): the cell's objects,
+/// voxelised, layered and merged. Throws ConfigError naming the object. Takes seconds.
 workspace::Workspace build_workspace(const runtime::CellConfig& cell);
 
 }  // namespace phantom::phantom_sensing

@@ -27,15 +27,15 @@ PhantomSensing::PhantomSensing(const PhantomModel& model, const PerceptSettings&
       interest_watches_(model.interest_points.size(), skin_watch_),
       interest_(model.interest_points.size()) {}
 
-/// Alerts of all places share one running number.
+/// Numbers the alerts of all places in one sequence.
 percept::AlertEvents PhantomSensing::numbered(Watch& watch, percept::AlertEvents events) noexcept {
   if (events.cleared) events.cleared->number = watch.alert;
   if (events.raised) events.raised->number = watch.alert = ++alerts_raised_;
   return events;
 }
 
-/// Fills what follows from the place's μ, position and object, which must stand; gives what the hit rules
-/// look at.
+/// Fills the fields that follow from the place's μ, position and object, which must be set. Returns the
+/// inputs of the hit rules.
 percept::HitCandidate PhantomSensing::perceive_place(const StepInputs& inputs, std::size_t link,
                                                      workspace::Index3 voxel,
                                                      PlacePercept& place) const noexcept {
@@ -99,7 +99,7 @@ void PhantomSensing::perceive_interest_points(const StepInputs& inputs) noexcept
   }
 }
 
-/// Tells the skin what it must not feel, if that has changed.
+/// Updates the contacts that the skin must not feel, if they have changed.
 void PhantomSensing::mute(const percept::AllowedContact& allowed) noexcept {
   if (allowed == muted_) return;
   const auto set = [this](const percept::AllowedContact& contacts, bool muted) {
@@ -114,7 +114,8 @@ void PhantomSensing::mute(const percept::AllowedContact& allowed) noexcept {
   muted_ = allowed;
 }
 
-/// Ends all alerts, and what sensors remember of their way: what they rest on is no longer known.
+/// Ends the alerts of the interest points and clears the sensors' memory of μ, because their inputs are no
+/// longer known.
 void PhantomSensing::forget() noexcept {
   sensing_.forget();
   for (std::size_t i = 0; i < interest_.size(); ++i) {

@@ -19,7 +19,7 @@
 
 namespace phantom::phantom_sensing {
 
-/// How the percept is made of what the skin feels; see phantom_sensing.yaml for what each figure means.
+/// Settings from which the percept is computed; phantom_sensing.yaml explains each value.
 struct PerceptSettings {
   robot::DragMode mode = robot::DragMode::kSeparable;
   robot::DirectionalLaw directional;
@@ -31,27 +31,27 @@ struct PerceptSettings {
   percept::MotionThresholds motion;
   percept::HitThresholds hit;
   percept::AlertTiming alert;
-  /// That share the sensors, the step's own included; 0: one for each kSensorsOfThread, at most as many as
-  /// the host has cores. They do not change the result.
+  /// Number of threads that share the sensors, including the one that calls step(). 0: one for each
+  /// kSensorsOfThread sensors, at most as many as the host has cores. It does not affect the result.
   std::size_t threads = 0;
   static constexpr std::size_t kSensorsOfThread = 200'000;
 };
 
-/// A place of the arm that is watched by itself, beside the whole skin: an elbow, a motor body.
+/// A place on the arm that is monitored individually, beside the whole skin: an elbow, a motor body.
 struct InterestPoint {
   std::string name;
   std::size_t link = 0;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< in the link's frame
 };
 
-/// The phantom: an arm, its skin and its interest points. Constant after loading.
+/// The phantom: an arm with its skin and interest points. Constant after loading.
 struct PhantomModel {
   robot::SerialArm arm;
   robot::SkinLayout skin;
   std::vector<InterestPoint> interest_points;
 };
 
-/// A workspace and what was found out about it beforehand; both outlive the step.
+/// A workspace and a value precomputed from it; both must outlive the step.
 struct SensedWorkspace {
   const workspace::Workspace* voxels = nullptr;
   double greatest_neighbour_mu = 0.0;  ///< Pa·s/m
@@ -60,18 +60,18 @@ struct SensedWorkspace {
 struct StepInputs {
   core::JointArray position{};      ///< rad or m; finite
   core::JointArray velocity{};      ///< rad/s or m/s; finite
-  double dt_s = 0.0;                ///< since the step before, ≥ 0
-  SensedWorkspace workspace;        ///< none: the result is invalid
-  bool state_valid = false;         ///< false: position and velocity are stale; the result is invalid
-  percept::AllowedContact allowed;  ///< what may be touched now
+  double dt_s = 0.0;                ///< time since the previous step, ≥ 0
+  SensedWorkspace workspace;        ///< if none, the result is invalid
+  bool state_valid = false;         ///< false: position and velocity are stale, and the result is invalid
+  percept::AllowedContact allowed;  ///< contacts allowed now
 };
 
-/// What is perceived at one place of the arm: percept parameters of spec 2.5. In free space, or if invalid:
-/// all zero.
+/// The percept at one place of the arm: the percept parameters of spec 2.5. All zero in free space and if
+/// invalid.
 struct PlacePercept {
   double mu = 0.0;           ///< Pa·s/m
   double closeness = 0.0;    ///< 0…1
-  std::uint16_t object = 0;  ///< whose fluid it is; 0: none
+  std::uint16_t object = 0;  ///< id of the object that the fluid belongs to; 0: none
   Eigen::Vector3d position_W_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_W_m_s = Eigen::Vector3d::Zero();
   percept::PrincipalGradient gradient;
@@ -79,16 +79,17 @@ struct PlacePercept {
   percept::HitRule rule = percept::HitRule::kNone;
 };
 
-/// What the whole skin perceives: the worst sensor's place and motion.
+/// The percept of the whole skin: place and motion of the worst sensor.
 struct SkinPercept : PlacePercept {
-  std::size_t link = 0, sensor = 0;  ///< that carries the worst sensor, and its index in the layout
-  core::JointArray drag_torque{};    ///< N·m or N at the given velocity, before gain
+  /// Link that carries the worst sensor, and the sensor's index in the layout.
+  std::size_t link = 0, sensor = 0;
+  core::JointArray drag_torque{};  ///< N·m or N at the given velocity, before gain
 };
 
-/// What an interest point perceives. Its position and velocity are there also in free space.
+/// The percept of an interest point. Position and velocity are set in free space too.
 struct InterestPercept : PlacePercept {
   percept::AlertEvents alerts;
-  bool muted = false;  ///< it meets fluid of an object that it may touch
+  bool muted = false;  ///< it is in fluid of an object that it may touch
 };
 
 struct StepOutputs {
@@ -96,19 +97,20 @@ struct StepOutputs {
   std::uint64_t workspace_version = 0;  ///< 0: none
   std::size_t active_sensors = 0;
   robot::DragCoefficients drag;                             ///< all zero if invalid
-  robot::DragMode drag_mode = robot::DragMode::kSeparable;  ///< how they become torque
+  robot::DragMode drag_mode = robot::DragMode::kSeparable;  ///< the law that turns them into torque
   SkinPercept percept;
-  percept::AlertEvents alerts;                ///< of the whole skin
-  std::size_t muted_sensors = 0;              ///< sensors that meet fluid of an object that they may touch
-  std::span<const InterestPercept> interest;  ///< as the model's points; lasts until the next step
+  percept::AlertEvents alerts;    ///< of the whole skin
+  std::size_t muted_sensors = 0;  ///< sensors in fluid of an object that they may touch
+  /// In the order of the model's interest points; valid until the next step.
+  std::span<const InterestPercept> interest;
 };
 
-/// One tick of the phantom: kinematics, all sensors, drag coefficients, worst sensor, gradient, motion, hits,
-/// and the same for each interest point. The same inputs in the same order give the same outputs, bit for
-/// bit.
+/// Computes one tick of the phantom: kinematics, all sensors, drag coefficients, worst sensor, gradient,
+/// motion, hits, and the same for each interest point. The same inputs in the same order give the same
+/// outputs, bit for bit.
 class PhantomSensing {
  public:
-  /// The model outlives this. Allocates all that step() needs.
+  /// Allocates all memory that step() needs. The model must outlive this.
   PhantomSensing(const PhantomModel& model, const PerceptSettings& settings);
   /// Real-time safe: yes (no heap, lock, clock or file). Cost: bounded by the numbers of sensors and interest
   /// points.
@@ -125,9 +127,9 @@ class PhantomSensing {
   const PhantomModel& model_;
   PerceptSettings settings_;
   robot::SkinSensing sensing_;
-  percept::AllowedContact muted_;  // as sensing_ has it
+  percept::AllowedContact muted_;  // as last set in sensing_
   percept::ClusterZone zone_;
-  /// Hits of one place, with the running number of the alert that is up.
+  /// The hit monitor of one place, with the number of its active alert.
   struct Watch {
     percept::HitMonitor hits;
     std::uint32_t alert = 0;

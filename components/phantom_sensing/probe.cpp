@@ -16,7 +16,7 @@ namespace {
 
 using core::ConfigError;
 
-/// Names as they stand in the CSV.
+/// Returns the name as written in the CSV.
 const char* name_of(percept::MotionClass motion) {
   switch (motion) {
     case percept::MotionClass::kSafe:
@@ -46,7 +46,7 @@ std::vector<std::string> split(const std::string& line) {
   return cells;
 }
 
-/// Where a column goes: the row's member, or nullptr for a name that is not allowed.
+/// Returns the row's member for a column, or nullptr for a name that is not allowed.
 double* place(ProbeRow& row, const std::string& column, std::size_t joint_count) {
   if (column == "t") return &row.t_s;
   std::size_t joint = 0;

@@ -10,7 +10,8 @@
 
 namespace phantom::phantom_sensing {
 
-/// `phantom_sensing probe`: the same step as in the running component, fed from a file instead of from DDS.
+/// Arguments of `phantom_sensing probe`, which runs the component's own step on a file instead of on DDS
+/// samples.
 struct ProbeRequest {
   std::filesystem::path cell;
   std::string arm;  ///< empty: the configuration's
@@ -18,7 +19,7 @@ struct ProbeRequest {
   std::string mode;  ///< "separable", "coupled"; empty: the configuration's
   bool directional = false;
   std::filesystem::path out;
-  std::filesystem::path skin;  ///< also write the sensors there; empty: not
+  std::filesystem::path skin;  ///< file to which the sensors are written too; empty: none
 };
 
 /// Declares the command's options on `probe`.
@@ -31,8 +32,8 @@ struct ProbeRow {
 };
 
 /// Reads CSV with a header naming t, q1…qn and v1…vn, in any order. Throws ConfigError naming file, line and
-/// column: unknown or missing columns, a joint count other than the arm's, what is not a finite number, a
-/// time that does not rise.
+/// column for unknown or missing columns, a joint count other than the arm's, a value that is not a finite
+/// number, or a time that does not increase.
 std::vector<ProbeRow> read_probe_rows(std::istream& csv, const std::string& name, std::size_t joint_count);
 
 /// Writes one row per input row: t, tau1…taun, b1…bn (coefficient for the direction of motion; with
@@ -46,7 +47,7 @@ void run_probe_rows(const PhantomModel& model, const PerceptSettings& settings,
 /// is multiplied by), area_m2, reach_vox (0: a point) and shape.
 void write_skin(const PhantomModel& model, std::ostream& csv);
 
-/// The whole command. Returns the exit code; throws ConfigError and MissingError.
+/// Runs the command. Returns the exit code; throws ConfigError and MissingError.
 int run_probe(const ProbeRequest& request, Config config);
 
 }  // namespace phantom::phantom_sensing

@@ -29,7 +29,7 @@ std::string text(const Parts&... parts) {
 
 SelfTestResult failed(const std::string& why) { return {false, "self-test failed: " + why}; }
 
-/// An arm of one joint that slides along +x from `tip_W_m`, with sensors in a row along y there.
+/// Makes an arm of one joint that slides along +x from `tip_W_m`, with a row of sensors along y at its tip.
 PhantomModel make_probe(const Eigen::Vector3d& tip_W_m, int sensors, double voxel_m) {
   robot::DhRow slide;
   slide.link = "probe";
@@ -44,7 +44,7 @@ PhantomModel make_probe(const Eigen::Vector3d& tip_W_m, int sensors, double voxe
   if (!arm) throw std::logic_error(arm.status().message());
   robot::AxisSensors row;
   row.count = sensors;
-  // Sensors stand at k/K of the way, k = 1…K: the middle one, or the only one, at the tip.
+  // Sensors are at k/K of the way, k = 1…K, so that the middle one, or the only one, is at the tip.
   const double half_m = 0.5 * (sensors - 1) * voxel_m;
   row.from_m = Eigen::Vector3d(0, -half_m - voxel_m, 0);
   row.to_m = Eigen::Vector3d(0, half_m, 0);
@@ -64,7 +64,7 @@ StepInputs at(double q_m, double v_m_s, const SensedWorkspace& workspace) {
   return inputs;
 }
 
-/// A block that fills 8³ voxels with three layers of four around it, in a grid of 64³.
+/// Makes a grid of 64³ voxels with a block of 8³ and three layers of four voxels around it.
 workspace::Workspace known_workspace(const workspace::LayerProfile& profile) {
   const workspace::GridSpec grid{Eigen::Vector3d(-0.32, -0.32, -0.32), kVoxel_m, {64, 64, 64}};
   const layers::Body block{"block", 1, geometry::make_box(Eigen::Vector3d::Constant(7.9 * kVoxel_m)),
@@ -81,7 +81,8 @@ workspace::Workspace known_workspace(const workspace::LayerProfile& profile) {
   return workspace;
 }
 
-/// What is wrong with the percept `depth_vox` voxels before the block, nearing or leaving; empty if nothing.
+/// Returns what is wrong with the percept `depth_vox` voxels before the block, nearing or leaving; empty if
+/// nothing is.
 std::string wrong_percept(const PhantomModel& model, const PerceptSettings& settings,
                           const SensedWorkspace& workspace, double depth_vox, double expected_mu,
                           bool nearing) {
@@ -121,7 +122,7 @@ std::string wrong_percept(const PhantomModel& model, const PerceptSettings& sett
   return "";
 }
 
-/// μ that a profile gives an order; none if the profile has no such order.
+/// Returns the μ that a profile gives an order; none if the profile has no such order.
 std::optional<float> mu_of(const workspace::LayerProfile& profile, std::int8_t order) {
   const auto layers = static_cast<int>(profile.mu_Pa_s_per_m.size());
   const auto inside = static_cast<int>(profile.mu_inside_Pa_s_per_m.size());
@@ -145,7 +146,7 @@ std::string name_of(workspace::Index3 v) { return text("voxel (", v.x, ", ", v.y
 /// One voxel of each layer of each object, by object and order.
 using Samples = std::map<std::pair<std::uint16_t, std::int8_t>, workspace::Index3>;
 
-/// Looks at every voxel of the brick; gives what is wrong with one, or nothing.
+/// Checks every voxel of the brick. Returns what is wrong with one, or an empty string.
 std::string check_brick(workspace::BrickKey key, const workspace::Workspace& workspace,
                         const runtime::CellConfig& cell, Samples& samples) {
   const workspace::Workspace::BrickView brick = workspace.brick(key);
@@ -180,8 +181,8 @@ SelfTestResult test_step(const PerceptSettings& settings) {
   const SensedWorkspace sensed{&workspace, percept::greatest_neighbour_mu(workspace)};
   const PhantomModel model =
       make_probe({-0.5 * kVoxel_m, 0.5 * kVoxel_m, 0.5 * kVoxel_m}, kSensors, kVoxel_m);
-  // The voxel of each layer that touches the next one inwards, where every zone sees a gradient; and free
-  // space.
+  // Depths of the voxel of each layer next to the following inner one, where every zone sees a gradient, and
+  // of free space.
   constexpr double kDips[][2] = {{0, 32}, {4, 20}, {8, 10}, {14, 0}};
   for (const auto& [depth_vox, mu] : kDips) {
     for (const bool nearing : {true, false}) {

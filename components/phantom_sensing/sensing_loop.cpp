@@ -49,7 +49,7 @@ void SensingLoop::run() {
     while (sem_clockwait(&wake_, CLOCK_MONOTONIC, &due) != 0 && errno == EINTR) {
     }
     while (sem_trywait(&wake_) == 0) {
-    }  // several states may have come: only the newest counts
+    }  // several states may have come; only the newest counts
     turn(core::monotonic_ns());
     progress_.tick();
   }
@@ -64,7 +64,7 @@ void SensingLoop::publish_figures() {
   published_.write(counted_);
 }
 
-/// The gravest of what speaks against the percept.
+/// Returns the most serious condition of state, workspace and self-test.
 PerceptCondition SensingLoop::assess(std::uint64_t workspace_version, core::Nanoseconds now_ns) noexcept {
   const PerceptCondition workspace = watch_.assess(workspace_version, now_ns);
   if (!is_valid(workspace)) return workspace;
@@ -131,7 +131,7 @@ void SensingLoop::tick(core::Nanoseconds now_ns, const SensedWorkspace& workspac
 }
 
 void SensingLoop::publish(core::Nanoseconds now_ns, const TickInfo& info) {
-  sink_.on_drag(outputs_, info);  // first: the haptic loop waits for it
+  sink_.on_drag(outputs_, info);  // first, because the haptic loop waits for it
   if (now_ns >= next_percept_ns_) {
     const bool late = now_ns - next_percept_ns_ > percept_period_ns_;
     next_percept_ns_ = (late ? now_ns : next_percept_ns_) + percept_period_ns_;

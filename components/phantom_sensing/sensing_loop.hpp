@@ -18,23 +18,24 @@
 
 namespace phantom::phantom_sensing {
 
-/// The newest valid slave_state.
+/// A valid slave_state with the time at which it was received.
 using SlaveSample = messages::Received<messages::SlaveState>;
 
-/// Time between two states that are ticked one after the other, by their writer's clock, so that a replay
-/// gives the same; 0 at the first and across a restart of the writer. Real-time safe: yes.
+/// Returns the time between two states that are processed one after the other, by their writer's clock, so
+/// that a replay gives the same value. Returns 0 for the first state and after a restart of the writer.
+/// Real-time safe: yes.
 double elapsed_s(const SlaveSample& before, const SlaveSample& sample) noexcept;
 
-/// What is published besides the step's outputs.
+/// What is published in addition to the step's outputs.
 struct TickInfo {
-  SlaveSample slave;         ///< that the tick rests on; stamp 0: none came yet
-  double model_age_s = 0.0;  ///< time since it was received
-  double tick_s = 0.0;       ///< time that the step took
+  SlaveSample slave;         ///< the state used by the tick; stamp 0: none has come yet
+  double model_age_s = 0.0;  ///< time since the state was received
+  double tick_s = 0.0;       ///< duration of the step
   PerceptCondition condition = PerceptCondition::kNoState;
-  std::size_t allowed_contacts = 0;  ///< that are allowed now
+  std::size_t allowed_contacts = 0;  ///< number of contacts allowed now
 };
 
-/// Takes what the loop makes. Called on the loop's thread, or on one that a sink before it has made.
+/// Receives the loop's results. Called on the loop's thread, or on a thread of the sink that passes them on.
 class PerceptSink {
  public:
   virtual ~PerceptSink() = default;
@@ -43,48 +44,48 @@ class PerceptSink {
   virtual void on_alert(const percept::Alert& alert, bool cleared) = 0;
 };
 
-/// How the loop does; published for the status, newest only.
+/// Figures of the loop for the status; only the newest are kept.
 struct LoopFigures {
-  std::uint64_t ticks = 0;          ///< steps on a valid state and workspace
-  std::uint64_t invalid_turns = 0;  ///< turns that had to publish an invalid result
+  std::uint64_t ticks = 0;          ///< steps with a valid state and workspace
+  std::uint64_t invalid_turns = 0;  ///< turns that published an invalid result
   double tick_p50_us = 0.0, tick_p99_us = 0.0, tick_max_us = 0.0;
   double model_age_s = 0.0;
   std::uint64_t workspace_version = 0;
   double greatest_neighbour_mu = 0.0;  ///< Pa·s/m, of that workspace
   std::size_t active_sensors = 0;
-  std::size_t muted_sensors = 0;                                ///< of the newest tick
+  std::size_t muted_sensors = 0;                                ///< in the newest tick
   bool state_seen = false;                                      ///< a slave_state has come since the start
   PerceptCondition condition = PerceptCondition::kNoWorkspace;  ///< of the newest result
 };
 
-/// Turns every new slave_state into one tick and what it publishes; the newest state wins. A watchdog on the
-/// monotonic clock makes the result invalid when the state is stale or there is no usable workspace, from the
-/// start on: at most staleness + one watchdog period after the last sample, and again every watchdog period.
-/// Every result says what it rests on (PerceptCondition).
+/// Runs one tick for each new slave_state and publishes its results; if several states have come, only the
+/// newest counts. A watchdog on the monotonic clock makes the result invalid when the state is stale or there
+/// is no usable workspace, from the start on: at most staleness + one watchdog period after the last sample,
+/// and again every watchdog period. Every result states its condition (PerceptCondition).
 class SensingLoop {
  public:
-  /// All outlive this.
+  /// All arguments must outlive this.
   SensingLoop(const PhantomModel& model, const Config& config, WorkspaceKeeper& workspace, PerceptSink& sink);
   ~SensingLoop();
   SensingLoop(const SensingLoop&) = delete;
   SensingLoop& operator=(const SensingLoop&) = delete;
 
-  /// Gives it a state; one thread. Real-time safe: yes.
+  /// Passes a new state to the loop. One thread. Real-time safe: yes.
   void offer(const SlaveSample& sample) noexcept;
-  /// Works until stop(), on the calling thread, which takes its place among the process's threads.
+  /// Runs until stop() on the calling thread, to which it gives the name and priority of the sensing role.
   void run();
   void stop() noexcept;  ///< thread-safe
-  /// Contacts that are allowed from now on. One thread.
+  /// Sets the contacts that are allowed from now on. One thread.
   void permit(const ContactPermits& permits) noexcept { permits_inbox_.write(permits); }
-  /// Outcome of the newest self-test: after one that failed there is no percept. Thread-safe.
+  /// Reports the outcome of the newest self-test: after a failed one there is no percept. Thread-safe.
   void self_tested(bool passed) noexcept { self_test_passed_.store(passed, std::memory_order_relaxed); }
   WorkspaceWatch& workspace_watch() noexcept { return watch_; }
-  /// One wake-up at a given time: what run() does, for tests.
+  /// Performs one wake-up of run() at a given time; for tests.
   void turn(core::Nanoseconds now_ns);
 
-  /// Newest figures, at most half a second old; one reader thread.
+  /// Returns the newest figures, at most half a second old. One reader thread.
   LoopFigures figures();
-  /// How run() gets on: it takes a turn at least once in a watchdog period. Thread-safe.
+  /// Returns the progress of run(), which takes a turn at least once in a watchdog period. Thread-safe.
   const core::Progress& progress() const noexcept { return progress_; }
   core::Nanoseconds watchdog_period_ns() const noexcept { return watchdog_ns_; }
 

@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kPoll_s = 0.05, kStatusPeriod_s = 0.5;
 
-/// Figures and words for component_status.
+/// Figures and messages for component_status.
 struct Situation {
   LoopFigures figures;
   std::uint64_t workspace_version = 0;
@@ -120,7 +120,7 @@ void write_report(const std::filesystem::path& folder, const Situation& now, con
   if (!file.flush()) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
-/// The main thread's part: commands, self-tests, permits, status. What it decides reaches the sensing loop
+/// The work of the main thread: commands, self-tests, permits, status. Its results reach the sensing loop
 /// without a lock.
 class Service {
  public:
@@ -149,7 +149,7 @@ class Service {
 
   std::string object_name(std::uint16_t id) const { return contacts_.object_name(id); }
 
-  /// Once in kPoll_s.
+  /// Call it once in kPoll_s.
   void poll() {
     know_objects();
     loop_.workspace_watch().attended(adapter_.workspace_attended());
@@ -161,7 +161,7 @@ class Service {
     loop_.permit(contacts_.permits());
   }
 
-  /// What the whole skin feels, for eyes. Once in kPoll_s.
+  /// Publishes what the whole skin feels, for display. Call it once in kPoll_s.
   void show_skin(core::Nanoseconds now_ns) {
     adapter_.newest_slave(slave_);
     const LoopFigures figures = loop_.figures();
@@ -200,7 +200,8 @@ class Service {
   }
 
  private:
-  /// The cell file's objects until wva_server has announced some; then those.
+  /// Takes the names of the objects from the cell file until wva_server has announced some; from then on,
+  /// those.
   void know_objects() {
     auto names = adapter_.objects();
     if (names.empty()) {
@@ -235,7 +236,7 @@ class Service {
   SensingLoop& loop_;
   ContactRegister contacts_;
   robot::SkinPatches patches_;
-  SlaveSample slave_;  // the newest
+  SlaveSample slave_;  // the newest state
   bool tested_ = false;
   std::uint64_t self_tests_ = 0;
   SelfTestResult tested_as_;
@@ -243,8 +244,8 @@ class Service {
   std::uint64_t ticks_before_ = 0;
 };
 
-/// The sensing loop on a thread of its own, and what feeds it. Both end with this, also when the main thread
-/// throws: they use what is gone thereafter.
+/// Runs the sensing loop on its own thread, with the readers that feed it. Its destructor ends both, also
+/// when the main thread throws, because they use objects that are destroyed next.
 class Sensing {
  public:
   Sensing(DdsAdapter& adapter, SensingLoop& loop) : adapter_(adapter), loop_(loop) {}
@@ -278,7 +279,8 @@ int run_service(const runtime::ProcessOptions& options, const runtime::Deploymen
   WorkspaceKeeper workspace([&adapter](const std::string& why) { adapter.count_refused_workspace(why); });
   HitLog hits(adapter, model);
   AlertRelay relay(hits, config.servo_priority);
-  std::unique_ptr<SensingLoop> sensing_loop;  // its workers inherit the place that its thread will have
+  // Made here because its workers inherit their scheduling from the thread that creates them.
+  std::unique_ptr<SensingLoop> sensing_loop;
   core::run_in_place(core::ThreadRole::kSensing, config.servo_priority,
                      [&] { sensing_loop = std::make_unique<SensingLoop>(model, config, workspace, relay); });
   SensingLoop& loop = *sensing_loop;

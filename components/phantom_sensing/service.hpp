@@ -6,9 +6,9 @@
 
 namespace phantom::phantom_sensing {
 
-/// Runs the component until a stop is requested: readers → workspace keeper and sensing loop → writers,
-/// status at 2 Hz. With `report_dir` leaves phantom_sensing.json there. Throws DdsError. Returns the exit
-/// code.
+/// Runs the component until a stop is requested: readers → workspace keeper and sensing loop → writers, with
+/// status at 2 Hz. Writes phantom_sensing.json if a `report_dir` is given. Returns the exit code. Throws
+/// DdsError.
 int run_service(const runtime::ProcessOptions& options, const runtime::Deployment& deployment,
                 const runtime::CellConfig& cell, const Config& config, const PhantomModel& model);
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kPoses = 64;
 
-/// A pose of a small loop about home, and the speed there; within the joints' ranges where home is.
+/// Returns pose and velocity on a small loop around home. The pose stays within the joints' ranges.
 StepInputs pose(const robot::SerialArm& arm, const TickCase& at, int step) {
   StepInputs inputs;
   const double angle = 2.0 * std::numbers::pi * (step % kPoses) / kPoses;
@@ -31,7 +31,8 @@ StepInputs pose(const robot::SerialArm& arm, const TickCase& at, int step) {
   return inputs;
 }
 
-/// Codes without order: neighbouring voxels differ, all codes come, none of them is free space.
+/// Returns a pseudo-random palette code: neighbouring voxels differ, all codes occur, none of them is free
+/// space.
 std::uint8_t code_of(std::uint32_t x, std::uint32_t y, std::uint32_t z, std::size_t codes) {
   std::uint32_t mixed = x * 0x9E3779B1U ^ y * 0x85EBCA77U ^ z * 0xC2B2AE3DU;
   mixed = (mixed ^ mixed >> 15U) * 0x2C1B3C6DU;
@@ -53,7 +54,7 @@ void fill(workspace::Workspace& workspace, workspace::BrickKey key) {
   }
 }
 
-/// Fluid in every brick that a sensor or interest point comes through.
+/// Returns a workspace with fluid in every brick that a sensor or interest point passes through.
 workspace::Workspace all_in_fluid(const PhantomModel& model, const TickCase& at) {
   workspace::Workspace workspace(at.grid, at.palette);
   std::set<std::size_t> made;
@@ -77,7 +78,7 @@ workspace::Workspace all_in_fluid(const PhantomModel& model, const TickCase& at)
   return workspace;
 }
 
-/// Seconds of each tick, sorted, without the first ones: they touch memory for the first time.
+/// Returns the seconds of each tick, sorted, without the first ticks, which touch memory for the first time.
 std::vector<double> run(const PhantomModel& model, const PerceptSettings& settings, const TickCase& at,
                         const workspace::Workspace& workspace, double duration_s) {
   PhantomSensing sensing(model, settings);

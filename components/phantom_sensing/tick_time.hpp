@@ -6,32 +6,32 @@
 
 namespace phantom::phantom_sensing {
 
-/// Time between two slave_states (topic table), in which a tick must be done.
+/// Time between two slave_states (topic table): the limit for a tick.
 inline constexpr double kStatePeriod_s = 0.001;
 
-/// What a tick costs on this host, as it was measured.
+/// Measured cost of a tick on this host.
 struct TickTime {
   double free_s = 0.0;  ///< median in free space, where it costs least
-  double full_s =
-      0.0;  ///< median where it costs most: every sensor in fluid, of another μ than its neighbour's
-  double full_p99_s = 0.0;  ///< the same, 99 of 100
+  /// Median where a tick costs most: every sensor in fluid, its μ different from its neighbour's.
+  double full_s = 0.0;
+  double full_p99_s = 0.0;  ///< 99th percentile of the same
 };
 
-/// What the tick is to be timed in.
+/// The conditions in which the tick is timed.
 struct TickCase {
-  core::JointArray home{};          ///< rad or m; the arm is moved a little about it
-  workspace::GridSpec grid;         ///< of the cell
-  std::vector<float> palette;       ///< likewise
-  percept::AllowedContact allowed;  ///< links that may touch something leave the fast loop
+  core::JointArray home{};          ///< rad or m; the arm moves a little around it
+  workspace::GridSpec grid;         ///< the cell's grid
+  std::vector<float> palette;       ///< the cell's palette of μ
+  percept::AllowedContact allowed;  ///< links with allowed contacts leave the fast loop
 };
 
-/// Runs the step itself, with its settings and threads, for about `duration_s` in a workspace made up for
-/// that: in free space and in fluid that costs most. Sensors and their content decide on a tick's cost, so
-/// this bounds it for the configuration, as far as the host is left alone. Not real-time safe.
+/// Times the real step, with its settings and threads, for about `duration_s` in two artificial workspaces:
+/// free space and the fluid that costs most. Sensors and the voxels they are in determine a tick's cost, so
+/// this bounds it for the configuration, provided that the host has no other load. Not real-time safe.
 TickTime time_tick(const PhantomModel& model, const PerceptSettings& settings, const TickCase& at,
                    double duration_s);
 
-/// In one sentence, against kStatePeriod_s.
+/// Returns the timing in one sentence, compared with kStatePeriod_s.
 std::string words_for(const TickTime& time);
 
 }  // namespace phantom::phantom_sensing

@@ -83,7 +83,7 @@ void WorkspaceKeeper::work() {
   core::take_place(core::ThreadRole::kWorkspace);
   std::unique_lock lock(mutex_);
   while (!stop_) {
-    // Wakes by itself now and then only while an old version waits to be let go.
+    // Polls only while an old version waits to be released.
     const auto something = [this] { return stop_ || !jobs_.empty(); };
     progress_.rest();
     if (alive_.size() > 1) {
@@ -103,7 +103,7 @@ void WorkspaceKeeper::work() {
       progress_.tick();
     }
     lock.lock();
-    if (!stop_ && jobs_.empty() && alive_.size() < 2) {  // time to make the next version cheap
+    if (!stop_ && jobs_.empty() && alive_.size() < 2) {  // idle: prepare the buffer for the next version
       lock.unlock();
       sources_.prepare();
       lock.lock();

@@ -20,46 +20,46 @@
 
 namespace phantom::phantom_sensing {
 
-/// Assembles the workspace from bricks on a thread of its own and hands whole versions to the sensing thread
-/// without a lock: the sensing thread gets a bare pointer, this keeps the version alive until the sensing
-/// thread has moved on. Keeps to one server for as long as that is there (workspace::WorkspaceSources). Holds
-/// two buffers of a workspace, so that a version that changes some bricks costs those only: it is handed over
-/// within milliseconds of its last brick.
+/// Assembles the workspace from bricks on its own thread and hands complete versions to the sensing thread
+/// without a lock. The sensing thread gets a bare pointer; the keeper keeps that version alive until the
+/// sensing thread has moved on. It stays with one server for as long as that is present
+/// (workspace::WorkspaceSources). It holds two buffers of a workspace, so that a version that changes some
+/// bricks costs only those: it is handed over within milliseconds of its last brick.
 class WorkspaceKeeper {
  public:
-  /// `on_refused` is called on the keeper's thread for each sample that cannot be used, with what is wrong
-  /// with it.
+  /// `on_refused` is called on the keeper's thread for each unusable sample, with the reason.
   explicit WorkspaceKeeper(std::function<void(const std::string&)> on_refused);
   ~WorkspaceKeeper();
   WorkspaceKeeper(const WorkspaceKeeper&) = delete;
   WorkspaceKeeper& operator=(const WorkspaceKeeper&) = delete;
 
-  // From middleware threads: queue and return.
+  // Called on middleware threads; they queue and return.
   void put_brick(const workspace::SourceId& source, workspace::BrickKey key, std::uint64_t version,
                  std::vector<std::uint8_t> bytes);
   void commit(const workspace::SourceId& source, workspace::VersionDescription description);
-  /// A server has ended, or is not heard of any more.
+  /// Reports that a server has ended or is no longer heard.
   void gone(const workspace::SourceId& source);
 
-  /// The newest whole version, valid until the next call; none before the first. One thread only. Real-time
-  /// safe: yes.
+  /// Returns the newest complete version, valid until the next call; none before the first. One thread only.
+  /// Real-time safe: yes.
   SensedWorkspace newest() noexcept;
 
-  /// The version that was handed over last, for a look at leisure; null: none. The next version but one costs
-  /// more while it is held. Thread-safe; not real-time safe.
+  /// Returns the version that was handed over last, to be read outside the sensing thread; null: none. While
+  /// it is held, the version after the next one costs more. Thread-safe; not real-time safe.
   std::shared_ptr<const workspace::Workspace> share() const;
-  /// Version that was handed over last; 0: none. Thread-safe.
+  /// Returns the number of the version that was handed over last; 0: none. Thread-safe.
   std::uint64_t version() const noexcept { return version_.load(std::memory_order_relaxed); }
-  /// How the thread gets on. Thread-safe.
+  /// Returns the thread's progress. Thread-safe.
   const core::Progress& progress() const noexcept { return progress_; }
-  /// The newest version that was announced by who counts, and found sound; 0: none. Thread-safe. Real-time
-  /// safe: yes.
+  /// Returns the newest valid version announced by the server in use; 0: none. Thread-safe. Real-time safe:
+  /// yes.
   std::uint64_t announced() const noexcept { return announced_.load(std::memory_order_acquire); }
-  /// Whether a second server sends a workspace, which is set aside. Thread-safe.
+  /// Returns whether a second server sends a workspace, which is ignored. Thread-safe.
   bool contested() const noexcept { return contested_.load(std::memory_order_relaxed); }
-  /// The server whose workspace was handed over last; none before the first. Thread-safe.
+  /// Returns the server whose workspace was handed over last; none before the first. Thread-safe.
   std::optional<workspace::SourceId> source() const;
-  /// Versions kept alive: 1, or 2 while the sensing thread still uses the one before. Thread-safe.
+  /// Returns the number of versions kept alive: 1, or 2 while the sensing thread still uses the previous one.
+  /// Thread-safe.
   std::size_t versions_kept() const noexcept { return kept_.load(std::memory_order_relaxed); }
 
  private:
@@ -86,7 +86,7 @@ class WorkspaceKeeper {
     std::uint64_t generation;
     workspace::SourceId source;
   };
-  static constexpr double kHangsAfter_s = 10.0;  // a version of a large cell is checked in seconds
+  static constexpr double kHangsAfter_s = 10.0;  // checking a version of a large cell takes seconds
   void enqueue(Job job);
   void work();
   core::Status apply(const Brick& brick);
@@ -101,13 +101,13 @@ class WorkspaceKeeper {
   std::deque<Job> jobs_;
   bool stop_ = false;
 
-  // Keeper's thread only.
+  // Used on the keeper's thread only.
   workspace::WorkspaceSources sources_;
   std::deque<Kept> alive_;  // changed under alive_mutex_
   mutable std::mutex alive_mutex_;
 
   core::Snapshot<HandOver> handed_over_;
-  HandOver in_use_;  // sensing thread only
+  HandOver in_use_;  // used on the sensing thread only
   std::atomic<std::uint64_t> acknowledged_{0};
   std::atomic<std::uint64_t> version_{0}, announced_{0};
   std::atomic<bool> contested_{false};

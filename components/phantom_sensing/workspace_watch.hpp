@@ -14,21 +14,23 @@ constexpr bool is_valid(PerceptCondition condition) noexcept {
   return condition <= PerceptCondition::kWorkspaceBehind;
 }
 
-/// Judges whether the workspace in use is the newest there is. It stays valid while nothing newer is
-/// announced, also when its server ends: the world is then only known to be unattended. Once a version is
-/// announced, it must be in use, or another step towards it, within `behind_after_s`, or the percept is
-/// marked; after `stale_after_s` it ends.
+/// Decides whether the workspace in use is current. It stays valid while no newer one is announced, also when
+/// its server ends: it is then marked as unattended. Once a version is announced, that version or another
+/// step towards it must come into use within `behind_after_s`, or the percept is marked; after
+/// `stale_after_s` the percept ends.
 class WorkspaceWatch {
  public:
   WorkspaceWatch(double behind_after_s, double stale_after_s)
       : behind_after_ns_(core::from_seconds(behind_after_s)),
         stale_after_ns_(core::from_seconds(stale_after_s)) {}
 
-  /// Newest version there is to be had, 0: none; on the thread of assess(). Real-time safe: yes.
+  /// Sets the newest announced version; 0: none. Call it on the thread of assess(). Real-time safe: yes.
   void announced(std::uint64_t version) noexcept { announced_ = version; }
-  void attended(bool there) noexcept { attended_.store(there, std::memory_order_relaxed); }  ///< thread-safe
+  /// Sets whether a server is present. Thread-safe.
+  void attended(bool there) noexcept { attended_.store(there, std::memory_order_relaxed); }
 
-  /// `in_use`: version that the tick uses, 0: none. One thread. Real-time safe: yes.
+  /// Returns the condition of the workspace. `in_use`: version that the tick uses, 0: none. One thread.
+  /// Real-time safe: yes.
   PerceptCondition assess(std::uint64_t in_use, core::Nanoseconds now_ns) noexcept {
     if (in_use == 0) return PerceptCondition::kNoWorkspace;
     if (announced_ == 0 || announced_ == in_use || in_use != last_in_use_) behind_since_ns_ = -1;

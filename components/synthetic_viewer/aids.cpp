@@ -8,7 +8,7 @@ namespace {
 constexpr Colour kPgvColour{0.10F, 0.45F, 0.85F};
 constexpr Colour kPlaneColour{0.25F, 0.62F, 0.92F};
 
-/// Frame with z along `direction` (not zero) at a place.
+/// Returns the frame at a point with z along `direction` (not zero).
 geometry::Pose along(const Eigen::Vector3d& position_m, const Eigen::Vector3d& direction) {
   return {geometry::rotation_between(Eigen::Vector3d::UnitZ(), direction), position_m};
 }
@@ -74,7 +74,7 @@ void add_cone_and_plane(Frame& frame, const Aids& aids) {
   const geometry::Pose base = along(tip_m - length_m * direction, direction);
   frame.items.push_back({kCone, matrix_of(base, {radius_m, radius_m, length_m}),
                          closeness_colour(aids.closeness), 0.45F, 0.5F});
-  // A hair in front of the surface that it touches, or the two would flicker through each other.
+  // Slightly in front of the surface that it touches, because the two would flicker otherwise.
   const geometry::Pose plane = along(tip_m - 0.001 * direction, direction);
   frame.items.push_back({kDisc, matrix_of(plane, {0.13, 0.13, 1.0}), kPlaneColour, 0.28F, 0.6F});
 }

@@ -7,33 +7,33 @@
 
 namespace phantom::synthetic_viewer {
 
-/// What the aids of a view point at (fig. 6.19). Vectors in W.
+/// What the visual aids of a view show (fig. 6.19). Vectors in W.
 struct Aids {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();    ///< worst sensor, or the look-at point
   Eigen::Vector3d pgv = Eigen::Vector3d::Zero();           ///< towards the object; 0: no direction
-  double gap_m = 0.1;                                      ///< along the PGV to the object's surface
+  double gap_m = 0.1;                                      ///< distance along the PGV to the object's surface
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();  ///< of the sensor
   MotionClass motion = MotionClass::kNone;                 ///< gives the motion arrow its colour
   double closeness = 0.0;
 };
 
-/// Colour of the unsafe-motion detector's verdict: grey, green, amber, red.
+/// Returns the colour for a result of the unsafe-motion detector: grey, green, amber or red.
 Colour motion_colour(MotionClass motion);
 
-/// Colour of a closeness 0…1: blue, yellow, red.
+/// Returns the colour for a closeness 0…1: from blue through yellow to red.
 Colour closeness_colour(double closeness);
 
-/// `share` 0…1 of the way from a to b.
+/// Returns the colour `share` (0…1) of the way from a to b.
 Colour mix(const Colour& a, const Colour& b, double share);
 
-/// Arrows of PGV and motion.
+/// Adds the arrows of PGV and motion.
 void add_arrows(Frame& frame, const Aids& aids);
 
-/// See-through cone along the PGV with its tip at the object, and the plane normal to the PGV at that tip:
-/// near a convex surface its tangent, over a concave one it shows the hollow.
+/// Adds a translucent cone along the PGV with its tip at the object, and the plane normal to the PGV at that
+/// tip. Near a convex surface that plane is the tangent plane; over a concave one it shows the hollow.
 void add_cone_and_plane(Frame& frame, const Aids& aids);
 
-/// Marks a point of W with a ball.
+/// Marks a point of W with a sphere.
 void add_marker(Frame& frame, const Eigen::Vector3d& position_m, double radius_m, const Colour& colour);
 
 }  // namespace phantom::synthetic_viewer

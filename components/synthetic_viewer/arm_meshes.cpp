@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::array<float, 3> kSkinColour{0.42F, 0.44F, 0.47F};
 constexpr int kSides = 32;
-constexpr double kThinLink_m = 0.015;  // radius of sensors in a line that tell none
+constexpr double kThinLink_m = 0.015;  // radius for sensors in a line that give none
 
 [[noreturn]] void fail(const core::Status& status) {
   if (status.code() == core::ErrorCode::kNotFound) throw core::MissingError(status.message());
@@ -23,7 +23,7 @@ constexpr double kThinLink_m = 0.015;  // radius of sensors in a line that tell 
 LinkMeshData load_visual(std::size_t link, const robot::LinkMesh& visual) {
   geometry::MeshImportOptions options;
   options.scale = visual.scale;
-  options.y_up = false;  // URDF takes a mesh's axes as they stand
+  options.y_up = false;  // URDF uses a mesh's axes unchanged
   auto mesh = geometry::load_mesh(visual.file, options);
   if (!mesh) fail(mesh.status());
   return {link, visual.X_link_mesh, visual.colour, std::move(mesh).value()};
@@ -37,7 +37,7 @@ std::vector<robot::PolygonPoint> corners_of(const std::vector<robot::PolygonPoin
   return corners;
 }
 
-/// Of a line of sensors: a cylinder around it.
+/// Returns a cylinder around a line of sensors.
 robot::SkinSegment around(const robot::AxisSensors& axis) {
   robot::SkinSegment segment;
   segment.from_m = axis.from_m;
@@ -61,7 +61,8 @@ geometry::TriangleMesh segment_body(const robot::SkinSegment& segment) {
   const Eigen::Vector3d along = segment.to_m - segment.from_m;
   if (!(along.norm() > 0)) return body;
   const Eigen::Vector3d axis = along.normalized();
-  // Angles count from the first of x, y, z that lies farthest from the axis (robot::SkinSegment).
+  // Angles are measured from the axis x, y or z that is farthest from the segment's axis, the first of equals
+  // (robot::SkinSegment).
   int farthest = 0;
   for (int i = 1; i < 3; ++i) {
     if (std::abs(axis[i]) < std::abs(axis[farthest]) - 1e-12) farthest = i;

@@ -8,7 +8,7 @@
 
 namespace phantom::synthetic_viewer {
 
-/// A visual mesh of a link, loaded.
+/// A loaded visual mesh of a link.
 struct LinkMeshData {
   std::size_t link = 0;
   geometry::Pose X_link_mesh;
@@ -16,14 +16,14 @@ struct LinkMeshData {
   geometry::TriangleMesh mesh;
 };
 
-/// All visual meshes of the arm; a moving link that has none (a DH table's, a URDF's without visuals) is
-/// shown as the body that its skin encloses. Throws core::MissingError for a file that is not there,
-/// core::ConfigError for one that is no usable mesh.
+/// Loads all visual meshes of the arm. A moving link that has none (from a DH table, or a URDF without
+/// visuals) is shown as the body that its skin encloses. Throws core::MissingError for a file that does not
+/// exist, core::ConfigError for one that is no usable mesh.
 std::vector<LinkMeshData> load_arm_meshes(const robot::SerialArm& arm,
                                           const std::vector<robot::LinkSkin>& skin);
 
-/// The closed body between the polygons at a segment's ends, in the frame of the link that the skin names.
-/// Pure.
+/// Returns the closed body between the polygons at a segment's ends, in the frame of the link that the skin
+/// names. Pure.
 geometry::TriangleMesh segment_body(const robot::SkinSegment& segment);
 
 }  // namespace phantom::synthetic_viewer

@@ -9,8 +9,8 @@
 
 namespace phantom::synthetic_viewer {
 
-/// The newest of something that many follow, each at its own pace: slow followers skip, nobody waits for
-/// them. Thread-safe.
+/// Holds the newest value for several followers, each at its own pace. Slow followers skip values; the
+/// publisher never waits for them. Thread-safe.
 template <class T>
 class Broadcast {
  public:
@@ -26,8 +26,8 @@ class Broadcast {
     changed_.notify_all();
   }
 
-  /// Waits until there is something newer than `seen` or the time is up; then `seen` is its number. Null:
-  /// nothing newer.
+  /// Waits until there is a newer value than number `seen`, or `patience` has passed. Returns that value and
+  /// sets `seen` to its number, or returns null if there is no newer one.
   Content next(std::uint64_t& seen, std::chrono::milliseconds patience) {
     std::unique_lock lock(mutex_);
     if (!changed_.wait_for(lock, patience, [&] { return number_ != seen && content_; })) return nullptr;
@@ -35,19 +35,19 @@ class Broadcast {
     return content_;
   }
 
-  /// The newest, now; null: there is none.
+  /// Returns the newest value; null: there is none.
   Content newest() const {
     const std::lock_guard lock(mutex_);
     return content_;
   }
 
-  /// Forgets the content: who comes next shall not see what is old.
+  /// Discards the content, so that a new follower does not get an old value.
   void clear() {
     const std::lock_guard lock(mutex_);
     content_.reset();
   }
 
-  std::atomic<int> followers{0};  ///< kept by those who follow: without any, content need not be made
+  std::atomic<int> followers{0};  ///< counted by the followers; without any, no content need be made
 
  private:
   mutable std::mutex mutex_;

@@ -7,21 +7,22 @@ namespace phantom::synthetic_viewer {
 /// A pinhole camera in the workspace frame W; image x to the right, y down. All functions here are pure.
 struct Camera {
   Eigen::Vector3d eye_m = Eigen::Vector3d(1, 1, 1);
-  Eigen::Vector3d target_m = Eigen::Vector3d::Zero();  ///< looked at; never equal to eye_m
+  Eigen::Vector3d target_m = Eigen::Vector3d::Zero();  ///< the looked-at point; never equal to eye_m
   double vertical_fov_rad = 0.7;
   double near_m = 0.02;
   double far_m = 20.0;
 };
 
-/// View matrix (W → camera: x right, y up, −z forward). Up is z of W; looking straight up or down, up is y of
-/// W.
+/// Returns the view matrix (W → camera: x right, y up, −z forward). Up is z of W, or y of W if the camera
+/// looks straight up or down.
 Eigen::Matrix4d view_matrix(const Camera& camera);
 
-/// OpenGL perspective matrix (camera → clip). `aspect` = width ÷ height.
+/// Returns the OpenGL perspective matrix (camera → clip). `aspect` = width ÷ height.
 Eigen::Matrix4d projection_matrix(const Camera& camera, double aspect);
 
-/// Camera that looks at the middle of a box of W from a direction (azimuth from x towards y, elevation above
-/// the floor) as close as shows all eight corners, with a border of `margin` (1 = none).
+/// Returns a camera that looks at the middle of a box of W from a direction (azimuth from x towards y,
+/// elevation above the floor). It is as close as possible with all eight corners in the picture and a border
+/// of `margin` (1 = none).
 Camera frame_box(const Eigen::Vector3d& min_m, const Eigen::Vector3d& max_m, double azimuth_rad,
                  double elevation_rad, double vertical_fov_rad, double aspect, double margin = 1.0);
 

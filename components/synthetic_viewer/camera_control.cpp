@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::array<const char*, kViews.size()> kNames{"main", "hit", "tool"};
 constexpr double kSteepest_rad = 89.0 * core::kRadPerDegree;
-constexpr double kClearance_m = 0.03;  // between an eye and a surface
+constexpr double kClearance_m = 0.03;  // least distance between a camera and a surface
 
 }  // namespace
 

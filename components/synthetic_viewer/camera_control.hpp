@@ -12,22 +12,22 @@ namespace phantom::synthetic_viewer {
 
 enum class View { kMain, kHit, kTool };
 inline constexpr std::array<View, 3> kViews{View::kMain, View::kHit, View::kTool};
-/// "main", "hit", "tool".
+/// Returns "main", "hit" or "tool".
 const char* name_of(View view) noexcept;
 std::optional<View> view_from_name(const std::string& name) noexcept;
 
-/// What the operator asks of a view, beside its node: from the page or the window.
+/// The operator's request for a view, other than for its node: from the page or the window.
 struct ViewRequest {
   View view = View::kMain;
-  double azimuth_rad =
-      0.0;  ///< turn about the vertical through the looked-at point by this; from x towards y
-  double elevation_rad = 0.0;  ///< and upwards by this
-  double zoom = 1.0;           ///< multiply the distance by this; below 1: closer
-  bool home = false;           ///< first back to where the view stands by itself
-  std::optional<bool> record;  ///< begin or end recording this view
+  /// Angle by which to turn about the vertical through the looked-at point, from x towards y.
+  double azimuth_rad = 0.0;
+  double elevation_rad = 0.0;  ///< angle by which to turn upwards
+  double zoom = 1.0;           ///< factor for the distance; below 1: closer
+  bool home = false;           ///< first return to the default camera
+  std::optional<bool> record;  ///< start or end recording this view
 };
 
-/// How the operator moved the cameras away from where they stand by themselves. A plain value; pure.
+/// The operator's offsets of the cameras from their default positions. A plain value; pure.
 class CameraControl {
  public:
   struct Offset {
@@ -40,22 +40,23 @@ class CameraControl {
   void home(View view) noexcept { offsets_[static_cast<std::size_t>(view)] = {}; }
   const Offset& offset(View view) const noexcept { return offsets_[static_cast<std::size_t>(view)]; }
 
-  /// The camera of a view, moved. It never turns over the top: it stays below the zenith and above the nadir.
+  /// Returns the camera of a view with its offset. It never turns over the top: it stays below the zenith and
+  /// above the nadir.
   Camera moved(const Camera& camera, View view) const;
 
  private:
   std::array<Offset, kViews.size()> offsets_{};
 };
 
-/// A camera that stands where it can see, and what there is to be said about that; empty: nothing.
+/// A camera position with a free view, and what blocked the wanted one.
 struct SettledCamera {
   Camera camera;
-  std::optional<RayScene::BodyName> blocked_by;  ///< the body in which it would have stood
-  double wanted_m = 0.0, distance_m = 0.0;       ///< from the looked-at point
+  std::optional<RayScene::BodyName> blocked_by;  ///< the body at the wanted position; none if that was free
+  double wanted_m = 0.0, distance_m = 0.0;       ///< distances from the looked-at point
 };
 
-/// Moves a camera that stands inside a body, or too close to a surface to see past it, along its line of
-/// sight to the nearest free distance. Where there is none it stays. Pure.
+/// Moves a camera that is inside a body, or too close to a surface to see past it, along its line of sight to
+/// the nearest free distance. If there is none, the camera stays. Pure.
 SettledCamera settled(const Camera& camera, const RayScene& bodies);
 
 }  // namespace phantom::synthetic_viewer

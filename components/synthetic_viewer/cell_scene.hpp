@@ -14,7 +14,7 @@
 
 namespace phantom::synthetic_viewer {
 
-/// A mesh as picture and as obstacle.
+/// A mesh for drawing and as an obstacle for rays.
 struct MeshBody {
   MeshHandle picture = kNoMesh;
   std::shared_ptr<const RayMesh> obstacle;
@@ -29,12 +29,11 @@ struct LinkBody {
   geometry::BoundingBox box;  ///< of the mesh, in its own frame
 };
 
-/// A mesh, given to `renderer` and prepared for rays.
+/// Uploads a mesh to `renderer` and prepares it for rays.
 MeshBody uploaded(const geometry::TriangleMesh& mesh, Renderer& renderer);
 LinkBody uploaded(const LinkMeshData& part, Renderer& renderer);
 
-/// Places the cell's bodies: from what the viewer knows to what a frame shows. Pure, once its meshes are put
-/// in.
+/// Places the cell's bodies: turns the viewer's state into a frame. Pure once its meshes are set.
 class CellScene {
  public:
   /// `min_m`, `max_m`: the workspace box in W.
@@ -43,28 +42,30 @@ class CellScene {
 
   std::vector<LinkBody> links;
   std::map<std::uint64_t, MeshBody> meshes;  ///< by content hash
-  std::uint64_t paint_number = 0;            ///< rises with every change of the arm's paint
+  std::uint64_t paint_number = 0;            ///< increases with every change of the arm's paint
 
-  /// Objects, arm, floor and the outline of the workspace. The arm wears its paint while the skin's percept
-  /// is fresh; a pose that is out of date is see-through; an arm whose pose nobody told is not drawn.
+  /// Returns the frame with objects, arm, floor and the outline of the workspace. The arm is painted while
+  /// the skin's percept is fresh. It is translucent if its pose is out of date, and not drawn if no pose is
+  /// known.
   Frame frame(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns) const;
 
-  /// Boxes around the links' bodies, in the links' frames, by link; empty where a link has no body.
+  /// Returns the bounding boxes of the links' bodies, in the links' frames, by link; empty for a link without
+  /// a body.
   std::vector<geometry::BoundingBox> link_boxes() const;
 
-  /// What rays meet: the objects, and the arm where it is known.
+  /// Returns the obstacles for rays: the objects and, if `with_arm`, the arm where its pose is known.
   RayScene obstacles(const ViewerState& state, bool with_arm) const;
 
   const robot::SerialArm& arm() const { return arm_; }
   const Eigen::Vector3d& min_m() const { return min_m_; }
   const Eigen::Vector3d& max_m() const { return max_m_; }
-  /// "forearm" or "link 3".
+  /// Returns the link's name, such as "forearm" or "link 3".
   std::string link_name(std::size_t link) const;
-  /// Whether every object has its mesh; false while there are none.
+  /// Returns whether every object has its mesh; false while there are no objects.
   bool complete(const ViewerState& state) const;
-  /// Names of the objects whose mesh is not there.
+  /// Returns the names of the objects whose mesh is missing.
   std::vector<std::string> missing(const ViewerState& state) const;
-  /// Whose a body is that rays meet.
+  /// Returns the display name of a body that a ray meets.
   std::string body_name(const ViewerState& state, const RayScene::BodyName& name) const;
 
  private:
@@ -72,7 +73,7 @@ class CellScene {
   Eigen::Vector3d min_m_, max_m_;
 };
 
-/// One sentence about what is missing; empty if nothing is.
+/// Returns one sentence about what is missing; empty if nothing is.
 std::string missing_text(const ViewerState& state, const CellScene& scene, const Staleness& staleness,
                          core::Nanoseconds now_ns);
 

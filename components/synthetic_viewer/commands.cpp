@@ -88,7 +88,7 @@ using Json = nlohmann::json;
 
 core::Status bad(const std::string& problem) { return core::Status::invalid_argument(problem); }
 
-/// A finite number within limits.
+/// Returns whether a value is a finite number within limits.
 bool within(const Json& value, double least, double greatest) {
   return value.is_number() && value.get<double>() >= least && value.get<double>() <= greatest;
 }

@@ -8,29 +8,30 @@ namespace {
 
 constexpr Colour kLookAtColour{0.95F, 0.75F, 0.05F}, kContactColour{0.95F, 0.03F, 0.03F};
 constexpr double kGapUnknown_m = 0.10, kGapReach_m = 0.30;
-constexpr double kHitZone_m = 0.02;  // radius of what a view of a hit zone should see
+constexpr double kHitZone_m = 0.02;  // radius of the region that a view of a hit zone should show
 
 std::string age_text(double age_s) {
   char text[32];
   if (!std::isfinite(age_s)) return "-";
-  if (age_s < 0.01) return "< 10 ms";  // a number that changes with every picture says no more than this
+  if (age_s < 0.01) return "< 10 ms";  // an exact number would change with every picture and say no more
   std::snprintf(text, sizeof text, age_s < 1 ? "%.0f ms" : "%.1f s",
                 age_s < 1 ? std::floor(age_s * 100) * 10 : age_s);
   return text;
 }
 
-/// "99.8 % 1.2 ms": of slave_state that comes through, and the haptic round trip.
+/// Returns "99.8 % 1.2 ms": the share of slave_state that arrives, and the haptic round trip.
 std::string link_text(const ViewerState& state) {
   char share[32] = "-", trip[32] = "";
   const double quality = state.link_quality.share();
-  // Rounded down: 100 % is said of what lost nothing.
+  // Rounded down, so that 100 % means that nothing was lost.
   if (quality >= 0) std::snprintf(share, sizeof share, "%.1f %%", std::floor(1000 * quality) / 10);
   if (state.master.received_ns != 0 && state.master.round_trip_s >= 0)
     std::snprintf(trip, sizeof trip, " %.1f ms", 1e3 * state.master.round_trip_s);
   return std::string(share) + trip;
 }
 
-/// Half a voxel's diagonal: a surface passes through its boundary voxels, and their middles stand for it.
+/// Returns half a voxel's diagonal as text: a surface passes anywhere through its boundary voxels, whose
+/// centres represent it.
 std::string voxel_error_text(const WorkspaceSample& workspace) {
   if (workspace.version == 0) return "-";
   char text[32];
@@ -74,8 +75,8 @@ Aids Compositor::live_aids(const Moment& moment) const {
 }
 
 Aids Compositor::hit_aids(const Moment& moment, const HitView& hit) const {
-  // As long as the worst sensor is in the zone that is shown, the aids follow it; else they mark what was
-  // latched.
+  // The aids follow the worst sensor while it is in the zone that is shown; otherwise they mark the values
+  // latched with the alert.
   constexpr double kZone_m = 0.25;
   const PerceptSample& percept = moment.state.percept;
   const double away_m = (eigen(percept.position_m) - hit.situation.look_at_m).norm();
@@ -98,10 +99,10 @@ void Compositor::add_contact(Frame& frame, const Moment& moment) const {
   }
 }
 
-/// The scene from where the operator moved a camera to, or from the nearest free place.
+/// Returns the scene seen from the operator's camera position, or from the nearest free one.
 Frame Compositor::frame_from(const Moment& moment, View view, const Camera& camera, Hud& hud) const {
   Frame frame = scene_.frame(moment.state, config_.staleness, moment.now_ns);
-  // A camera on the arm is meant to be close to it.
+  // The camera on the arm is meant to be close to it, so the arm does not block it.
   const RayScene& bodies = view == View::kTool ? moment.objects : moment.bodies;
   const SettledCamera place = settled(moment.state.cameras.moved(camera, view), bodies);
   frame.camera = place.camera;
@@ -117,18 +118,19 @@ Frame Compositor::frame_from(const Moment& moment, View view, const Camera& came
   return frame;
 }
 
-/// Where the main view stands by itself.
+/// Returns the default camera of the main view.
 Camera Compositor::main_home() const {
   const MainViewConfig& view = config_.main_view;
   const double aspect = static_cast<double>(view.format.width_px) / view.format.height_px;
-  // The strip of gauges covers the picture's lower edge: the box to be shown begins a little below the floor.
+  // The strip of gauges covers the picture's lower edge, so the box to be shown starts a little below the
+  // floor.
   Eigen::Vector3d low_m = scene_.min_m();
   low_m.z() -= 0.14 * (scene_.max_m().z() - low_m.z());
   return frame_box(low_m, scene_.max_m(), view.azimuth_rad, view.elevation_rad, view.field_of_view_rad,
                    aspect, view.margin);
 }
 
-/// Where the hit zone's view stands by itself.
+/// Returns the default camera of the hit zone's view.
 Camera Compositor::hit_home(const HitView& hit) const {
   Camera camera;
   camera.eye_m = hit.eye_m;

@@ -9,40 +9,40 @@
 
 namespace phantom::synthetic_viewer {
 
-/// Of a hit zone, seen from where the camera will stand among `bodies`, which must outlive the answer: a node
-/// inside a wall counts by its nearest free place.
+/// Returns a function that gives the visible share of a hit zone among `bodies`, from where the camera would
+/// be placed: for a node inside a wall, from the nearest free position. `bodies` must outlive the function.
 VisibleShare visible_among(const RayScene& bodies);
 
-/// Composes the views: what is in each frame, and what is written over it. Pure: state in, frames and texts
-/// out.
+/// Composes the views: what is in each frame, and the text over it. Pure: state in, frames and texts out.
 class Compositor {
  public:
   Compositor(const ViewerConfig& config, std::string cell, const CellScene& scene)
       : config_(config), cell_(std::move(cell)), scene_(scene) {}
 
-  /// What a picture shows, and what is written over it. Where the camera had to give way to a body, the
-  /// subtitle says so.
+  /// The content of a picture and the text over it. The subtitle says so if the camera had to be moved
+  /// because a body was in its place.
   struct Picture {
     Frame frame;
     Hud hud;
   };
 
-  /// What a picture is made from.
+  /// The inputs of a picture.
   struct Moment {
     const ViewerState& state;
-    const RayScene& objects;  ///< without the arm
-    const RayScene& bodies;   ///< with it
+    const RayScene& objects;  ///< obstacles without the arm
+    const RayScene& bodies;   ///< obstacles with the arm
     core::Nanoseconds now_ns;
   };
 
-  /// The whole cell, with the arrows of the worst sensor, and a mark on the zone of `hit`.
+  /// Returns the picture of the whole cell, with the arrows of the worst sensor and a mark on the zone of
+  /// `hit`.
   Picture main_picture(const Moment& moment, const HitView& hit) const;
-  /// The hit zone with cone and plane.
+  /// Returns the picture of the hit zone with cone and plane.
   Picture hit_picture(const Moment& moment, const HitView& hit) const;
-  /// From where the main view is seen now, and the hit zone's.
+  /// Return the present cameras of the main view and of the hit zone's view.
   Camera main_camera(const Moment& moment) const;
   Camera hit_camera(const Moment& moment, const HitView& hit) const;
-  /// From the arm's last link.
+  /// Returns the picture from the camera on the arm's last link.
   Picture tool_picture(const Moment& moment) const;
 
  private:

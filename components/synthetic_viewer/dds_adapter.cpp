@@ -19,12 +19,13 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr double kStopAnswer_s = core::seconds(core::kStopConfirmedWithin_ns) + 0.05;  // the network, twice
+// The time in which a stop is confirmed, plus two network delays.
+constexpr double kStopAnswer_s = core::seconds(core::kStopConfirmedWithin_ns) + 0.05;
 constexpr double kAnswer_s = 0.5;
 constexpr core::Nanoseconds kStatusHold_ns = 3 * core::kNsPerSecond / 2;  // component_status comes at 2 Hz
-constexpr core::Nanoseconds kSkinHold_ns = core::kNsPerSecond;            // skin_percept at 20 Hz
+constexpr core::Nanoseconds kSkinHold_ns = core::kNsPerSecond;            // skin_percept comes at 20 Hz
 
-/// A reader that its own callback can name: samples may come before its constructor has returned.
+/// A reader that its own callback can use: samples can come before its constructor has returned.
 template <class T>
 struct Input {
   std::atomic<dds::Reader<T>*> ready{nullptr};
@@ -44,7 +45,7 @@ bool is_for_views(CommandKind kind) {
   return kind == CommandKind::kViewHold || kind == CommandKind::kViewNode;
 }
 
-/// Of viewers, recorders and what sounds there may be several.
+/// Returns whether only one such component may run; viewers, recorders and audio components may be several.
 bool may_run_once(const std::string& component) {
   return component == "master_io" || component == "slave_io" || component == "phantom_sensing" ||
          component == "wva_server";
@@ -61,18 +62,18 @@ struct DdsAdapter::Impl {
   dds::Stamper view_stamper;
   dds::StatusReporter status;
 
-  // Each belongs to the thread of its reader's callbacks.
+  // Each is used on the thread of its reader's callbacks.
   dds::SoleSource arm_source, master_source, percept_source, skin_source{kSkinHold_ns};
   dds::FollowedSource phantom;  // the process that percept is taken from
   dds::SequenceGuard hit_order;
   std::uint64_t arm_arrived = 0;
-  core::Snapshot<ArmSample> arm_for_hits;                   // read by the thread of hits alone
+  core::Snapshot<ArmSample> arm_for_hits;                   // read only by the callback thread of hit alerts
   core::Snapshot<PerceptSample> percept_for_hits;           // likewise
-  ArmSample newest_arm;                                     // that thread's
+  ArmSample newest_arm;                                     // used on the callback thread of hit alerts
   PerceptSample newest_percept;                             // likewise
   std::map<std::string, dds::SoleSource> component_source;  // by name and host
 
-  // Last, so that their callbacks end before what they use.
+  // Declared last, so that their callbacks end before the members that they use are destroyed.
   Input<msg::SlaveState> arm;
   Input<msg::MasterState> master;
   Input<msg::Percept> percept;
@@ -98,8 +99,7 @@ struct DdsAdapter::Impl {
     open_workspace();
   }
 
-  /// Whether the sample is newer than the last one of the process that the topic is taken from. Tells of
-  /// others.
+  /// Returns whether the sample is newer than the last one of the followed process. Reports a second process.
   bool take(dds::SoleSource& source, const msg::Stamp& stamp, const std::string& topic,
             core::Nanoseconds received_ns) {
     const bool accepted = source.accept(stamp, received_ns);
@@ -113,7 +113,7 @@ struct DdsAdapter::Impl {
   }
   msg::OperatorCommand message_of(const Command& command) const;
 
-  /// Newest state: to a snapshot, if it is sound, newer than the last, and of the process that is followed.
+  /// Writes a state to a snapshot if it is valid, newer than the last, and of the followed process.
   template <class T, class Sample>
   auto to_snapshot(Input<T>& input, dds::SoleSource& source, const char* topic,
                    core::Snapshot<Sample>& snapshot) {
@@ -180,7 +180,7 @@ void DdsAdapter::Impl::open_events() {
                   });
   view_commands.open(participant, dds::kOperatorCommand,
                      [this](const msg::OperatorCommand& message, const dds::SampleInfo&) {
-                       // Many may write commands, so their numbers say nothing about order between them.
+                       // Several processes may write commands, so their sequence numbers do not order them.
                        const auto command = convert(message);
                        if (!command) return view_commands.refuse();
                        if (is_for_views(command->kind)) inbox.put(*command);
@@ -216,7 +216,7 @@ msg::OperatorCommand DdsAdapter::Impl::message_of(const Command& command) const 
   msg::OperatorCommand message;
   message.kind(static_cast<msg::CommandKind>(command.kind));
   message.value(command.value);
-  message.joint(-1);  // gains: of all joints
+  message.joint(-1);  // gains apply to all joints
   message.issuer("operator's page");
   if (command.kind == CommandKind::kReset) {
     message.master_stop(inbox.stops.stop_of(core::Side::kMaster));
@@ -241,7 +241,8 @@ void DdsAdapter::send(const Command& command) {
 }
 
 void DdsAdapter::publish(const ViewPoseSample& view) {
-  // Made with the first pose: an onlooker's viewer tells none, and must not be missed.
+  // Created with the first pose: an onlooker's viewer publishes none, and must not be missed by readers of
+  // the topic.
   if (!impl_->view_poses) impl_->view_poses.emplace(impl_->participant, dds::kViewPose);
   msg::ViewPose message = messages::to_idl(view);
   message.stamp(impl_->view_stamper.next());

@@ -14,29 +14,31 @@
 
 namespace phantom::synthetic_viewer {
 
-// From a message to the viewer's own type; nothing if a field is not finite or out of its range.
-// `received_ns` is left to the caller. Pure.
+// Convert a message to the viewer's own type; they return nothing if a field is not finite or out of its
+// range. The caller sets `received_ns`. Pure.
 std::optional<WorkspaceSample> convert(const msg::WorkspaceVersion& message);
 std::optional<MeshChunkSample> convert(const msg::MeshChunk& message);
 std::optional<ComponentSample> convert(const msg::ComponentStatus& message);
 std::optional<Command> convert(const msg::OperatorCommand& message);
-/// The skin as it is painted.
+/// Returns the skin's percept in the form used for painting.
 SkinSample skin_of(const messages::SkinPercept& percept, core::Nanoseconds received_ns);
 
-/// The viewer's place in the data space: fills the inbox from the topics (checked, in order), sends what the
-/// page commands, and tells how the viewer is. Of each topic that one process sends it keeps to the first,
-/// for as long as that one is heard, and tells of a second. Its callbacks never wait for a picture.
+/// The viewer's DDS readers and writers. It fills the inbox from the topics (checked, in order), sends the
+/// page's commands, and publishes the viewer's status and view pose. Of each topic that only one process may
+/// send, it follows the first sender for as long as that one is heard, and reports a second. Its callbacks
+/// never wait for a picture.
 class DdsAdapter {
  public:
-  /// Joins the domain. `arm`: that samples must be about. Throws dds::DdsError.
+  /// Joins the DDS domain. `arm`: the arm that the samples must fit. Throws dds::DdsError.
   DdsAdapter(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox);
   ~DdsAdapter();
 
-  /// Sends an operator_command, again and again until those who must answer it have, and waits for that: a
-  /// third of a second for a stop (which is sent on after it, until it is confirmed), half a second for
-  /// others. A reset names the stops that the newest states name. Thread-safe.
+  /// Sends an operator_command repeatedly until all components that must answer have done so, and waits for
+  /// that: a third of a second for a stop (which is sent on after that, until it is confirmed), half a second
+  /// for other commands. A reset names the stops that the newest states name. Thread-safe.
   CommandOutcome ask(const Command& command);
-  /// The same without waiting: what becomes of a stop shows on the inbox's StopBoard. Thread-safe.
+  /// Sends a command in the same way without waiting. The inbox's StopBoard shows what becomes of a stop.
+  /// Thread-safe.
   void send(const Command& command);
   /// Publishes view_pose. One thread.
   void publish(const ViewPoseSample& view);

@@ -1,4 +1,4 @@
-// From the topics' messages to the viewer's own samples.
+// Conversion from topic messages to the viewer's samples.
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,7 @@ bool finite(std::initializer_list<double> values) {
 
 bool is_stamped(const msg::Stamp& stamp) { return stamp.sequence_number() > 0; }
 
-/// Enumerations come off the wire unchecked; both lists have the same order.
+/// Received enumerators are unchecked; both enumerations have the same order.
 template <class To, class From>
 std::optional<To> enumerator(From value, To last) {
   const auto number = static_cast<std::int64_t>(value);

@@ -20,7 +20,7 @@ Drawing::Drawing(const ViewerConfig& config, const runtime::CellConfig& cell, ro
 
 core::Status Drawing::take(MeshChunkSample chunk) {
   const std::uint64_t hash = chunk.mesh_hash;
-  if (scene_.meshes.count(hash) > 0) return {};  // content does not change under its hash
+  if (scene_.meshes.count(hash) > 0) return {};  // a hash stands for one content
   auto mesh = assembler_.add(std::move(chunk));
   if (!mesh) return mesh.status();
   if (mesh->has_value()) scene_.meshes[hash] = uploaded(**mesh, renderer_);
@@ -49,7 +49,7 @@ bool Drawing::advance(core::Nanoseconds now_ns, double dt_s) {
   now_ns_ = now_ns;
   objects_ = scene_.obstacles(state_, false);
   bodies_ = scene_.obstacles(state_, true);
-  // A view that the operator has turned keeps its node: what he looks at must not be taken from under him.
+  // A view that the operator has turned keeps its node, so that it does not change while he looks at it.
   const bool turned = hit_.alert != 0 && !state_.cameras.offset(View::kHit).at_home();
   const ViewNode chosen = turned && state_.chosen == ViewNode::kAutomatic ? hit_.node : state_.chosen;
   const std::uint32_t before = hit_.alert;
@@ -85,11 +85,11 @@ Compositor::Picture Drawing::picture(View view) const {
 }
 
 Drawing::AlertPicture Drawing::picture(const HitSample& hit) const {
-  // The arm moves on while a busy host has other work than to draw.
+  // A busy host may draw this late, after the arm has moved on.
   ViewerState then = state_;
   then.arm = hit.arm;
   then.percept = hit.percept;
-  // The paint is on the graphics card, in its newest state only.
+  // The graphics card holds only the newest paint.
   const double since_s = std::abs(core::seconds(state_.skin.received_ns - hit.received_ns));
   if (since_s > config_.staleness.percept_s) then.skin.valid = false;
   const RayScene bodies = scene_.obstacles(then, true);

@@ -10,45 +10,48 @@
 
 namespace phantom::synthetic_viewer {
 
-/// The cell as the viewer draws it: its meshes and paint on the graphics card, where everything stands now,
-/// which hit zone is shown and from where. Owns the OpenGL context: made, used and destroyed on one thread.
-/// Times are of CLOCK_MONOTONIC.
+/// The cell as the viewer draws it: its meshes and paint on the graphics card, the present positions of all
+/// bodies, and which hit zone is shown from where. Owns the OpenGL context: created, used and destroyed on
+/// one thread. Times are of CLOCK_MONOTONIC.
 class Drawing {
  public:
-  /// Draws what `state` tells as `config` says; both must outlive this. `min_m`, `max_m`: the workspace's box
-  /// in W. Throws core::MissingError if there is no OpenGL.
+  /// Draws `state` as `config` says; both must outlive this. `min_m`, `max_m`: the workspace's box in W.
+  /// Throws core::MissingError if there is no OpenGL.
   Drawing(const ViewerConfig& config, const runtime::CellConfig& cell, robot::SerialArm arm,
           const std::vector<LinkMeshData>& arm_meshes, const ViewerState& state);
 
-  /// A part of a mesh. An error if it is refused; one that came before is ignored.
+  /// Takes a part of a mesh. Returns an error if it is refused; a part of a complete mesh is ignored.
   core::Status take(MeshChunkSample chunk);
-  /// A hit zone to show, or one that need not be shown any more.
+  /// Takes a raised alert, whose hit zone is to be shown, or a cleared one.
   void take(const HitSample& hit);
-  /// Paints the links of which any patch feels in `skin`, or did in the state's.
+  /// Repaints the links on which any patch feels something in `skin`, or did in the skin of the state.
   void paint(const SkinSample& skin);
 
-  /// One round later: looks where everything stands, and chooses the hit zone and its node. True if the zone
-  /// is another alert's than before.
+  /// Advances by one round: updates the positions of all bodies, and chooses the hit zone and its node.
+  /// Returns true if the zone belongs to another alert than before.
   bool advance(core::Nanoseconds now_ns, double dt_s);
 
   const CellScene& scene() const { return scene_; }
-  /// The hit zone that is shown; alert 0: none.
+  /// Returns the hit zone that is shown; alert 0: none.
   const HitView& hit_view() const { return hit_; }
-  /// How the view stands that the operator looks at: the hit zone's while one is shown, else the main view.
+  /// Returns the pose of the view that the operator looks at: of the hit zone's while one is shown, else of
+  /// the main view.
   ViewPoseSample view_pose() const;
 
-  /// What a view shows now; the hit zone's only while there is one.
+  /// Returns what a view shows now. The hit zone's view exists only while there is a zone.
   Compositor::Picture picture(View view) const;
   struct AlertPicture {
     Compositor::Picture picture;
     ViewNode node = ViewNode::kAutomatic;
   };
-  /// An alert's zone with arm and percept as they were when it came, which may be long ago: as it is shown,
-  /// or from the node that suits it while another alert is shown.
+  /// Returns the picture of an alert's zone with arm and percept as they were when it came, which may be long
+  /// ago. If the alert is the one that is shown, the picture is from the same node; otherwise from the node
+  /// that suits it.
   AlertPicture picture(const HitSample& hit) const;
 
   const PictureFormat& format(View view) const;
-  /// A fine picture for the report; nothing if `give_up` said yes on the way.
+  /// Renders a picture for the report at its higher quality. Returns nothing if `give_up` returned true
+  /// meanwhile.
   std::optional<Image> photograph(Compositor::Picture picture, const GiveUp& give_up);
 
   Renderer& renderer() { return renderer_; }
@@ -65,7 +68,7 @@ class Drawing {
   MeshAssembler assembler_;
   SyntheticViewer viewer_;
   HitView hit_;
-  RayScene objects_, bodies_;  // where they stand now, without and with the arm
+  RayScene objects_, bodies_;  // present obstacles, without and with the arm
   core::Nanoseconds now_ns_ = 0;
 };
 

@@ -7,18 +7,19 @@
 
 namespace phantom::synthetic_viewer {
 
-/// How often the picture of now is to be written into a film of a fixed rate, so that the film keeps time
-/// with the clock: one that stands still is repeated, one that comes late is shown late. Knows no clock. Not
+/// Computes how often to write the present picture into a video of a fixed rate, so that the video keeps real
+/// time: a still picture is repeated, and one that comes late is shown late. It reads no clock. Not
 /// thread-safe.
 class FramePace {
  public:
-  /// What is owed beyond this is given up: the film then plays faster there.
+  /// A backlog longer than this is dropped: the video then plays faster at that point.
   static constexpr double kMostBehind_s = 2.0;
 
-  /// `rate_hz`: frames of the film a second, above 0.
+  /// `rate_hz`: frames per second of the video, above 0.
   explicit FramePace(double rate_hz) : rate_hz_(rate_hz) {}
 
-  /// How often to write the picture of `now`, which never goes back; the first call begins the film, with 1.
+  /// Returns how often to write the picture at time `now`, which must not go back. The first call starts the
+  /// video and returns 1.
   int due(core::Nanoseconds now) {
     if (!begun_) start_ = now;
     begun_ = true;
@@ -36,7 +37,7 @@ class FramePace {
  private:
   double rate_hz_;
   bool begun_ = false;
-  core::Nanoseconds start_ = 0;  ///< of the film, later by what was given up
+  core::Nanoseconds start_ = 0;  ///< start of the video, moved later by the dropped backlog
   std::uint64_t written_ = 0;
 };
 

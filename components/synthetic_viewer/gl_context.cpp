@@ -15,11 +15,11 @@ namespace phantom::synthetic_viewer {
 
 namespace {
 
-/// A platform's EGL display is one for the whole process, and terminating it ends the contexts of all who use
-/// it: that is left to the last of them.
+/// A platform's EGL display is shared by the whole process. Terminating it ends the contexts of all its
+/// users, so the last user does it.
 class SharedDisplay {
  public:
-  /// Null if the display cannot be had.
+  /// Returns null if the display cannot be had.
   static std::unique_ptr<SharedDisplay> open(EGLDisplay display) {
     const std::lock_guard lock(mutex());
     if (display == EGL_NO_DISPLAY || !eglInitialize(display, nullptr, nullptr)) return nullptr;
@@ -69,8 +69,8 @@ struct Candidate {
 
 bool client_has(const char* extension) { return epoxy_has_egl_extension(EGL_NO_DISPLAY, extension); }
 
-/// Displays of graphics cards; Mesa also lists its software renderer as a device, which is left to
-/// kSurfaceless.
+/// Adds the displays of graphics cards. Mesa also lists its software renderer as a device; that one is left
+/// to kSurfaceless.
 void add_devices(std::vector<Candidate>& candidates) {
   if (!client_has("EGL_EXT_platform_device") || !client_has("EGL_EXT_device_enumeration")) return;
   std::array<EGLDeviceEXT, 16> devices{};
@@ -98,7 +98,7 @@ std::vector<Candidate> candidates_for(GraphicsPlatform platform) {
   return candidates;
 }
 
-/// Empty if the context is current now; else what went wrong.
+/// Makes the context current. Returns an empty string, or what went wrong.
 std::string make_current(EGLDisplay display, EGLContext& context) {
   if (!epoxy_has_egl_extension(display, "EGL_KHR_surfaceless_context"))
     return "cannot work without a surface";

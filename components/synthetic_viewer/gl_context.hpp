@@ -5,25 +5,26 @@
 
 namespace phantom::synthetic_viewer {
 
-/// Where the OpenGL context comes from. None needs a display server.
+/// Source of the OpenGL context. None needs a display server.
 enum class GraphicsPlatform {
-  kAuto,         ///< the first that works of the three below
-  kDevice,       ///< a graphics card, through EGL's list of devices
+  kAuto,         ///< the first of the three below that works
+  kDevice,       ///< a graphics card, through EGL's device list
   kSurfaceless,  ///< Mesa without a surface: software rendering (llvmpipe) where there is no card
   kDisplay,      ///< EGL's default display
 };
 
-/// A headless OpenGL 3.3 core context, current on the thread that made it until it is destroyed. That thread
-/// alone may use OpenGL and destroy it. Several may stand beside each other.
+/// A headless OpenGL 3.3 core context. It is current on the thread that created it until it is destroyed;
+/// only that thread may use OpenGL and destroy it. Several contexts can exist side by side.
 class GlContext {
  public:
-  /// Throws core::MissingError naming every platform that was tried and why it did not work.
+  /// Creates the context. Throws core::MissingError naming every platform that was tried and why it did not
+  /// work.
   explicit GlContext(GraphicsPlatform platform = GraphicsPlatform::kAuto);
   ~GlContext();
   GlContext(const GlContext&) = delete;
   GlContext& operator=(const GlContext&) = delete;
 
-  /// Driver and version, e.g. "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5".
+  /// Returns driver and version, e.g. "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5".
   const std::string& description() const { return description_; }
 
  private:

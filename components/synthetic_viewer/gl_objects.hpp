@@ -1,7 +1,6 @@
 #pragma once
 
-// OpenGL objects that the renderer is made of. For renderer.cpp alone; a context must be current for every
-// call.
+// OpenGL objects of the renderer. Used by renderer.cpp only; a context must be current for every call.
 
 #include <epoxy/gl.h>
 
@@ -12,14 +11,14 @@
 
 namespace phantom::synthetic_viewer::gl {
 
-/// Compiles and links; `defines` is put after the #version line of both. Throws std::runtime_error with the
-/// driver's words.
+/// Compiles and links a program; `defines` is inserted after the #version line of both shaders. Throws
+/// std::runtime_error with the driver's message.
 GLuint link_program(const char* vertex_source, const char* fragment_source, const char* defines = "");
 
 void set(GLuint program, const char* name, const Eigen::Matrix4f& value);
 void set(GLuint program, const char* name, const Eigen::Vector3f& value);
 
-/// Indexed triangles in the card's memory.
+/// Indexed triangles in the graphics card's memory.
 struct Mesh {
   GLuint vertex_array = 0, vertices = 0, indices = 0;
   GLsizei index_count = 0;
@@ -29,12 +28,13 @@ struct Mesh {
   void drop() const;
 };
 
-/// Buffers that a picture is drawn into; with several samples per pixel, a second pair to average them in.
+/// Buffers that a picture is drawn into. With several samples per pixel, there is a second pair into which
+/// they are averaged.
 struct Target {
   GLuint frame = 0, colour = 0, depth = 0;
   GLuint plain_frame = 0, plain_colour = 0;
 
-  /// Throws std::runtime_error if the driver cannot.
+  /// Creates the buffers. Throws std::runtime_error if the driver cannot.
   Target(int width_px, int height_px, int samples);
   ~Target();
   Target(const Target&) = delete;

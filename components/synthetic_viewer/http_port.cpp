@@ -15,7 +15,7 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-/// Local TCP port of a socket; 0 if the descriptor is none.
+/// Returns the local TCP port of a socket; 0 if the descriptor is not a socket.
 int local_port(int descriptor) {
   sockaddr_storage address{};
   socklen_t size = sizeof address;
@@ -25,8 +25,8 @@ int local_port(int descriptor) {
   return 0;
 }
 
-/// The HTTP library waits out the patience of idle connections before it ends. Closing them from this side
-/// spares that.
+/// Closes all connections of the port. Otherwise the HTTP library waits for the time-out of idle connections
+/// before it ends.
 void shut_connections(int port) {
   DIR* folder = opendir("/proc/self/fd");
   if (folder == nullptr) return;
@@ -45,12 +45,12 @@ void shut_connections(int port) {
 HttpPort::HttpPort(int threads) {
   server.new_task_queue = [threads] { return new httplib::ThreadPool(static_cast<std::size_t>(threads)); };
   server.set_tcp_nodelay(true);
-  server.set_keep_alive_max_count(1);  // an idle connection would hold a thread
+  server.set_keep_alive_max_count(1);  // because an idle connection would occupy a thread
   server.set_keep_alive_timeout(2);
   server.set_read_timeout(2);
   server.set_write_timeout(2);
   server.set_payload_max_length(4096);
-  // Not the library's default, which lets two servers share a port unnoticed.
+  // Replaces the library's default, which lets two servers share a port unnoticed.
   server.set_socket_options([](int descriptor) {
     const int yes = 1;
     setsockopt(descriptor, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
@@ -83,10 +83,10 @@ void HttpPort::bind(const std::string& address, int port, const char* key) {
 
 void HttpPort::start() {
   thread_ = std::thread([this] {
-    core::take_place(core::ThreadRole::kPage);  // the pool's threads inherit it
+    core::take_place(core::ThreadRole::kPage);  // the threads of the pool inherit this
     server.listen_after_bind();
   });
-  // Only a running server can be stopped.
+  // Waits, because only a running server can be stopped.
   while (!server.is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 

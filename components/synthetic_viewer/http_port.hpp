@@ -7,20 +7,20 @@
 
 namespace phantom::synthetic_viewer {
 
-/// An HTTP server on a port and with threads of its own. Add handlers to `server` before start().
+/// An HTTP server with its own port and threads. Add handlers to `server` before start().
 class HttpPort {
  public:
-  /// `threads`: requests that are carried out at once.
+  /// `threads`: number of requests that are handled at once.
   explicit HttpPort(int threads);
   ~HttpPort();
   HttpPort(const HttpPort&) = delete;
   HttpPort& operator=(const HttpPort&) = delete;
 
-  /// Takes the port, 0: any free one. Throws core::MissingError, in which `key` names the port's key in the
-  /// configuration, if it cannot be had.
+  /// Binds the port, 0: any free one. Throws core::MissingError if that fails; `key` names the port's key in
+  /// the configuration.
   void bind(const std::string& address, int port, const char* key);
   void start();
-  /// Ends all requests and joins the threads. Twice does nothing.
+  /// Ends all requests and joins the threads. A second call does nothing.
   void stop();
   int port() const { return port_; }
 
@@ -31,9 +31,9 @@ class HttpPort {
   std::thread thread_;
 };
 
-/// Answers {"ok": …, "message": …}.
+/// Sends the response {"ok": …, "message": …}.
 void answer(httplib::Response& response, int status, const std::string& message);
-/// "host" of "host:8080", "[::1]" of "[::1]:8080".
+/// Returns the host name without port: "host" of "host:8080", "[::1]" of "[::1]:8080".
 std::string host_name_of(std::string host);
 bool is_loopback_name(const std::string& host);
 bool is_loopback_address(const std::string& address);

@@ -19,7 +19,7 @@ cv::Mat wrap(const Image& image) {
   return cv::Mat(image.height_px, image.width_px, CV_8UC3, const_cast<std::uint8_t*>(image.bgr.data()));
 }
 
-/// Lengths in units of a picture 720 high.
+/// Draws on a picture; lengths are in pixels of a picture 720 high.
 class Brush {
  public:
   explicit Brush(cv::Mat picture) : Brush(picture, std::max(0.72, picture.rows / 720.0)) {}
@@ -38,7 +38,7 @@ class Brush {
     cv::putText(picture_, text, left_base, cv::FONT_HERSHEY_DUPLEX, size * unit_ / 30, colour, thickness,
                 cv::LINE_AA);
   }
-  /// Blends a colour over a rectangle.
+  /// Blends a colour into a rectangle.
   void shade(cv::Rect area, const cv::Scalar& colour, double share) {
     area &= cv::Rect(0, 0, picture_.cols, picture_.rows);
     if (area.empty()) return;
@@ -61,7 +61,7 @@ class Brush {
   double unit_;
 };
 
-/// A faint label over a value; returns the x where the next one may begin.
+/// Writes a faint label above a value. Returns the x at which the next one may begin.
 int write_pair(Brush& brush, int x, const std::string& label, const std::string& value,
                const cv::Scalar& colour) {
   const int base = brush.height() - brush.px(14);
@@ -101,7 +101,7 @@ void draw_gauges(Brush& brush, const Hud& hud) {
   const cv::Scalar motion_colour = hud.motion == "dangerous" ? kRed
                                    : hud.motion == "neutral" ? kAmber
                                                              : kText;
-  x = std::max(x, brush.px(375));  // so that the columns do not dance with the numbers' widths
+  x = std::max(x, brush.px(375));  // keeps the columns in place when the numbers' widths change
   write_pair(brush, x, "MOTION", hud.motion, motion_colour);
   write_pair(brush, x + brush.px(125), "NEAREST", hud.nearest, kText);
   if (brush.width() < brush.px(1180)) return;  // no room for more
@@ -112,7 +112,7 @@ void draw_gauges(Brush& brush, const Hud& hud) {
   write_pair(brush, right -= brush.px(125), "SLAVE", hud.link_state, kText);
 }
 
-/// The lines of `text` over the picture's width, the first one largest; as small as they must be to fit.
+/// Draws the lines of `text` across the picture's width, the first one largest, scaled down to fit.
 void draw_banner(Brush& brush, const std::string& text, int top) {
   if (text.empty()) return;
   std::istringstream lines(text);
@@ -165,7 +165,7 @@ Image banner_image(const std::string& text, int width_px, bool alarm) {
   image.bgr.resize(static_cast<std::size_t>(3 * image.width_px * image.height_px));
   cv::Mat picture = wrap(image);
   picture.setTo(ground);
-  // As large as on a picture of this width.
+  // The same scale as on a picture of this width.
   Brush brush(picture, 1.0);
   draw_banner(brush, text, 0);
   return image;

@@ -65,7 +65,7 @@ core::Expected<std::optional<geometry::TriangleMesh>> MeshAssembler::unpack(std:
   std::vector<std::uint8_t> packed;
   for (const auto& chunk : pending.chunks) packed.insert(packed.end(), chunk.begin(), chunk.end());
   const std::size_t size = 12 * (static_cast<std::size_t>(pending.vertex_count) + pending.triangle_count);
-  // The frame names its size: a lie about it is found before any memory is taken for it.
+  // The zstd frame states its size, so that a wrong size is found before memory is allocated for it.
   if (ZSTD_getFrameContentSize(packed.data(), packed.size()) != size) {
     return refuse(hash, "does not unpack to the announced " + std::to_string(pending.vertex_count) +
                             " vertices and " + std::to_string(pending.triangle_count) + " triangles");

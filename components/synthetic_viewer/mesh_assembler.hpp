@@ -11,19 +11,19 @@
 
 namespace phantom::synthetic_viewer {
 
-/// Checks a mesh_chunk by itself: counts and sizes within their limits. The message names the field, its
+/// Checks a single mesh_chunk: counts and sizes within their limits. The error message names the field, its
 /// value and what is allowed.
 core::Status check_chunk(const MeshChunkSample& chunk);
 
-/// Puts the meshes together that arrive in chunks, in any order. A mesh is given out once all its chunks are
-/// there, it decompresses to exactly the announced size, its hash is the announced one, its indices point at
-/// its vertices, and its coordinates are finite. Not thread-safe; allocates.
+/// Assembles meshes from chunks that arrive in any order. A mesh is complete once all its chunks have
+/// arrived, it decompresses to exactly the announced size, its hash is the announced one, its indices refer
+/// to its vertices, and its coordinates are finite. Not thread-safe; allocates.
 class MeshAssembler {
  public:
-  /// The mesh if `chunk` completes one. An error means that the chunk or the whole mesh is not what it
-  /// claims; all its chunks are then forgotten, so that sending it again heals it.
+  /// Adds a chunk and returns the mesh if that completes it. Returns an error if the chunk or the whole mesh
+  /// is not what it claims to be. All its chunks are then discarded, so that it can be sent again.
   core::Expected<std::optional<geometry::TriangleMesh>> add(MeshChunkSample chunk);
-  /// Meshes of which some chunks are there.
+  /// Returns the number of incomplete meshes.
   std::size_t pending() const noexcept { return pending_.size(); }
 
  private:

@@ -14,27 +14,27 @@
 
 namespace phantom::synthetic_viewer {
 
-/// A view's newest picture, for those who follow it.
+/// The newest picture of a view, for its followers.
 struct ViewOutput {
   Broadcast<std::string> jpeg;
-  Broadcast<Image> image;  ///< with its HUD; followed by window and recorder
+  Broadcast<Image> image;  ///< with HUD; followed by window and recorder
 
   bool followed() const { return jpeg.followers > 0 || image.followers > 0; }
 };
 
-/// What is shown; filled by the viewer, read by the servers' threads and the window's.
+/// What page and window show. The viewer fills it; the servers' threads and the window's read it.
 struct PageContent {
   std::array<ViewOutput, kViews.size()> views;
   Broadcast<std::string> state_json;  ///< page_state_json()
   ViewOutput& view(View which) { return views[static_cast<std::size_t>(which)]; }
-  /// PNG of the newest main picture; empty if there is none yet. Called on a server thread.
+  /// Returns the newest main picture as PNG; empty if there is none yet. Called on a server thread.
   std::function<std::string()> main_png;
-  /// JPEG of an alert's first picture; empty if there is none (any more). Called on a server thread.
+  /// Returns an alert's first picture as JPEG; empty if there is none (any more). Called on a server thread.
   std::function<std::string(std::uint32_t alert)> hit_picture;
-  /// Who is stopped, now. Any thread; must not wait for a picture.
+  /// Returns which sides are stopped now. Any thread; must not wait for a picture.
   std::function<StopView()> stops;
 
-  /// For those who ask for the state time and again instead of following it.
+  /// Records a request for the state by a page that polls it instead of following it.
   void ask_state(core::Nanoseconds now_ns) { state_asked_ns = now_ns; }
   bool state_wanted(core::Nanoseconds now_ns) const {
     constexpr core::Nanoseconds kAsked_ns = 2 * core::kNsPerSecond;

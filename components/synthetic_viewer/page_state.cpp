@@ -86,7 +86,7 @@ Json hits_json(const ViewerState& state, const CellScene& scene, core::Nanosecon
   return hits;
 }
 
-/// Which views the operator has turned or zoomed.
+/// Returns which views the operator has turned or zoomed.
 Json moved_json(const CameraControl& cameras) {
   Json moved = Json::object();
   for (const View view : kViews) moved[name_of(view)] = !cameras.offset(view).at_home();

@@ -8,7 +8,7 @@
 
 namespace phantom::synthetic_viewer {
 
-/// What the page is told besides the state.
+/// Facts for the page besides the state.
 struct PageFacts {
   std::string cell;
   bool allow_commands = false;
@@ -19,13 +19,13 @@ struct PageFacts {
   std::string message;  ///< what is missing; empty: nothing
 };
 
-/// One server-sent event's JSON: link, percept, joints, hits, components, view. Numbers that are not known
-/// are null. The page's web/page.js is the only reader. Pure.
+/// Returns the JSON of one server-sent event: link, percept, joints, hits, components, view. Unknown numbers
+/// are null. Only web/page.js reads it. Pure.
 std::string page_state_json(const ViewerState& state, const CellScene& scene, const HitView& view,
                             const Staleness& staleness, const PageFacts& facts, core::Nanoseconds now_ns);
 
-/// What GET /stop gives: who is stopped, by each side's own word, and which topics a second process sends.
-/// Pure.
+/// Returns the response to GET /stop: which sides are stopped, by each side's own report, and which topics a
+/// second process sends. Pure.
 std::string stop_json(const StopView& view);
 
 }  // namespace phantom::synthetic_viewer

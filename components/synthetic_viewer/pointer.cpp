@@ -10,7 +10,7 @@ ViewRequest drag_request(View view, double dx_px, double dy_px, double height_px
   const double rad_per_px = std::numbers::pi / std::max(1.0, height_px);
   ViewRequest request;
   request.view = view;
-  // The scene follows the pointer: the camera goes the other way about it.
+  // The scene follows the pointer, so the camera turns the opposite way around it.
   request.azimuth_rad = -dx_px * rad_per_px;
   request.elevation_rad = dy_px * rad_per_px;
   return request;

@@ -30,7 +30,7 @@ void Publisher::take(const ViewRequest& request) {
   }
 }
 
-/// At once, also while another alert's zone is shown.
+/// Makes an alert's first picture immediately, also while another alert's zone is shown.
 void Publisher::show_first(Drawing& drawing, const HitSample& hit) {
   ViewPainter alone;
   ViewPainter& used = hit.alert == drawing.hit_view().alert ? painter(View::kHit) : alone;
@@ -44,11 +44,11 @@ void Publisher::show_first(Drawing& drawing, const HitSample& hit) {
 }
 
 void Publisher::show_threats(Drawing& drawing) {
-  // A flood of alerts must not stop the live views: some a round, and those that nobody would see any more
-  // not at all.
+  // A burst of alerts must not stop the live views: a round draws only some of them, and skips those that
+  // have left the page's list.
   while (unseen_.size() > ViewerState::kMaxHits) unseen_.pop_front();
   const std::uint32_t shown = drawing.hit_view().alert;
-  bool just_drawn = false;  // the alert that is shown, as it is
+  bool just_drawn = false;  // whether the present state of the shown alert has just been drawn
   for (int k = 0; k < kFirstPicturesARound && !unseen_.empty(); ++k) {
     const HitSample& hit = unseen_.front();
     show_first(drawing, hit);
@@ -65,7 +65,7 @@ void Publisher::show_threats(Drawing& drawing) {
   show(drawing, View::kHit, output.followed() && !just_drawn, {});
 }
 
-/// Hands a view's newest picture out, which is drawn before if `drawn`. False if that was given up.
+/// Publishes a view's newest picture, after drawing it if `drawn`. Returns false if drawing was given up.
 bool Publisher::show(Drawing& drawing, View view, bool drawn, const GiveUp& give_up) {
   if (drawn &&
       !painter(view).draw(drawing.renderer(), drawing.picture(view), drawing.format(view), give_up)) {
@@ -76,7 +76,7 @@ bool Publisher::show(Drawing& drawing, View view, bool drawn, const GiveUp& give
 }
 
 bool Publisher::show_views(Drawing& drawing, bool arm_known, const GiveUp& give_up) {
-  std::uint64_t wanted = 0;  // snapshots; 0: none is waited for
+  std::uint64_t wanted = 0;  // number of the newest requested snapshot; 0: none is waited for
   {
     const std::lock_guard lock(mutex_);
     if (snapshots_made_ != snapshots_wanted_) wanted = snapshots_wanted_;
@@ -92,7 +92,7 @@ bool Publisher::show_views(Drawing& drawing, bool arm_known, const GiveUp& give_
          show(drawing, View::kTool, page_.view(View::kTool).followed(), give_up);
 }
 
-/// Asks for a picture and waits for it. On a server thread.
+/// Requests a picture and waits for it. Called on a server thread.
 std::string Publisher::snapshot() {
   std::unique_lock lock(mutex_);
   const std::uint64_t mine = ++snapshots_wanted_;

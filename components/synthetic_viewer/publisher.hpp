@@ -17,37 +17,39 @@
 
 namespace phantom::synthetic_viewer {
 
-/// Hands out what is drawn and known: the views to those who follow them, each alert's first picture, the
-/// main view to whoever asks once, recordings, and to other threads how the viewer is. Of the drawing's
-/// thread but for what says otherwise.
+/// Distributes pictures and states: the views to their followers, each alert's first picture, single
+/// snapshots of the main view, recordings, and the viewer's status to other threads. Use it on the drawing's
+/// thread unless stated otherwise.
 class Publisher {
  public:
-  /// Fills in `page`'s callbacks for pictures. Both must outlive this.
+  /// Sets `page`'s callbacks for pictures. Both arguments must outlive this.
   Publisher(const ViewerConfig& config, PageContent& page);
 
-  /// A raised alert, whose first picture is to be made.
+  /// Queues a raised alert for its first picture.
   void take(const HitSample& alert) { unseen_.push_back(alert); }
-  /// Begins or ends a recording, if that is asked for.
+  /// Starts or ends a recording, if the request says so.
   void take(const ViewRequest& request);
 
-  /// First pictures of some alerts, and the hit zone's view: what the operator waits for. Never given up.
+  /// Makes the first pictures of some alerts, and the hit zone's view, which the operator waits for. Never
+  /// given up.
   void show_threats(Drawing& drawing);
-  /// The views that may wait. False if `give_up` said yes on the way; what came before that is handed out.
+  /// Makes the views that can wait. Returns false if `give_up` returned true meanwhile; views completed
+  /// before that are published.
   bool show_views(Drawing& drawing, bool arm_known, const GiveUp& give_up);
 
   RecordingState recording() const { return recorder_.state(); }
   void end_recording() { recorder_.end(); }
-  /// From when an alert came until its first picture was made.
+  /// Returns the times from the arrival of an alert until its first picture was made.
   const core::DurationHistogram& alert_to_picture() const { return alert_to_picture_; }
   core::Nanoseconds last_alert_to_picture_ns() const { return last_alert_to_picture_ns_; }
 
-  /// For the other threads, from now on.
+  /// Sets what health(), switches() and view_pose() return.
   void publish(core::Health health, const ViewSwitches& switches);
   void publish(const ViewPoseSample& pose);
-  /// Nobody needs to wait for a picture any more.
+  /// Wakes all threads that wait for a picture; none will come any more.
   void end();
 
-  // What was published last. Any thread.
+  // The values that were published last. Any thread.
   core::Health health() const;
   ViewSwitches switches() const;
   ViewPoseSample view_pose() const;
@@ -61,12 +63,12 @@ class Publisher {
   const ViewerConfig& config_;
   PageContent& page_;
   std::array<ViewPainter, kViews.size()> painters_;
-  std::deque<HitSample> unseen_;  // alerts of which there is no picture yet
+  std::deque<HitSample> unseen_;  // alerts without a picture yet
   Recorder recorder_;
   core::DurationHistogram alert_to_picture_;
   core::Nanoseconds last_alert_to_picture_ns_ = 0;
 
-  mutable std::mutex mutex_;  // of all that follows
+  mutable std::mutex mutex_;  // guards all members below
   std::condition_variable snapshot_made_;
   core::Health health_;
   ViewSwitches switches_;

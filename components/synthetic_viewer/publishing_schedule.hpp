@@ -4,9 +4,8 @@
 
 namespace phantom::synthetic_viewer {
 
-/// When the viewer tells others how its view stands and how it is itself: not more often than it promises,
-/// however often it is asked, and nothing that is too old. Knows no clock; a late question is not made up
-/// for.
+/// Decides when the viewer publishes its view pose and its status: at most at the promised rates, however
+/// often it is asked, and never a view that is too old. It reads no clock; a missed time is not made up for.
 class PublishingSchedule {
  public:
   static constexpr core::Nanoseconds kViewPeriod_ns = core::kNsPerSecond / 10;
@@ -16,13 +15,13 @@ class PublishingSchedule {
     bool view_pose = false, status = false;
   };
 
-  /// `sends_view`: an onlooker's viewer turns nobody's ears. A view counts until 2 s after it was drawn, or
-  /// until the second picture after it is overdue where pictures are as rare as that: then the viewer hangs,
-  /// or has far too much to do.
+  /// `sends_view`: false for an onlooker's viewer, which must not turn the operator's ears. A view is
+  /// published until 2 s after it was drawn or, at low frame rates, until two frame periods after it. If
+  /// no newer one has come by then, the viewer hangs or is overloaded.
   PublishingSchedule(bool sends_view, double frame_rate_hz) noexcept;
 
-  /// What is to be published now. `view_made_ns`: when the view was drawn, 0 if none was yet. Times are of
-  /// CLOCK_MONOTONIC and do not go back.
+  /// Returns what is to be published now. `view_made_ns`: when the view was drawn, 0 if none was yet. Times
+  /// are of CLOCK_MONOTONIC and do not go back.
   Due at(core::Nanoseconds now_ns, core::Nanoseconds view_made_ns) noexcept;
 
  private:

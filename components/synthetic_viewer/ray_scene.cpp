@@ -71,13 +71,13 @@ struct Span {
   RayScene::BodyName name;
 };
 
-/// Stretches of a ray that lie within a body: from where it is entered to where it is left. Left without
-/// having been entered: from the beginning; entered and never left: to the end.
+/// Adds the intervals of a ray that lie within a body, from entry to exit. An exit without an entry starts at
+/// the beginning of the ray; an entry without an exit runs to its end.
 void add_spans(std::vector<RayMesh::Crossing>& crossings, double end_m, RayScene::BodyName name,
                std::vector<Span>& spans) {
   std::sort(crossings.begin(), crossings.end(),
             [](const auto& a, const auto& b) { return a.distance_m < b.distance_m; });
-  // A ray through an edge meets both triangles there.
+  // A ray through an edge crosses both triangles there.
   const auto same = [](const auto& a, const auto& b) {
     return a.entering == b.entering && b.distance_m - a.distance_m < kSameCrossing_m;
   };

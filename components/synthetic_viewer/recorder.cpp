@@ -28,7 +28,7 @@ std::string stamp_now() {
   return text;
 }
 
-/// A file of this name that is not there yet.
+/// Returns a path with this name that does not exist yet.
 std::filesystem::path fresh(const std::filesystem::path& folder, const std::string& name,
                             const char* ending) {
   std::filesystem::path path = folder / (name + ending);
@@ -37,7 +37,8 @@ std::filesystem::path fresh(const std::filesystem::path& folder, const std::stri
   return path;
 }
 
-/// Opens the file in the format asked for, or as AVI if the system cannot write that. Empty path: neither.
+/// Opens the file in the requested format, or as AVI if the system cannot write that. Returns its path; empty
+/// if neither works.
 std::filesystem::path open(cv::VideoWriter& writer, const RecordingConfig& config, const std::string& name,
                            cv::Size size) {
   if (config.format == VideoFormat::kMp4) {
@@ -101,7 +102,7 @@ void Recorder::work(View view, Broadcast<Image>& source) {
     return fail("cannot make the folder " + config_.folder.string() + ": " + folder_problem.message());
   cv::VideoWriter writer;
   Broadcast<Image>::Content picture;
-  cv::Mat frame;  // of `picture`
+  cv::Mat frame;  // refers to the pixels of `picture`
   std::uint64_t seen = 0;
   FramePace pace(config_.rate_hz);
   const auto write_due = [&] {
@@ -124,13 +125,13 @@ void Recorder::work(View view, Broadcast<Image>& source) {
       if (path.empty())
         return fail("no video file can be written in " + std::filesystem::absolute(config_.folder).string());
       spdlog::info("recording the {} view to {}", name_of(view), path.string());
-      write_due();  // the film has begun when its file is told
+      write_due();  // the video has its first frame before its file is reported
       const std::lock_guard lock(mutex_);
       state_.file = path.string();
     }
     write_due();
   }
-  if (writer.isOpened()) write_due();  // it may have been told to end while a frame was encoded
+  if (writer.isOpened()) write_due();  // the request to stop may have come while a frame was encoded
   writer.release();
   const std::string file = state().file;
   std::error_code unreadable;

@@ -16,31 +16,31 @@ namespace phantom::synthetic_viewer {
 
 enum class VideoFormat { kMp4, kAvi };
 
-/// How a view is recorded.
+/// Settings for recording a view.
 struct RecordingConfig {
-  std::filesystem::path folder;  ///< empty: the report's, or the working directory
+  std::filesystem::path folder;  ///< empty: the report folder, or the working directory
   VideoFormat format = VideoFormat::kMp4;
   double rate_hz = 10.0;
-  std::optional<View> at_start;  ///< begin with this view when the viewer starts
+  std::optional<View> at_start;  ///< view to record from the viewer's start
 };
 
-/// Records a view's pictures as they are published into a video file, in real time: a picture that stands
-/// still is repeated, one that comes late is shown late. Encodes on a thread of its own, so that a slow disk
-/// or codec costs frames of the recording only. MP4 needs a codec of the system's FFmpeg; without it AVI
-/// (motion JPEG) is written.
+/// Records the published pictures of a view into a video file, in real time: a still picture is repeated, and
+/// one that comes late is shown late. It encodes on its own thread, so that a slow disk or codec costs only
+/// frames of the recording. MP4 needs a codec of the system's FFmpeg; without it AVI (motion JPEG) is
+/// written.
 class Recorder {
  public:
   using Clock = core::Nanoseconds (*)();
 
-  /// `clock`: the time that films keep; never goes back; called by the recording's thread.
+  /// `clock`: the clock of the videos, which never goes back; called on the recording's thread.
   explicit Recorder(RecordingConfig config, Clock clock = core::monotonic_ns)
       : config_(std::move(config)), clock_(clock) {}
-  /// Ends a recording that runs.
+  /// Ends a running recording.
   ~Recorder();
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
-  /// Begins a file called <view>_<UTC>.mp4. One that runs is ended first. `source` must outlive the
+  /// Starts a file called <view>_<UTC>.mp4, after ending a running recording. `source` must outlive the
   /// recording.
   void begin(View view, Broadcast<Image>& source);
   void end();

@@ -16,19 +16,19 @@ namespace phantom::synthetic_viewer {
 namespace {
 
 constexpr float kFloorBorder_m = 0.5F;
-constexpr int kPartSides = 32;          // of the round parts that arrows and marks are made of
-constexpr double kDiscHeight_m = 1e-4;  // it has two faces
+constexpr int kPartSides = 32;          // sides of the round shapes of arrows and marks
+constexpr double kDiscHeight_m = 1e-4;  // the disc has two faces
 constexpr double kShadowPitch_m = 0.03;
-// Towards the key light, as in the mesh shader; shadows fall along it.
+// The direction to the key light, as in the mesh shader; shadows fall along it.
 const Eigen::Vector3f kToKeyLight(0.348F, -0.464F, 0.815F);
-// Levels of detail: made by joining what lies within a cube of the pitch, kept where that saves a good part,
-// drawn where a cube is smaller than so many pixels.
+// Levels of detail. A level merges the vertices within a cube of its pitch. It is kept if that saves enough
+// triangles, and drawn where a cube is smaller than kUnseen_px pixels.
 constexpr std::array<double, 3> kLevelPitches_m{0.0015, 0.004, 0.010};
 constexpr std::size_t kLeastForLevels = 2000;  // triangles
 constexpr double kWorthALevel = 0.6;
 constexpr float kUnseen_px = 0.9F;
-// Each question costs a picture a millisecond or so in software: the driver must have drawn what it was
-// given.
+// Each call of GiveUp costs about a millisecond in software rendering, because the driver must first finish
+// what it was given.
 constexpr int kTrianglesBetweenQuestions = 8000;
 
 bool given_up(const GiveUp& give_up) {
@@ -37,13 +37,13 @@ bool given_up(const GiveUp& give_up) {
   return give_up();
 }
 
-/// From z = 0 to 1 instead of around the origin.
+/// Moves a unit shape from around the origin to z = 0 to 1.
 geometry::TriangleMesh lifted(geometry::TriangleMesh unit) {
   for (Eigen::Vector3f& v : unit.vertices_m) v.z() += 0.5F;
   return unit;
 }
 
-/// Flattens along the key light onto the plane z = floor_z.
+/// Returns the matrix that projects along the key light onto the plane z = floor_z.
 Eigen::Matrix4f shadow_matrix(float floor_z) {
   const Eigen::Vector3f slope = kToKeyLight / kToKeyLight.z();
   Eigen::Matrix4f matrix = Eigen::Matrix4f::Identity();
@@ -56,7 +56,7 @@ Eigen::Matrix4f shadow_matrix(float floor_z) {
   return matrix;
 }
 
-/// The mesh program, plain or painted, with the places of what is set for each item.
+/// The mesh program, plain or painted, with the locations of the uniforms set for each item.
 struct MeshProgram {
   GLuint program;
   GLint world_from_mesh, normal_matrix, colour, own_light, texture_from_mesh;
@@ -77,8 +77,8 @@ struct Renderer::Body {
     gl::Mesh mesh;
   };
   std::vector<Level> levels;                           // finest first
-  gl::Mesh shadow;                                     // no indices: casts none
-  Eigen::Vector3f middle_m = Eigen::Vector3f::Zero();  // of a ball around it, in the mesh's frame
+  gl::Mesh shadow;                                     // without indices: casts none
+  Eigen::Vector3f middle_m = Eigen::Vector3f::Zero();  // centre of its bounding sphere, in the mesh's frame
   float radius_m = 0.0F;
 
   static Body make(const ShadedMesh& source) {
@@ -99,7 +99,7 @@ struct Renderer::Body {
   }
 };
 
-/// A picture being drawn.
+/// The picture that is being drawn.
 struct Renderer::Shot {
   Eigen::Matrix4f clip_from_W;
   Eigen::Vector3f eye_m;
@@ -146,7 +146,7 @@ Renderer::Renderer(GraphicsPlatform platform) : context_(platform), parts_(std::
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
 }
 
-Renderer::~Renderer() = default;  // the context takes its objects with it
+Renderer::~Renderer() = default;  // the context destroys its objects
 
 MeshHandle Renderer::upload(const geometry::TriangleMesh& mesh) {
   Body body = Body::make(shade(mesh));
@@ -182,8 +182,8 @@ std::optional<Image> Renderer::render_unless(const Frame& frame, const PictureFo
                                              const GiveUp& give_up) {
   gl::Target& target = parts_->target_for(format);
   const double aspect = static_cast<double>(format.width_px) / format.height_px;
-  // OpenGL's rows run upwards. Drawing the picture upside down (and turning the sense of front faces) makes
-  // them come back in the order of images, without a copy.
+  // OpenGL's rows run upwards. The picture is drawn upside down (with the sense of front faces turned), so
+  // that its rows are read back in image order without a copy.
   Shot view{(projection_matrix(frame.camera, aspect) * view_matrix(frame.camera)).cast<float>(),
             frame.camera.eye_m.cast<float>(),
             static_cast<float>(format.height_px / (2 * std::tan(frame.camera.vertical_fov_rad / 2)))};
@@ -237,12 +237,12 @@ void Renderer::draw_floor(const Frame& frame, const Shot& view) const {
 }
 
 void Renderer::draw_shadows(const Frame& frame, const Shot& view) const {
-  // Seen from below, the floor is not there; neither are the shadows on it.
+  // From below, the floor and the shadows on it are not drawn.
   if (frame.camera.eye_m.z() <= frame.floor_min_m.z() || !(frame.floor_max_m.x() > frame.floor_min_m.x()))
     return;
   const Eigen::Matrix4f flatten = view.clip_from_W * shadow_matrix(frame.floor_min_m.z());
   glEnable(GL_BLEND);
-  glDisable(GL_CULL_FACE);    // the stand-ins are not closed
+  glDisable(GL_CULL_FACE);    // the coarse meshes are not closed
   glEnable(GL_STENCIL_TEST);  // so that overlapping shadows do not darken twice
   glStencilFunc(GL_EQUAL, 0, 0xFF);
   glStencilOp(GL_KEEP, GL_KEEP, GL_INCR);
@@ -275,7 +275,7 @@ void Renderer::draw_lines(const Frame& frame, const Shot& view) const {
   glDrawArrays(GL_LINES, 0, static_cast<GLsizei>(2 * frame.lines.size()));
 }
 
-/// False if it was given up.
+/// Draws the items. Returns false if that was given up.
 bool Renderer::draw_items(const Frame& frame, const Shot& view, const GiveUp& give_up) const {
   if (given_up(give_up)) return false;
   glEnable(GL_DEPTH_TEST);
@@ -293,7 +293,8 @@ bool Renderer::draw_items(const Frame& frame, const Shot& view, const GiveUp& gi
     (item.opacity >= 1.0F ? solid : see_through).emplace_back((middle_m - view.eye_m).norm(), &item);
   }
   const auto nearer = [](const auto& a, const auto& b) { return a.first < b.first; };
-  std::stable_sort(solid.begin(), solid.end(), nearer);  // what is hidden then needs no colour
+  // Nearest first, so that hidden parts need no shading.
+  std::stable_sort(solid.begin(), solid.end(), nearer);
   int triangles = 0;
   for (const auto& item : solid) {
     triangles += draw_item(*item.second, view);
@@ -310,8 +311,8 @@ bool Renderer::draw_items(const Frame& frame, const Shot& view, const GiveUp& gi
   return !given_up(give_up);
 }
 
-/// The item's body; null if it is not there, or if a ball around it lies outside one of the picture's
-/// borders: that spares transforming its vertices.
+/// Returns the item's body; null if it does not exist, or if its bounding sphere lies outside one of the
+/// picture's borders, which saves transforming its vertices.
 const Renderer::Body* Renderer::in_sight(const DrawItem& item, const Shot& view) const {
   const auto found = parts_->bodies.find(item.mesh);
   if (found == parts_->bodies.end()) return nullptr;
@@ -326,7 +327,7 @@ const Renderer::Body* Renderer::in_sight(const DrawItem& item, const Shot& view)
   return &found->second;
 }
 
-/// Returns how many triangles it has.
+/// Draws an item. Returns its number of triangles.
 int Renderer::draw_item(const DrawItem& item, const Shot& view) const {
   const Body& body = parts_->bodies.at(item.mesh);
   const auto paint = parts_->paints.find(item.paint);

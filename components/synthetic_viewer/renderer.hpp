@@ -18,15 +18,15 @@ namespace phantom::synthetic_viewer {
 struct PictureFormat {
   int width_px = 1280;
   int height_px = 720;
-  /// Per pixel against jagged edges: 1, 2, 4 or 8. Software rendering takes 2–3 times as long with 4.
+  /// Samples per pixel against jagged edges: 1, 2, 4 or 8. Software rendering takes 2–3 times as long with 4.
   int samples = 1;
-  bool shadows = true;  ///< of the items that cast one, on the floor
+  bool shadows = true;  ///< whether items that cast shadows do so on the floor
 };
 
-/// Whether there is more urgent work than the picture that is being drawn.
+/// Returns true if more urgent work is waiting than the picture that is being drawn.
 using GiveUp = std::function<bool()>;
 
-/// Turns frames into pictures with OpenGL, without a window. Made, used and destroyed on one thread.
+/// Renders frames to pictures with OpenGL, without a window. Created, used and destroyed on one thread.
 class Renderer {
  public:
   /// Throws core::MissingError if there is no OpenGL, std::runtime_error if the driver refuses the shaders.
@@ -35,16 +35,17 @@ class Renderer {
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
-  /// Gives a mesh to the graphics card, shaded, with coarser stand-ins for when it is seen from afar and for
-  /// its shadow. Lasts until drop().
+  /// Uploads a mesh to the graphics card, shaded, with coarser versions for distant views and for its shadow.
+  /// It remains until drop().
   MeshHandle upload(const geometry::TriangleMesh& mesh);
   void drop(MeshHandle mesh);
-  /// Gives or changes the paint that DrawItem::paint names.
+  /// Sets or changes the paint that DrawItem::paint names.
   void paint(PaintHandle name, const PaintVolume& volume);
 
-  /// Draws a frame. Items whose mesh is not there are left out. Blocks until the picture is done.
+  /// Renders a frame. Items whose mesh is missing are left out. Blocks until the picture is done.
   Image render(const Frame& frame, const PictureFormat& format);
-  /// The same, but `give_up` is asked now and then on the way; nothing once it says yes.
+  /// Renders a frame like render(), but calls `give_up` from time to time and returns nothing once that
+  /// returns true.
   std::optional<Image> render_unless(const Frame& frame, const PictureFormat& format, const GiveUp& give_up);
 
   const std::string& description() const { return context_.description(); }

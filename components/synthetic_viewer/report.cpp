@@ -27,7 +27,7 @@ void write(const std::filesystem::path& file, const std::string& content) {
 
 }  // namespace
 
-/// Encodes and writes, so that the drawing thread need not. Its end is that of its work.
+/// Encodes and writes pictures on its own thread. Its destructor waits until all are written.
 class Report::Writer {
  public:
   ~Writer() {

@@ -10,11 +10,11 @@
 
 namespace phantom::synthetic_viewer {
 
-/// What a session leaves in its report folder: pictures and synthetic_viewer.json. Does nothing without a
-/// folder. Pictures are encoded and written on a thread of its own; the rest is for one thread.
+/// Writes a session's report folder: pictures and synthetic_viewer.json. Does nothing without a folder.
+/// Pictures are encoded and written on a separate thread; use the class on one thread.
 class Report {
  public:
-  /// Makes the folder. Throws core::MissingError if that cannot be done.
+  /// Creates the folder. Throws core::MissingError if that fails.
   Report(std::filesystem::path folder, int most_hit_pictures);
 
   ~Report();
@@ -23,21 +23,21 @@ class Report {
   bool wanted() const { return !folder_.empty(); }
   bool wants_hit_pictures() const { return wanted() && views_.size() < most_hit_pictures_; }
 
-  /// A picture of the main view as <name>.png.
+  /// Saves a picture of the main view as <name>.png.
   void save(const std::string& name, Image image);
-  /// The first picture of an alert, as hit_<running number>_<node>.png: alerts count from 1 again
-  /// when the phantom restarts.
+  /// Saves the first picture of an alert as hit_<running number>_<node>.png. The running number is the
+  /// report's own, because alerts count from 1 again when the phantom restarts.
   void save_hit(std::uint32_t alert, const std::string& node, double t_s, std::int64_t utc_ns, Image image);
 
   struct Summary {
     std::uint64_t frames = 0;
     double seconds = 0.0;
-    double frame_p50_s = 0.0, frame_max_s = 0.0;  ///< time that a round of pictures took
+    double frame_p50_s = 0.0, frame_max_s = 0.0;  ///< duration of a round of pictures
     std::uint64_t alerts = 0;
     double alert_to_picture_max_s = 0.0;
     std::string page, graphics;
   };
-  /// Once all pictures are written.
+  /// Waits until all pictures are written, then writes synthetic_viewer.json.
   void finish(const Summary& summary);
 
  private:

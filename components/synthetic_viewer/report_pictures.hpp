@@ -9,21 +9,21 @@
 
 namespace phantom::synthetic_viewer {
 
-/// Takes the fine pictures of a session's report: every alert's zone as it was, and the main view at the
-/// session's milestones. They must not hold up the live ones. Of the drawing's thread.
+/// Makes the higher-quality pictures of a session's report: every alert's zone as it was, and the main view
+/// at the session's milestones. They must not delay the live pictures. Use it on the drawing's thread.
 class ReportPictures {
  public:
-  /// `begin_ns` (CLOCK_MONOTONIC): from when the report counts.
+  /// `begin_ns` (CLOCK_MONOTONIC): zero of the report's times.
   ReportPictures(Report& report, core::Nanoseconds begin_ns) : report_(report), begin_ns_(begin_ns) {}
 
-  /// A raised alert.
+  /// Queues a raised alert.
   void take(const HitSample& alert);
-  /// In a round: one alert's picture at the most, and that of each milestone that is reached for the first
-  /// time: all there (`complete`), a hit threatens, a contact. False if `give_up` said yes on the way; what
-  /// is missing is taken in a later round.
+  /// Makes this round's pictures: at most one alert's, and one for each milestone reached for the first time:
+  /// everything is there (`complete`), a hit threatens, a contact. Returns false if `give_up` returned true
+  /// meanwhile; the missing pictures follow in a later round.
   bool photograph(Drawing& drawing, const ArmSample& arm, bool complete, const GiveUp& give_up);
-  /// At the session's end: what alerts have kept from being drawn, as far as that takes not too long, and the
-  /// main view as it is.
+  /// Makes the remaining pictures at the session's end: those of alerts, as far as time allows, and the main
+  /// view as it is.
   void finish(Drawing& drawing);
 
  private:

@@ -14,8 +14,8 @@
 
 namespace phantom::synthetic_viewer {
 
-// What the topics bring, checked. `received_ns` is CLOCK_MONOTONIC of this host; 0 stands for "nothing
-// received yet". Vectors are in W, SI units.
+// Checked samples of the topics. `received_ns` is CLOCK_MONOTONIC of this host; 0 means "nothing received
+// yet". Vectors are in W, SI units.
 
 using core::StopCause;
 using messages::Vector3;
@@ -26,7 +26,8 @@ inline Eigen::Vector3d eigen(const Vector3& v) { return {v[0], v[1], v[2]}; }
 
 struct ArmSample : messages::Received<messages::SlaveState> {
   using messages::Received<messages::SlaveState>::Received;
-  /// Samples since the viewer joined: that came, and whose numbers never did.
+  /// Numbers of samples that arrived since the viewer joined, and of those that were lost, by their sequence
+  /// numbers.
   std::uint64_t arrived = 0, lost = 0;
 };
 using PerceptSample = messages::Received<messages::Percept>;
@@ -34,7 +35,7 @@ using MasterSample = messages::Received<messages::MasterState>;
 
 struct HitSample : messages::Received<messages::HitAlert> {
   using messages::Received<messages::HitAlert>::Received;
-  // Arm and percept as they were when the alert came, for its pictures: these may be drawn much later.
+  // Arm and percept when the alert came, for its pictures, which may be drawn much later.
   ArmSample arm;
   PerceptSample percept;
 };
@@ -59,7 +60,7 @@ struct SkinPatchSample {
 struct SkinSample {  // skin_percept
   core::Nanoseconds received_ns = 0;
   bool valid = false;
-  double patch_m = 0.0;  ///< edge of a patch
+  double patch_m = 0.0;  ///< edge length of a patch
   std::vector<SkinPatchSample> felt;
 };
 
@@ -75,12 +76,12 @@ struct ComponentSample {  // component_status
   core::ComponentState state = core::ComponentState::kStarting;
   std::vector<core::LoopStatistics> loops;
   std::vector<core::HealthFigure> figures;
-  std::uint64_t refused = 0, deadline_missed = 0, incompatible_qos = 0;  ///< added up over its endpoints
+  std::uint64_t refused = 0, deadline_missed = 0, incompatible_qos = 0;  ///< summed over its endpoints
 };
 
-/// The view that the operator looks at.
+/// The pose of the view that the operator looks at.
 struct ViewPoseSample : messages::ViewPose {
-  core::Nanoseconds made_ns = 0;  ///< CLOCK_MONOTONIC; 0: not yet
+  core::Nanoseconds made_ns = 0;  ///< time of drawing, CLOCK_MONOTONIC; 0: not yet drawn
 };
 
 enum class CommandKind {
@@ -99,12 +100,12 @@ struct Command {
   double value = 0.0;
 };
 
-/// What became of a command, for the one who gave it.
+/// The outcome of a command, for its issuer.
 struct CommandOutcome {
   enum class Kind {
-    kDone,       ///< by the word of everyone who must carry it out; sent, where nobody has to answer
-    kRefused,    ///< by one of them: `message` says why, and what is allowed
-    kUnanswered  ///< not by everyone within the time
+    kDone,       ///< confirmed by all that must carry it out; sent, where no reply is expected
+    kRefused,    ///< refused by one of them: `message` says why, and what is allowed
+    kUnanswered  ///< not confirmed by all within the time
   };
   Kind kind = Kind::kDone;
   std::string message;

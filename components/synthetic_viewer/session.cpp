@@ -16,9 +16,9 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr double kTurn_s = core::seconds(PublishingSchedule::kViewPeriod_ns);  // of the loop below
+constexpr double kTurn_s = core::seconds(PublishingSchedule::kViewPeriod_ns);  // period of the loop below
 
-/// Null if none is wanted, or there is nothing to open one on.
+/// Returns null if no window is wanted, or there is no display.
 std::unique_ptr<Window> open_window(const ViewerConfig& config, const std::string& cell, PageContent& content,
                                     WindowActions actions) {
   if (!config.window.wanted) return nullptr;
@@ -60,7 +60,7 @@ void run_session(ViewerConfig config, const runtime::CellConfig& cell, const cor
     spdlog::info("its live pictures and events: port {}", server->stream_port());
   }
   viewer.start();
-  // Who sits at the window sits at the operator's desk; whether he may command is said in one place.
+  // The window is at the operator's desk. Whether the operator may send commands is decided in one place.
   WindowActions actions;
   actions.move = move;
   actions.switches = [&viewer] { return viewer.switches(); };

@@ -8,9 +8,9 @@
 
 namespace phantom::synthetic_viewer {
 
-/// Runs the viewer until a stop is requested: drawing thread, topics, page and, if it is wanted and there is
-/// a display, window. Without a display it says so and goes on without a window. Throws core::MissingError if
-/// there is no OpenGL, no port for the page, or a link's mesh is missing.
+/// Runs the viewer until a stop is requested: drawing thread, topics, page and, if one is wanted and there is
+/// a display, window. Without a display it logs that and continues without a window. Throws
+/// core::MissingError if there is no OpenGL, no port for the page, or a link's mesh is missing.
 void run_session(ViewerConfig config, const runtime::CellConfig& cell, const core::NetworkOptions& network,
                  const std::filesystem::path& report_dir);
 

@@ -10,14 +10,14 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-/// Corners that meet at one place, in a list that runs through `next`.
+/// The triangle corners that meet at each place, as linked lists through `next`.
 struct CornersByPlace {
   std::vector<std::uint32_t> place_of_vertex;
-  std::vector<std::uint32_t> first, next, size;  // first corner of a place; the next one of a corner
+  std::vector<std::uint32_t> first, next, size;  // first corner of a place; next corner of the same place
 };
 constexpr std::uint32_t kEnd = ~0U;
-// Where more corners than this meet (the middle of a disc, a broken file) normals stay those of the faces:
-// the work of comparing each with each must not grow without bound.
+// Where more corners than this meet (the middle of a disc, a broken file), normals stay those of the faces,
+// because comparing each corner with each other one would take too long.
 constexpr std::uint32_t kMaxCorners = 512;
 
 CornersByPlace find_places(const geometry::TriangleMesh& mesh,
@@ -57,7 +57,7 @@ ShadedMesh shade(const geometry::TriangleMesh& mesh, double crease_rad) {
   const CornersByPlace places = find_places(mesh, triangles);
   const float least_cosine = static_cast<float>(std::cos(crease_rad));
   ShadedMesh shaded;
-  std::vector<std::uint32_t> made(places.next.size());  // index of the vertex that a corner got
+  std::vector<std::uint32_t> made(places.next.size());  // index of the vertex made for a corner
   for (std::uint32_t corner = 0; corner < made.size(); ++corner) {
     const std::uint32_t face = corner / 3, source = triangles[face][corner % 3];
     const std::uint32_t place = places.place_of_vertex[source];
@@ -71,7 +71,8 @@ ShadedMesh shade(const geometry::TriangleMesh& mesh, double crease_rad) {
     }
     const Eigen::Vector3f normal = sum.normalized();
     std::uint32_t index = kEnd;
-    // A neighbour corner that came out with the same normal shares its vertex; only earlier corners have one.
+    // A corner shares the vertex of an earlier neighbour with the same normal. Later corners have no vertex
+    // yet.
     for (std::uint32_t other = places.next[corner], tries = 0; other != kEnd && tries < 16;
          other = places.next[other], ++tries) {
       const auto& n = shaded.vertices[made[other]].normal;

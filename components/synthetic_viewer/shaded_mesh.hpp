@@ -8,7 +8,7 @@
 
 namespace phantom::synthetic_viewer {
 
-/// A mesh as the graphics card takes it: indexed vertices with normals.
+/// A mesh in the form that the graphics card uses: indexed vertices with normals.
 struct ShadedMesh {
   struct Vertex {
     std::array<float, 3> position_m;
@@ -18,12 +18,13 @@ struct ShadedMesh {
   std::vector<std::uint32_t> indices;  ///< three per triangle, counter-clockwise seen from outside
 };
 
-/// Gives a mesh normals that are smooth over bends of less than `crease_rad` and sharp elsewhere. Vertices at
-/// the same place are one, whether the source shares them or not; triangles without area are left out. Pure.
+/// Adds normals to a mesh, smooth over bends of less than `crease_rad` and sharp elsewhere. Vertices at the
+/// same position are merged, whether the source shares them or not; triangles without area are left out.
+/// Pure.
 ShadedMesh shade(const geometry::TriangleMesh& mesh, double crease_rad = 0.6);
 
-/// A coarse stand-in: vertices within a cube of `pitch_m` become one, triangles that collapse are left out.
-/// Good enough where only the outline counts, as in shadows. Pure.
+/// Returns a coarse version of a mesh: vertices within a cube of `pitch_m` are merged, and triangles that
+/// collapse are left out. Good enough where only the outline counts, as in shadows. Pure.
 geometry::TriangleMesh coarsen(const geometry::TriangleMesh& mesh, double pitch_m);
 
 }  // namespace phantom::synthetic_viewer

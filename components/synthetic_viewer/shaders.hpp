@@ -1,7 +1,7 @@
 #pragma once
 
-// The GLSL programs of the renderer. Light is computed in linear colour; the last step is a square root,
-// close to the display's transfer curve and far cheaper than its exact power in software.
+// The GLSL programs of the renderer. Lighting is computed in linear colour. The last step is a square root,
+// which is close to the display's transfer curve and far cheaper than its exact power in software.
 
 namespace phantom::synthetic_viewer::shaders {
 
@@ -28,9 +28,9 @@ void main() {
 }
 )";
 
-/// PAINTED: over the item's colour lies that of the closeness there, which also shines a little by itself.
-/// A key light, a cool light from the other side, sky and floor light by the normal, a small highlight, and a
-/// rim that parts bodies from the dark background.
+/// Lighting: a key light, a cool fill light, sky and floor light by the normal, a small highlight, and a rim
+/// light that separates bodies from the dark background. With PAINTED, the colour of the closeness covers the
+/// item's colour and also glows a little.
 inline constexpr const char* kMeshFragment = R"(#version 330 core
 in vec3 world_position;
 in vec3 world_normal;
@@ -83,7 +83,7 @@ out vec4 result;
 void main() { result = vec4(sqrt(colour.rgb), colour.a); }
 )";
 
-/// One triangle that covers the picture. The picture is drawn upside down: clip y = −1 is its upper edge.
+/// One triangle that covers the picture. The picture is drawn upside down, so clip y = −1 is its upper edge.
 inline constexpr const char* kBackgroundVertex = R"(#version 330 core
 out vec2 place;
 void main() {
@@ -117,7 +117,8 @@ void main() {
 }
 )";
 
-/// Lines every 0.1 m and, stronger, every 0.5 m; the floor fades out over `border` around the workspace.
+/// Draws lines every 0.1 m and stronger ones every 0.5 m. The floor fades out over `border` around the
+/// workspace.
 inline constexpr const char* kFloorFragment = R"(#version 330 core
 in vec2 place;
 uniform vec3 least;

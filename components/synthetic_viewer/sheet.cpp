@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kColumns = 4, kRows = 4, kGap_px = 4;
 
-/// Tiles side by side, row by row.
+/// A picture of tiles, row by row.
 class Sheet {
  public:
   Sheet(int width_px, int height_px) : tile_width_(width_px), tile_height_(height_px) {

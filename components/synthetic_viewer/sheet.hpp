@@ -8,19 +8,19 @@
 
 namespace phantom::synthetic_viewer {
 
-/// What `synthetic_viewer sheet` is asked for.
+/// Arguments of `synthetic_viewer sheet`.
 struct SheetRequest {
   std::filesystem::path cell, out;
   StillPose pose;
   int tile_width_px = 480;
 };
 
-/// Adds the command with its options.
+/// Declares the command with its options.
 runtime::Command add_sheet_command(runtime::Command app, SheetRequest& request);
 
-/// Puts the arm into a cell in a pose and draws, without any topic, the whole cell and the zone where its
-/// skin is nearest to an object: from the node chosen automatically and from all fourteen, on one sheet.
-/// Prints what was seen from where. Returns an exit code; throws core::ConfigError if nothing is near the
+/// Places the arm in a cell in a pose, without any topic, and draws on one sheet the whole cell and the zone
+/// where the arm's skin is nearest to an object: from the node chosen automatically and from all fourteen.
+/// Prints what was visible from where. Returns an exit code; throws core::ConfigError if nothing is near the
 /// arm, or something does not fit.
 int run_sheet(const SheetRequest& request, const ViewerConfig& config);
 

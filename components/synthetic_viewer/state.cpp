@@ -78,7 +78,7 @@ std::string object_name(const ViewerState& state, std::uint16_t id) {
 
 namespace {
 
-/// The name of an enumerator that may have come off the wire.
+/// Returns the name of an enumerator that may have come from a message unchecked.
 template <class Enumerator, std::size_t kCount>
 const char* name_in(const char* const (&names)[kCount], Enumerator value) noexcept {
   const auto number = static_cast<std::size_t>(value);

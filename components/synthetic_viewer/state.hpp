@@ -11,24 +11,25 @@
 
 namespace phantom::synthetic_viewer {
 
-/// Ages beyond which what was received no longer tells what is.
+/// Ages beyond which received samples are out of date.
 struct Staleness {
   double slave_s = 0.25;
   double percept_s = 0.5;
   double component_s = 2.0;  ///< status comes at 2 Hz
 };
 
-/// An alert as the page lists it.
+/// An alert as listed on the page.
 struct HitRecord {
   HitSample raised;
-  double cleared_after_s = -1.0;  ///< −1: still threatens
+  double cleared_after_s = -1.0;  ///< −1: not cleared yet
 };
 
-/// How much of slave_state comes through, by its numbers, over the last second or so.
+/// Measures the share of slave_state samples that arrive, by their sequence numbers, over the last second or
+/// so.
 class LinkQuality {
  public:
   void take(const ArmSample& arm, core::Nanoseconds now_ns) noexcept;
-  /// 0…1; negative: not known yet.
+  /// Returns the share 0…1; negative: not known yet.
   double share() const noexcept { return share_; }
 
  private:
@@ -37,21 +38,21 @@ class LinkQuality {
   double share_ = -1.0;
 };
 
-/// A recording, as it is told.
+/// The state of recording, as shown to the operator.
 struct RecordingState {
   bool running = false;
   View view = View::kMain;
-  std::string file;     ///< of the running one, or of the last
-  std::string problem;  ///< why the last one could not begin or ended; empty: nothing went wrong
-  int frames = 0;       ///< written so far into that file
+  std::string file;     ///< file of the running recording, or of the last one
+  std::string problem;  ///< why the last recording could not start or ended; empty: nothing went wrong
+  int frames = 0;       ///< frames written so far to that file
 };
 
-/// What is on now, for those who toggle it.
+/// What is switched on now, for controls that toggle it.
 struct ViewSwitches {
   bool hold = false, recording = false;
 };
 
-/// Everything the viewer knows at one moment. A plain value of its thread; pure.
+/// Everything the viewer knows at one moment. A plain value, used on the viewer's thread; pure.
 struct ViewerState {
   ArmSample arm;
   PerceptSample percept;
@@ -61,7 +62,7 @@ struct ViewerState {
   LinkQuality link_quality;
   std::map<std::uint16_t, ObjectSample> objects;
   std::deque<HitRecord> hits;                         ///< newest last, at most kMaxHits
-  std::map<std::string, ComponentSample> components;  ///< by name, and host where two have the same
+  std::map<std::string, ComponentSample> components;  ///< by name, with the host where two share a name
   ViewNode chosen = ViewNode::kAutomatic;
   bool hold = false;
   CameraControl cameras;
@@ -69,27 +70,28 @@ struct ViewerState {
   StopView stops;
   std::uint64_t total_hits = 0;
   core::Nanoseconds first_object_ns = 0;  ///< when the first object came; 0: none yet
-  std::string graphics;                   ///< what draws, as the driver calls it
+  std::string graphics;                   ///< the renderer, as the driver calls it
 
   static constexpr std::size_t kMaxHits = 40;
 
   void take(const HitSample& hit);
   void take(ComponentSample component);
-  /// View commands; others are not the viewer's.
+  /// Applies a view command; all others are ignored.
   void take(const Command& command);
 };
 
-/// Seconds since `received_ns`; infinite if nothing was received.
+/// Returns the seconds since `received_ns`; infinite if nothing was received.
 double age_s(core::Nanoseconds received_ns, core::Nanoseconds now_ns) noexcept;
 
-/// What a picture must say in large letters, in one or two lines; empty if all is well: a stop and who has
-/// not confirmed it, else two processes in one's place, else condition_text().
+/// Returns what a picture must say in large letters, in one or two lines; empty if all is well: a stop and
+/// who has not confirmed it, else two processes that send the same topic, else condition_text().
 std::string banner_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
 
-/// In order of urgency: lost or missing slave, degraded link, phantom silent or without a valid model.
+/// Returns the most urgent of: slave lost or missing, link degraded, phantom silent or without a valid model.
+/// Empty if none applies.
 std::string condition_text(const ViewerState& state, const Staleness& staleness, core::Nanoseconds now_ns);
 
-/// "table" or "object 7" if the name is not known; "free space" for 0.
+/// Returns the object's name, such as "table"; "object 7" if the name is not known; "free space" for 0.
 std::string object_name(const ViewerState& state, std::uint16_t id);
 
 std::string label_of(LinkState state);  ///< "COUPLED"

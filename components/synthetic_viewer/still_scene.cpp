@@ -16,7 +16,7 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr int kClusterReach_vox = 3;  // of the gradient's zone, as phantom_sensing ships
+constexpr int kClusterReach_vox = 3;  // reach of the gradient's zone, as in the shipped phantom_sensing.yaml
 
 template <class T>
 T value_or_throw(core::Expected<T> expected, const std::string& place) {
@@ -43,7 +43,7 @@ workspace::Workspace activate(const runtime::CellConfig& cell, const std::vector
   return std::move(workspace).take();
 }
 
-/// What the phantom would say of this pose.
+/// Fills in the percept that the phantom would publish for this pose.
 void perceive(const robot::SerialArm& arm, const robot::SkinLayout& skin,
               const workspace::Workspace& workspace, const core::JointArray& velocity, ViewerState& state) {
   const double greatest_mu = percept::greatest_neighbour_mu(workspace);

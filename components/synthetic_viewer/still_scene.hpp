@@ -11,25 +11,26 @@
 
 namespace phantom::synthetic_viewer {
 
-/// A cell with its arm in one pose, as the topics would tell it, without any topic: the cell is activated and
-/// the phantom's skin put into it here. For pictures, tests of them and benchmarks.
+/// A cell with its arm in one pose, in the state that the topics would give, but without any topic: the cell
+/// is activated and the phantom's skin evaluated in this process. For pictures, tests of them and benchmarks.
 struct StillScene {
   CellScene scene;
   ViewerState state;  ///< arm, objects, percept, skin, workspace; received at kNow_ns
   std::size_t triangles = 0;
   static constexpr core::Nanoseconds kNow_ns = core::kNsPerSecond;
-  /// The worst sensor as a hit alert of number 1. Its object is 0 if nothing is near.
+  /// Returns the worst sensor as hit alert number 1. Its object is 0 if nothing is near.
   HitSample hit() const;
 };
 
 struct StillPose {
-  std::string arm;               ///< of the cell; empty: the only one
+  std::string arm;               ///< arm of the cell; empty: the only one
   std::vector<double> position;  ///< rad or m, one per joint; empty: the arm's home
-  std::vector<double> velocity;  ///< likewise per second; empty: at rest
+  std::vector<double> velocity;  ///< rad/s or m/s, one per joint; empty: at rest
 };
 
-/// Takes seconds: the whole cell is activated. The meshes go to `renderer`, which must outlive the scene.
-/// Throws core::ConfigError naming what does not fit, core::MissingError for a missing file.
+/// Makes the scene, which takes seconds because the whole cell is activated. The meshes go to `renderer`,
+/// which must outlive the scene. Throws core::ConfigError naming what does not fit, core::MissingError for a
+/// missing file.
 StillScene make_still_scene(const runtime::CellConfig& cell, const StillPose& pose, Renderer& renderer);
 
 }  // namespace phantom::synthetic_viewer

@@ -86,7 +86,7 @@ StopView StopBoard::at(core::Nanoseconds now_ns) const {
   return view;
 }
 
-/// While a stop is in force.
+/// Returns the view of a side while a stop is in force.
 SideView StopBoard::view_of(Side side, core::Nanoseconds now_ns) const {
   const State& state = states_[index_of(side)];
   const bool silent = state.received_ns == 0 || now_ns - state.received_ns > kSilent_ns;
@@ -99,7 +99,7 @@ SideView StopBoard::view_of(Side side, core::Nanoseconds now_ns) const {
     return {Level::kAlarm, text};
   }
   if (state.stopped() && !silent) return {Level::kStopped, stopped_text(state.cause)};
-  // Its reply may come before its next state.
+  // The side's reply may come before its next state.
   if (answer == Answer::kDone && now_ns - request_->asked_ns() <= core::CommandAnswers::kOverdue_ns)
     return {Level::kStopped, "stopped"};
   if (silent) {
@@ -108,7 +108,7 @@ SideView StopBoard::view_of(Side side, core::Nanoseconds now_ns) const {
     if (state.received_ns == 0) return {Level::kWaiting, words};
     return {Level::kAlarm, "MAY NOT BE STOPPED (" + words + ")"};
   }
-  // It moves, though the other side is stopped or has been asked to stop.
+  // The side is not stopped, though the other side is or this one was asked to stop.
   const core::Nanoseconds split_since_ns = std::max(stopped_since_ns_, state.moving_since_ns);
   if (stopped_since_ns_ != 0 && now_ns - split_since_ns > core::CommandAnswers::kOverdue_ns)
     return {Level::kAlarm, std::string(kNotStopped) + " (" + label_of(state.link) + ")"};

@@ -5,10 +5,10 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-constexpr int kSpareThreads = 4;  // to turn followers away
+constexpr int kSpareThreads = 4;  // for refusing further followers
 constexpr std::chrono::milliseconds kPatience{200};
-constexpr int kRepeatAfter =
-    5;  // patiences: a still picture is sent again, so that a dead connection is noticed
+// After this many times kPatience a still picture is sent again, so that a dead connection is noticed.
+constexpr int kRepeatAfter = 5;
 
 }  // namespace
 
@@ -74,7 +74,7 @@ void StreamServer::follow(httplib::Response& response, const char* type, Source&
 }
 
 void StreamServer::motion_jpeg(httplib::Response& response, Source& source) {
-  // Each part ends with the next boundary: browsers show a picture when they have seen its end.
+  // Each part ends with the next boundary, because browsers show a picture only once they have its end.
   follow(response, "multipart/x-mixed-replace; boundary=picture", source, "--picture\r\n",
          [](httplib::DataSink& sink, const Source::Content& jpeg) {
            std::string part =
@@ -86,7 +86,7 @@ void StreamServer::motion_jpeg(httplib::Response& response, Source& source) {
 }
 
 void StreamServer::events(const httplib::Request& request, httplib::Response& response) {
-  // The page's port is another origin: it alone may read.
+  // The page's port is another origin; only that one may read the events.
   std::string page = "http://";
   page.append(host_name_of(request.get_header_value("Host"))).append(page_port_);
   if (request.get_header_value("Origin") == page) {

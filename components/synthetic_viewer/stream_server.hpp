@@ -8,14 +8,14 @@
 
 namespace phantom::synthetic_viewer {
 
-/// Serves what is followed for long, on a port of its own:
+/// Serves the long-lived streams on their own port:
 ///   GET /stream/main|hit|tool  motion JPEG
 ///   GET /events                server-sent events with page_state_json()
-/// A browser opens six connections to a host and port, and keeps further requests waiting: what is followed
-/// here never holds up what is asked for on the page's port.
+/// A browser opens at most six connections to a host and port, and further requests wait. With their own
+/// port, streams never delay requests to the page's port.
 class StreamServer {
  public:
-  /// Serves as soon as it stands, events to pages of `page_port` only. Throws core::MissingError.
+  /// Starts to serve, events only to pages of `page_port`. Throws core::MissingError.
   StreamServer(const PageConfig& config, int page_port, PageContent& content);
   /// Ends all streams.
   ~StreamServer();
@@ -23,7 +23,8 @@ class StreamServer {
 
  private:
   using Source = Broadcast<std::string>;
-  /// `write` sends what is new (or repeats, if null) and returns whether the follower is still there.
+  /// `write` sends new content (or repeats the last, if null) and returns whether the follower is still
+  /// connected.
   using WriteItem = std::function<bool(httplib::DataSink&, const Source::Content&)>;
   void follow(httplib::Response& response, const char* type, Source& source, std::string opening,
               WriteItem write);

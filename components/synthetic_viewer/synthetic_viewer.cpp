@@ -30,14 +30,14 @@ HitView SyntheticViewer::step(bool hold, ViewNode chosen, const VisibleShare& vi
   const bool may_change = !shown_ || (!hold && (shown_->cleared || shown_s_ >= config_.least_show_s));
   if (may_change) {
     const Alert* newest = nullptr;
-    // By arrival, not by number: a restarted phantom counts from 1 again.
+    // By arrival, not by number, because a restarted phantom counts from 1 again.
     for (std::size_t back = 1; back <= kRemembered && newest == nullptr; ++back) {
       const Alert& alert = alerts_[(next_ + kRemembered - back) % kRemembered];
       if (alert.pending) newest = &alert;
     }
     if (newest != nullptr) {
       show(newest->news);
-      // Older ones had their chance: the view follows what is newest.
+      // Older alerts are dropped: the view follows the newest.
       for (Alert& alert : alerts_) alert.pending = false;
     }
   }

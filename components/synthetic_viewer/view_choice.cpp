@@ -6,9 +6,9 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-// A view from below is as good in geometry but unfamiliar: it loses against its mirror image above.
+// A view from below is geometrically as good but unfamiliar, so its mirror image above is preferred.
 constexpr double kFamiliar = 0.06;
-// What laterality counts for when nothing can be seen at all, so that the order stays defined.
+// Weight of laterality when nothing is visible at all, so that the nodes stay ordered.
 constexpr double kBlind = 0.05;
 
 }  // namespace

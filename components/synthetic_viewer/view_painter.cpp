@@ -17,7 +17,7 @@ bool ViewPainter::draw(Renderer& renderer, const Compositor::Picture& picture, c
     draw_hud(*image, picture.hud);
     image_ = std::move(image);
     changed_ = true;
-    // What is drawn stays the measure: small steps must not add up unseen.
+    // Compares with the frame last drawn, so that small steps cannot add up unseen.
     if (other) last_ = picture;
     last_->hud = picture.hud;
   }

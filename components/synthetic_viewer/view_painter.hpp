@@ -9,21 +9,22 @@
 
 namespace phantom::synthetic_viewer {
 
-/// Makes one view's pictures, and only those that differ from the last: what stands still is drawn, written
-/// on and encoded once, however often it is asked for and by however many. One thread, that of the renderer.
+/// Makes the pictures of one view, and only those that differ from the last: an unchanged picture is drawn,
+/// annotated and encoded once, however often and by however many followers it is requested. One thread, that
+/// of the renderer.
 class ViewPainter {
  public:
-  /// Makes the newest picture, with its HUD. False, and all stays as it was, if `give_up` said yes on the
-  /// way.
+  /// Makes the newest picture, with its HUD. Returns false and changes nothing if `give_up` returned true
+  /// meanwhile.
   bool draw(Renderer& renderer, const Compositor::Picture& picture, const PictureFormat& format,
             const GiveUp& give_up = {});
-  /// The newest picture; null: none yet.
+  /// Returns the newest picture; null: none yet.
   const std::shared_ptr<const Image>& image() const { return image_; }
-  /// The newest picture as JPEG.
+  /// Returns the newest picture as JPEG.
   const std::shared_ptr<const std::string>& jpeg(int quality);
-  /// Hands the newest picture to those who follow it; nothing if they have it.
+  /// Publishes the newest picture to its followers; does nothing if they have it.
   void publish(ViewOutput& output, int quality);
-  /// Whether a draw since the last publish() made another picture.
+  /// Returns whether draw() has made another picture since the last publish().
   bool changed() const { return changed_; }
 
  private:

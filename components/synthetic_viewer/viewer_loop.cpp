@@ -13,9 +13,11 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-// Meshes are unpacked between pictures; a cell full of them must not stop the pictures for seconds.
+// Meshes are unpacked between pictures, within this time per round: many meshes must not stop the pictures
+// for seconds.
 constexpr core::Nanoseconds kNewsBudget_ns = 60 * core::kNsPerMillisecond;
-constexpr core::Nanoseconds kLively_ns = core::kNsPerSecond;  // since somebody moved a camera
+// How long the higher rate lasts after a camera was moved.
+constexpr core::Nanoseconds kLively_ns = core::kNsPerSecond;
 constexpr double kLivelyRate_hz = 30.0;
 
 }  // namespace
@@ -59,7 +61,8 @@ void ViewerLoop::finish(const std::string& page_url) {
 
 core::Health ViewerLoop::health() const {
   core::Health health = publisher_.health();
-  core::LoopStatistics loop = progress_.statistics();  // also while the loop hangs, and before its first turn
+  // Valid also while the loop hangs and before its first turn.
+  core::LoopStatistics loop = progress_.statistics();
   if (!health.loops.empty()) {
     const core::LoopStatistics& told = health.loops.front();
     loop.wakeup_p50_us = told.wakeup_p50_us;
@@ -75,7 +78,7 @@ core::Health ViewerLoop::health() const {
 void ViewerLoop::run() {
   core::take_place(core::ThreadRole::kViewer);
   progress_.begin();
-  // Before the driver starts threads of its own, which inherit it.
+  // Set before the driver starts its own threads, which inherit it.
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), config_.niceness);
   try {
     work();
@@ -110,7 +113,8 @@ void ViewerLoop::work() {
     progress_.tick();
     publisher_.publish(health_now(), {state_.hold, state_.recording.running});
     due_ns = std::max(whole ? due_ns + period_ns() : begin_ns, core::monotonic_ns());
-    // A round that was broken off for an alert is followed by one whose views are not: a flood stops none.
+    // After a round that was given up for an alert, the next round's views are drawn to the end, so that a
+    // burst of alerts cannot stop them.
     views_give_up_ = whole ? GiveUp([this] { return inbox_.urgent(); }) : GiveUp();
   }
   publisher_.end_recording();
@@ -123,7 +127,7 @@ void ViewerLoop::take_news() {
   inbox_.master.read(state_.master);
   state_.stops = inbox_.stops.at(now_ns_);
   std::deque<Event> news = inbox_.take_events();
-  // Alerts do not queue behind meshes.
+  // Alerts are taken before meshes.
   const auto others = std::stable_partition(
       news.begin(), news.end(), [](const Event& event) { return std::holds_alternative<HitSample>(event); });
   std::for_each(news.begin(), others, [this](Event& hit) { take(hit); });
@@ -167,19 +171,19 @@ void ViewerLoop::take(Event& event) {
   }
 }
 
-/// While somebody moves a camera, pictures follow the hand.
+/// Returns the period of the rounds, shorter while the operator moves a camera.
 core::Nanoseconds ViewerLoop::period_ns() const {
   const bool lively = now_ns_ < lively_until_ns_;
   return core::from_seconds(
       1.0 / (lively ? std::max(kLivelyRate_hz, config_.frame_rate_hz) : config_.frame_rate_hz));
 }
 
-/// One round of pictures. False if it was broken off because an alert waits for its picture.
+/// Makes one round of pictures. Returns false if it was given up because an alert waits for its picture.
 bool ViewerLoop::round(double dt_s) {
   state_.recording = publisher_.recording();
   if (drawing_->advance(now_ns_, dt_s)) state_.cameras.home(View::kHit);
   if (dt_s > 0) rounds_.per_s += (1 - std::exp(-dt_s)) * (1 / dt_s - rounds_.per_s);
-  // What threatens comes first: it is what the operator waits for.
+  // Threats come first: the operator waits for them.
   publisher_.show_threats(*drawing_);
   publisher_.publish(drawing_->view_pose());
   publish_state();

@@ -16,31 +16,31 @@
 
 namespace phantom::synthetic_viewer {
 
-/// The viewer's own thread: takes what came in, and has it drawn, handed out and put into the report. It owns
-/// the OpenGL context and runs at low priority.
+/// The viewer's own thread: takes new samples, and has pictures drawn, published and put into the report. It
+/// owns the OpenGL context and runs at low priority.
 class ViewerLoop {
  public:
-  /// Fills in `page`'s callbacks. `inbox` and `page` must outlive the loop.
+  /// Sets `page`'s callbacks. `inbox` and `page` must outlive the loop.
   ViewerLoop(const ViewerConfig& config, const runtime::CellConfig& cell, robot::SerialArm arm,
              std::vector<LinkMeshData> arm_meshes, Inbox& inbox, PageContent& page, Report report);
-  /// Ends the thread, if need be.
+  /// Ends the thread if it runs.
   ~ViewerLoop() { end(); }
 
   void start();
-  /// Ends the thread and completes the report, in which `page_url` is named; then throws what ended the
-  /// thread before, if anything did.
+  /// Ends the thread and completes the report, which names `page_url`. Then throws the exception that ended
+  /// the thread, if there was one.
   void finish(const std::string& page_url);
-  /// False once the thread has ended by itself.
+  /// Returns false once the thread has ended by itself.
   bool running() const { return !ended_.load(); }
-  /// For component_status. Any thread.
+  /// Returns the health for component_status. Any thread.
   core::Health health() const;
   /// Any thread.
   ViewSwitches switches() const { return publisher_.switches(); }
-  /// How the view stands that the operator looks at. Any thread.
+  /// Returns the pose of the view that the operator looks at. Any thread.
   ViewPoseSample view_pose() const { return publisher_.view_pose(); }
 
  private:
-  /// What the thread did since it began.
+  /// Statistics of the thread since its start.
   struct Rounds {
     std::uint64_t whole = 0, broken_off = 0;
     double per_s = 0.0;
@@ -63,19 +63,19 @@ class ViewerLoop {
   Publisher publisher_;
   Report report_;
 
-  // The viewer thread's own.
+  // Used on the viewer's thread only.
   robot::SerialArm arm_;
-  std::vector<LinkMeshData> arm_meshes_;  // until they are drawn
+  std::vector<LinkMeshData> arm_meshes_;  // until they are uploaded
   ViewerState state_;
   std::unique_ptr<Drawing> drawing_;
   std::unique_ptr<ReportPictures> report_pictures_;
   std::deque<Event> backlog_;
-  GiveUp views_give_up_;  // null in a round whose views must not wait again
+  GiveUp views_give_up_;  // null in a round whose views must not be given up again
   core::Nanoseconds lively_until_ns_ = 0, start_ns_ = 0, now_ns_ = 0;
   Rounds rounds_;
   std::uint64_t refused_meshes_ = 0;
 
-  // A picture drawn without a graphics card takes long, and so does the driver's start.
+  // Drawing a picture without a graphics card takes long, and so does starting the driver.
   static constexpr double kHangsAfter_s = 20.0;
   core::Progress progress_{"render", 1.0 / config_.frame_rate_hz, kHangsAfter_s};
   std::atomic<bool> stop_{false}, ended_{false};

@@ -2,7 +2,7 @@
 
 namespace phantom::synthetic_viewer::web {
 
-// The files of web/, put into the executable by embed.cmake.
+// The files of web/, embedded in the executable by embed.cmake.
 extern const char* const kIndexHtml;
 extern const char* const kPageCss;
 extern const char* const kPageJs;

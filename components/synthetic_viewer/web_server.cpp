@@ -13,9 +13,9 @@
 namespace phantom::synthetic_viewer {
 namespace {
 
-// More than browsers hold idle connections to it: a stop must find one free.
+// More threads than browsers hold idle connections, so that a stop always finds a free one.
 constexpr int kThreads = 32;
-constexpr int kSnapshotsAtOnce = 4;  // each waits for its picture
+constexpr int kSnapshotsAtOnce = 4;  // each occupies a thread until its picture is made
 
 constexpr int kConflict = 409, kUnavailable = 503, kTimedOut = 504;
 
@@ -60,9 +60,10 @@ struct WebServer::Impl {
   void add_states();
   void command(const httplib::Request& request, httplib::Response& response);
   void view_request(const httplib::Request& request, httplib::Response& response);
-  /// Whether a request that may change something is allowed. If not, the response is filled with the refusal.
+  /// Returns whether a request that may change something is allowed. If not, fills the response with the
+  /// refusal.
   bool permitted(const httplib::Request& request, httplib::Response& response) const;
-  /// Why a request that may change something is not the page's own; empty if it is.
+  /// Returns why a request that may change something does not come from the page itself; empty if it does.
   std::string foreign(const httplib::Request& request) const;
 };
 
@@ -87,7 +88,8 @@ void WebServer::Impl::set_up() {
   });
 }
 
-/// Tells the page where its streams are, and the browser that it may take from there and nowhere else.
+/// Sends the page with the address of its streams, and a policy that allows the browser to load from there
+/// and nowhere else.
 void WebServer::Impl::page(const httplib::Request& request, httplib::Response& response) const {
   const std::string port = std::to_string(streams->port());
   const std::string host = host_name_of(request.get_header_value("Host"));
@@ -137,8 +139,9 @@ void WebServer::Impl::add_states() {
 
 std::string WebServer::Impl::foreign(const httplib::Request& request) const {
   const std::string host = request.get_header_value("Host"), origin = request.get_header_value("Origin");
-  // A page from elsewhere in the same browser must not steer the arm: it cannot send this type without asking
-  // first, its origin differs, and a name that was bent to point at this host is not a loopback name.
+  // A page from elsewhere in the same browser must not control the arm. It cannot send this content type
+  // without a preflight request, its origin differs, and a DNS name rebound to this host is not a loopback
+  // name.
   if (request.get_header_value("Content-Type").rfind("application/json", 0) != 0) {
     return "the content type must be application/json";
   }

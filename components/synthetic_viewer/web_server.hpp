@@ -11,34 +11,34 @@
 
 namespace phantom::synthetic_viewer {
 
-/// Serves the operator's page over HTTP, and takes its commands. On page.port, whatever is answered at once:
+/// Serves the operator's page over HTTP, and takes its commands. The requests to page.port are answered at
+/// once:
 ///   GET  /                      the page (/page.css, /page.js, /stop.js)
-///   GET  /stop                  stop_json(): who is stopped
-///   GET  /state                 the newest page_state_json(), for a page whose events do not come
+///   GET  /stop                  stop_json(): which sides are stopped
+///   GET  /state                 the newest page_state_json(), for a page that receives no events
 ///   GET  /snapshot/main.png, /hits/<alert>.jpg
 ///   POST /command               {"kind": …, "value": …} as JSON, from the page itself only
 ///   POST /view                  {"view": …, "orbit_deg": …, "zoom": …, "home": …, "record": …}, likewise
-/// Live pictures and events on a port of their own, see StreamServer: no number of windows holds up a stop.
-/// Threads of its own; nothing here is shared with the servo path.
+/// Live pictures and events have their own port, see StreamServer, so that no number of windows can delay a
+/// stop. The server has its own threads and shares nothing with the servo path.
 class WebServer {
  public:
-  /// Carries out a checked command and says what became of it, within half a second. Called on a server
-  /// thread.
+  /// Carries out a checked command and returns its outcome within half a second. Called on a server thread.
   using OnCommand = std::function<CommandOutcome(const Command&)>;
-  /// Takes a checked request for a view. Likewise.
+  /// Takes a checked request for a view, within half a second. Called on a server thread.
   using OnViewRequest = std::function<core::Status(const ViewRequest&)>;
 
-  /// Serves as soon as it stands. Throws core::MissingError if the address or a port cannot be had.
+  /// Starts to serve. Throws core::MissingError if the address or a port cannot be had.
   WebServer(const PageConfig& config, PageContent& content, OnCommand on_command,
             OnViewRequest on_view_request);
-  /// Ends all streams and joins its threads: within half a second.
+  /// Ends all streams and joins the threads, within half a second.
   ~WebServer();
   WebServer(const WebServer&) = delete;
   WebServer& operator=(const WebServer&) = delete;
 
   int port() const;
   int stream_port() const;
-  /// "http://127.0.0.1:8080/"
+  /// Returns the page's address, such as "http://127.0.0.1:8080/".
   std::string url() const;
 
  private:

@@ -36,7 +36,7 @@ out vec4 result;
 void main() { result = vec4(texture(picture, texel).rgb, 1.0); }
 )";
 
-/// Ends GLFW when the last that needs it goes.
+/// Initialises GLFW, and terminates it after all that uses it is destroyed.
 struct Library {
   Library() {
     if (glfwInit() == GLFW_TRUE) return;
@@ -48,13 +48,13 @@ struct Library {
   ~Library() { glfwTerminate(); }
 };
 
-/// The newest picture of a view, as a texture.
+/// The newest picture of a view as a texture.
 struct Shown {
   GLuint texture = 0;
   std::uint64_t seen = 0;
   Broadcast<Image>::Content image;
 
-  /// Whether there is something new to show.
+  /// Takes the newest picture. Returns whether it is new.
   bool update(Broadcast<Image>& source) { return show(source.newest()); }
   bool show(const Broadcast<Image>::Content& newest) {
     if (newest == image) return false;
@@ -80,11 +80,11 @@ struct Window::Impl {
   GLFWwindow* window = nullptr;
   GLuint program = 0, empty_array = 0;
   std::array<Shown, kViews.size()> shown;
-  Shown banner;  // of a stop
+  Shown banner;  // the banner of a stop
   std::string banner_words;
   bool banner_bright = false;
   int banner_width = 0;
-  View selected = View::kMain;  // by keys
+  View selected = View::kMain;  // selected by keys
   std::optional<View> dragged;
   double pointer_x = 0, pointer_y = 0, clicked_s = -1;
   bool stale = true;
@@ -206,7 +206,7 @@ void Window::Impl::on_key(int key, int modifiers) {
     default:
       break;
   }
-  // Letters and digits have their characters' codes.
+  // GLFW's key codes of letters and digits are their character codes.
   const auto node = key > 0 && key < 128 ? node_of_key(static_cast<char>(key)) : std::nullopt;
   if (node) actions.command({CommandKind::kViewNode, static_cast<double>(*node)});
 }

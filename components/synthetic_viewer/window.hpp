@@ -8,28 +8,30 @@
 
 namespace phantom::synthetic_viewer {
 
-/// What the window asks for; each is called on the window's thread.
+/// Callbacks of the window, each called on the window's thread.
 struct WindowActions {
   std::function<void(const ViewRequest&)> move;
   std::function<void(const Command&)> command;
   std::function<ViewSwitches()> switches;
-  std::function<StopView()> stops;  ///< what is to be shown of a stop
+  std::function<StopView()> stops;  ///< returns what to show of a stop
 };
 
-/// A window on this host's desktop: the main view, over it the hit zone (right above) and the end-effector's
-/// view (right below) where there are any. Drag turns the view under the pointer, the wheel zooms it, a
-/// double click brings it home; keys: see kWindowHelp. Over all of them stands who is stopped, and in
-/// alternating red who has not confirmed it. Shows finished pictures only: a slow desktop costs the drawing
-/// thread nothing.
+/// A window on this host's desktop: the main view and, over it, the hit zone (top right) and the
+/// end-effector's view (bottom right) where there are any. Dragging turns the view under the pointer, the
+/// wheel zooms it, and a double click resets it; keys: see kWindowHelp. Above all views a banner shows which
+/// sides are stopped and, in blinking red, which have not confirmed a stop. The window shows finished
+/// pictures only, so that a slow desktop costs the drawing thread nothing.
 class Window {
  public:
-  /// On the main thread, as all else here. Throws core::MissingError if there is no display to open it on.
+  /// Opens the window. Use the class on the main thread only. Throws core::MissingError if there is no
+  /// display.
   Window(const std::string& title, PageContent& content, WindowActions actions);
   ~Window();
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
-  /// Handles input and shows what is new, for about `seconds`. False once the user has closed it.
+  /// Handles input and shows new pictures, for about `seconds`. Returns false once the user has closed the
+  /// window.
   bool turn(double seconds);
 
  private:

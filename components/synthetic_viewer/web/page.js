@@ -1,6 +1,6 @@
 'use strict';
-// The operator's page: follows the events, shows the streams, posts commands. Fields of an event: page_state.cpp. The stop
-// is in stop.js.
+// The operator's page: follows the events, shows the streams, posts commands. The fields of an event are in page_state.cpp.
+// The stop is in stop.js.
 
 const fixed = (value, digits, unit = '') => value === null || value === undefined ? '–' : value.toFixed(digits) + unit;
 const duration = s => s === null ? '–' : s < 0.001 ? (s * 1e6).toFixed(0) + ' µs' : s < 1 ? (s * 1e3).toFixed(s < 0.01 ? 2 : 0) + ' ms' : s.toFixed(1) + ' s';
@@ -10,9 +10,9 @@ let source = null;
 let lastEvent = 0, lastState = 0, connected = 0;
 let torqueScale = 1;
 
-// Streams have a port of their own: each holds a connection, of which a browser grants six per host and port to all its
-// windows together, and what is asked for on the page's port must not wait for them. A page that nobody sees gives them
-// back, and the hit zone's stream is open only while there is a zone to show.
+// Streams have their own port, because each occupies a connection: a browser opens at most six per host and port for all its
+// windows together, and requests to the page's port must not wait for them. A hidden page closes its streams, and
+// the hit zone's stream is open only while there is a zone to show.
 const kStreams = `${location.protocol}//${location.hostname}:${document.querySelector('meta[name=stream-port]').content}/`;
 const streams = {
   set(id, path) {
@@ -41,7 +41,7 @@ function connect() {
   source.onmessage = message => { lastEvent = performance.now(); take(JSON.parse(message.data)); };
 }
 
-// Where the events do not come: other windows hold the browser's connections, or no way leads to their port.
+// Polls the state while no events come: other windows occupy the browser's connections, or their port is not reachable.
 const kPoll_ms = 250, kEventsPatience_ms = 1000;
 async function pollState() {
   for (;; await pause(kPoll_ms)) {
@@ -49,11 +49,11 @@ async function pollState() {
     try {
       const response = await fetch('state', { signal: within(1000), cache: 'no-store' });
       if (response.ok) take(await response.json());
-    } catch (problem) { /* showBanner() says so */ }
+    } catch (problem) { /* showBanner() reports it */ }
   }
 }
 
-// A stream of which no picture has come.
+// Returns whether a stream is open but has shown no picture for 3 s.
 function withoutPicture(id) {
   const image = byId(id);
   return Boolean(image.dataset.stream) && !image.naturalWidth && performance.now() - +image.dataset.since > 3000;
@@ -167,7 +167,7 @@ function showViews(view, viewer) {
   streams.set('tool-view', viewer.tool_view ? 'stream/tool' : '');
 }
 
-// What goes with every view: back to where it stands by itself, and recording.
+// The buttons of every view: back to the default camera, and recording.
 for (const tools of document.querySelectorAll('[data-tools]')) {
   const view = tools.dataset.tools;
   tools.innerHTML = '<button type="button" class="home" title="Back to where it stands by itself. Key: Home">Back</button>'
@@ -195,7 +195,7 @@ function showViewTools(view, viewer) {
   put('main-note', alone || viewer.message || recorded || (viewer.allow_commands ? 'Drag to turn, wheel to zoom' : ''));
 }
 
-// Moving a view: what comes faster than it is answered is added up.
+// Moves a view. Movements that come before the last is answered are combined.
 const waiting = {};
 async function moveView(request) {
   if (state === null || !state.viewer.allow_commands) return;
@@ -246,7 +246,7 @@ for (const image of document.querySelectorAll('[data-view]')) {
     event.preventDefault();
   });
 }
-// Letters and digits work wherever nothing is being typed.
+// Letter and digit keys work unless text is being typed.
 addEventListener('keydown', event => {
   if (event.ctrlKey || event.altKey || event.metaKey || /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName)) return;
   const key = event.key.toUpperCase();
@@ -285,7 +285,7 @@ function showHits(hits, total) {
 
 function rate(hz) { return hz >= 100 ? hz.toFixed(0) + ' Hz' : hz.toFixed(1) + ' Hz'; }
 
-// A loop that hangs has a rate of long ago.
+// The rate of a hanging loop is out of date, so the time since its last tick is shown instead.
 function tempo(loop) { return loop.idle_s > 1 + 3 / loop.nominal_hz ? `no tick for ${loop.idle_s.toFixed(0)} s` : rate(loop.rate_hz); }
 
 function showComponents(components) {
@@ -323,7 +323,7 @@ function command(kind, value) {
   return post('command', value === undefined ? { kind } : { kind, value }, kind.replaceAll('_', ' '));
 }
 
-// Says what became of it, if it has a name; always why it was not done.
+// Posts a request. Reports its outcome if it has a name, and always why it was not carried out.
 async function post(path, body, name) {
   try {
     const response = await fetch(path, { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify(body) });

@@ -1,13 +1,13 @@
 'use strict';
-// The stop: asked for here, shown by each side's own word. Asks GET /stop time and again over the page's port, so that it
-// depends neither on the streams, of which a browser opens six at once, nor on the pictures. Fields: stop_json().
+// The stop: requested here, shown by each side's own report. Polls GET /stop on the page's port, so that it depends neither
+// on the streams, of which a browser opens six at once, nor on the pictures. The fields are in stop_json().
 
 const kStopPoll_ms = 200, kStopAnswer_ms = 1000, kStopRetry_ms = 300, kRefusal_ms = 10000, kStopStale_ms = 2000;
 const kStopUnheard_ms = 600;  // longer than the viewer waits for master and slave
 let stops = null;        // newest answer of GET /stop
-let stopWord = 0;        // when it came
-let stopAsked = 0;       // when a stop was pressed that the viewer has not taken yet; 0: none
-let stopRefused = '';    // why the viewer did not take it; shown for a while
+let stopWord = 0;        // when that answer came; ms, as performance.now()
+let stopAsked = 0;       // when a stop was pressed that the viewer has not accepted yet; 0: none
+let stopRefused = '';    // why the viewer refused it; shown for kRefusal_ms
 
 const byId = id => document.getElementById(id);
 const put = (id, text) => { const e = typeof id === 'string' ? byId(id) : id; if (e.textContent !== text) e.textContent = text; };
@@ -19,7 +19,7 @@ function within(ms) {
   return controller.signal;
 }
 
-// Until the viewer has taken it: what it makes of it then, it says by GET /stop.
+// Posts the stop until the viewer has accepted it. From then on GET /stop reports its progress.
 async function stop() {
   const pressed = stopAsked = performance.now();
   stopRefused = '';
@@ -49,7 +49,7 @@ async function askStop() {
     if (!response.ok) return;
     stops = await response.json();
     stopWord = performance.now();
-  } catch (problem) { /* showBanner() says so */ }
+  } catch (problem) { /* showBanner() reports it */ }
   showStop();
 }
 
@@ -79,7 +79,7 @@ function showStop() {
 }
 
 byId('stop').addEventListener('click', stop);
-// Esc stops, wherever the focus is. Not Space: that presses the button that has the focus.
+// Esc stops, wherever the focus is. Space does not, because it presses the button that has the focus.
 addEventListener('keydown', event => {
   if (event.key !== 'Escape') return;
   event.preventDefault();
