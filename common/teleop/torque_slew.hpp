@@ -28,13 +28,12 @@ struct SlewedTorque {
 /// included, at every step:
 /// 1. |motor| ≤ the device's limit; |percept| and |feedback| ≤ their caps.
 /// 2. The percept's power is never positive: with separable drag on no joint, with coupled drag in the sum.
-/// Within a
-///    few milliseconds after the hand turns round, the bounded rate alone would leave drag that pushes. Such
-///    drag falls to zero at once: passivity takes precedence over smoothness, and a torque that vanishes does
-///    not push. With coupled drag, the pushing joints' torques fall only as far as the sum requires.
+///    When the hand turns round within a few milliseconds, the bounded rate alone would leave drag that
+///    pushes. Such drag falls to zero at once: passivity takes precedence over smoothness, and a torque that
+///    vanishes does not push. With coupled drag, the torques of the pushing joints fall only as far as the
+///    sum requires.
 /// 3. Each part changes by at most its share of rate·dt, apart from that fall. So the motor's torque changes
-/// by at
-///    most rate·dt plus the fall.
+///    by at most rate·dt plus the fall.
 /// A requested value that is not finite counts as zero. Real-time safe: yes.
 class TorqueSlew {
  public:
