@@ -50,9 +50,8 @@ struct Config {
   core::JointArray percept_gain{};  ///< initial G, by joint
   double percept_staleness_s = 0.06;
   teleop::FeedbackParameters feedback;
-  std::vector<teleop::FeedbackLoop>
-      feedback_loops;                       ///< by joint; the feedback must be stable with these loops
-  core::JointArray torque_rate_Nm_per_s{};  ///< greatest rate of the motors' torque, by joint
+  std::vector<teleop::FeedbackLoop> feedback_loops;  ///< by joint; the feedback must be stable in them
+  core::JointArray torque_rate_Nm_per_s{};           ///< greatest rate of the motors' torque, by joint
   ContactSource contact_source = ContactSource::kEither;
   simulation::OperatorParameters hand;
   std::string operator_model;  ///< name of the simulated operator; empty: a person moves the master

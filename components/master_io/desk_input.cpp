@@ -75,9 +75,7 @@ std::string name_of_device(int fd, const std::string& path) {
 
 int open_device(const std::string& path) {
   const int fd = open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-  return fd >= 0 ? fd
-                 : open(path.c_str(),
-                        O_RDONLY | O_NONBLOCK | O_CLOEXEC);  // opened for reading only, it cannot rumble
+  return fd >= 0 ? fd : open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);  // read-only: no rumble
 }
 
 /// Opens the first gamepad or joystick and returns its descriptor; −1: none.

@@ -47,9 +47,7 @@ class ContactLog {
   }
 
   std::size_t size() const noexcept { return count_; }
-  std::uint64_t seen() const noexcept {
-    return seen_;
-  }  ///< number of all contacts, including those beyond the capacity
+  std::uint64_t seen() const noexcept { return seen_; }  ///< contacts, also those beyond the capacity
   const ContactEpisode& operator[](std::size_t i) const noexcept { return episodes_[i]; }
 
  private:

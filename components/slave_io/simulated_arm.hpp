@@ -21,9 +21,7 @@ class SimulatedArm final : public ArmDriver {
   bool makes_up_periods() const noexcept override { return true; }
   core::ActuatorHealth health() override;
 
-  const ContactLog& contacts() const noexcept {
-    return contacts_;
-  }  ///< valid once the servo thread has ended
+  const ContactLog& contacts() const noexcept { return contacts_; }  ///< after the servo thread has ended
   std::size_t contact_point_count() const noexcept { return plant_.contact_point_count(); }
 
  private:
