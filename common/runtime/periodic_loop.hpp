@@ -22,7 +22,6 @@ struct LoopScheduling {
 
 /// Calls a body at a fixed rate at absolute CLOCK_MONOTONIC times, without drift, and keeps statistics.
 ///
-///
 /// A body that overruns, or a host that wakes late, makes the loop *slip*: it skips due times that have
 /// passed and does not catch up, so that a servo never runs two steps back to back. The number of ticks and
 /// their rate are always current. Statistics over many ticks are published lock-free once a second.

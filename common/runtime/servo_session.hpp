@@ -67,7 +67,6 @@ struct ServoTold {
 /// twice a second. At the end the loops stop first, then the actuator is ended, and a last health report says
 /// that the side has ended. Returns the statistics of the loops.
 ///
-///
 /// Required members: `servo` has tick(dt_s, now_ns), a Snapshot `outbox` of Report and a WakeSignal
 /// `published`. `adapter` has publish(Report), announce_stop(issuer) and publish_health(Health). `actuator`
 /// has health() and end(now_ns).

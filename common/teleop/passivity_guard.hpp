@@ -23,7 +23,6 @@ struct PassivityParameters {
 /// needed because delay, sampling and a stiff environment can make the loop through the network generate
 /// energy.
 ///
-///
 /// The observer adds up the energy that the feedback takes from the hand in each period. The sum is exact for
 /// a torque that is held between samples: −τ(k−1)·(q(k) − q(k−1)). When the sum falls below −allowance, the
 /// controller adds −α·v. α moves towards the damping that would remove the deficit within the next period, at

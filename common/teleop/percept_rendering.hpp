@@ -41,7 +41,6 @@ struct RenderedPercept {
 /// and the master's velocity of the present tick. Gains are per joint: B± of joint j becomes G_j·B±, and D
 /// becomes √G·D·√G, so that it stays positive semi-definite.
 ///
-///
 /// For any input the rendered power τ·v is ≤ 0, and the torque is zero at rest, stays within the cap and
 /// follows changed coefficients continuously. When no more coefficients arrive, the percept fades out within
 /// ramp_down_s. Source: thesis eq. 5.15–5.20. The network delays only the slowly varying coefficients, never

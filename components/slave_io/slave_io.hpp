@@ -30,7 +30,6 @@ struct SlaveOutputs : teleop::SideOutputs {
 
 /// The slave's controller: monitors the link, moves the reference, closes the position loops.
 ///
-///
 /// In states init, degraded and stopped it holds the position at which the state began. In states ready and
 /// aligned it moves slowly to the master's pose if that is near, else it holds. In state coupled it follows
 /// the master. While the drives do not follow, the reference is the arm's position, so that nothing jumps
