@@ -32,9 +32,9 @@ class ArmDrives {
   /// `command.quick_stop` gives no power either. If it is commanded from the first step on, it stops drives
   /// that an earlier process left enabled. `command.hold` is set here. Real-time safe as DriveGroup::step().
   void step(DriveCommand command, core::Nanoseconds now_ns) noexcept;
-  /// Makes the drives hold or coast at once, as in a fault, instead of following
-  /// their last targets until the heartbeat is missed. Drives on a bus that refuses the frames stop when they
-  /// miss the heartbeat. It is the last call.
+  /// Makes the drives hold or coast at once, as in a fault, instead of following their last targets until
+  /// the heartbeat is missed. Drives on a bus that refuses the frames stop when they miss the heartbeat. This
+  /// is the last call.
   void end(core::Nanoseconds now_ns) noexcept;
 
   const DriveGroupReport& report() const noexcept { return group_.report(); }

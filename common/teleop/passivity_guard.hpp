@@ -27,7 +27,7 @@ struct PassivityParameters {
 /// a torque that is held between samples: −τ(k−1)·(q(k) − q(k−1)). When the sum falls below −allowance, the
 /// controller adds −α·v. α moves towards the damping that would remove the deficit within the next period, at
 /// most the damping limit. α rises over kEngage_s and falls over kRelease_s, so that the guard itself causes
-/// no jerk. The sum is kept at store_J at most.
+/// no jolt. The sum is kept at store_J at most.
 class PassivityGuard {
  public:
   explicit PassivityGuard(const PassivityParameters& parameters) : parameters_(parameters) {}

@@ -70,9 +70,9 @@ struct MasterOutputs : teleop::SideOutputs {
 /// The master's controller: monitors the link, renders percept and slave feedback, and sums them for the
 /// device.
 ///
-/// Torques exist only while coupled; they fade in and out, and the motors' torque never jumps. The percept
-/// uses the velocity of the present tick. The device's drives get power once the slave is heard and reports
-/// that it is not stopped. In a stop they lose it when the torques have faded out.
+/// Torques exist only while coupled; they fade in and out, and the motors' torque changes at a bounded rate
+/// (TorqueSlew). The percept uses the velocity of the present tick. The device's drives get power once the
+/// slave is heard and reports that it is not stopped. In a stop they lose it when the torques have faded out.
 class MasterIo {
  public:
   /// `latch` holds the stop that was in force when the previous process ended, if there was one.
