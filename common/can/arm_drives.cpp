@@ -23,7 +23,7 @@ const ArmDrivesSense& ArmDrives::sense() noexcept {
   return sense_;
 }
 
-// With its power on such a joint would be driven back into its range at once.
+// Returns a joint outside its range: with power it would be driven back into the range at once.
 std::int32_t ArmDrives::joint_outside() const noexcept {
   for (std::size_t j = 0; j < config_.axes.size(); ++j) {
     const double q = sense_.position[j];
@@ -43,7 +43,7 @@ void ArmDrives::step(DriveCommand command, core::Nanoseconds now_ns) noexcept {
 }
 
 void ArmDrives::end(core::Nanoseconds now_ns) noexcept {
-  // Twice: what is sent after one SYNC acts with the next.
+  // Two steps: frames sent after one SYNC take effect with the next.
   for (int i = 0; i < 2; ++i) group_.step({.quick_stop = config_.reaction == FaultReaction::kHold}, now_ns);
 }
 

@@ -6,44 +6,47 @@
 
 namespace phantom::can {
 
-/// What one tick is told of the drives of an arm.
+/// State of an arm's drives at a tick.
 struct ArmDrivesSense {
-  bool known = false;  ///< every encoder has spoken; before that nothing else means anything
-  core::JointArray position{}, velocity{}, torque{};  ///< as the drives say, of the newest answered SYNC
-  bool follows = false;                               ///< all drives do what they are told
-  bool fault = false;                                 ///< they hold or coast until a reset
+  bool known = false;  ///< every encoder has reported; before that nothing else is valid
+  core::JointArray position{}, velocity{}, torque{};  ///< as the drives report for the newest answered SYNC
+  bool follows = false;                               ///< all drives follow their commands
+  bool fault = false;                                 ///< the drives hold or coast until a reset
 };
 
-/// A DriveGroup as slave_io and master_io use it: power comes on while the caller permits it and every joint
-/// stands within its range; what is wrong is told to a thread that reports health.
+/// A DriveGroup as slave_io and master_io use it. Power comes on while the caller permits it and every joint
+/// is within its range. Problems are reported through health(), for another thread.
 class ArmDrives {
  public:
-  /// `tolerance`: how far beyond its range a joint may stand when power comes on (rad or m). See DriveGroup.
+  /// `tolerance`: how far outside its range a joint may be when power comes on (rad or m). See DriveGroup.
   ArmDrives(const DriveGroupConfig& config, const core::JointArray& tolerance,
             std::vector<std::unique_ptr<CanBus>> buses);
 
-  /// Takes what has come since the last step(). Real-time safe: yes.
+  /// Reads what the buses received since the last step(). Real-time safe: yes.
   const ArmDrivesSense& sense() noexcept;
-  /// One period under `command`. `command.enable` permits power: no drive is given any without it, whatever
-  /// state an earlier process left the drives in. When it is withdrawn, drives that follow stop as in a fault
-  /// (hold or coast, as configured), and those that hold go on holding where the reaction is to hold.
-  /// `command.quick_stop` gives no power either; commanded from the first step on it stops drives that an
-  /// earlier process left enabled. `command.hold` is set here. Real-time safe as DriveGroup::step().
+  /// Runs one period under `command`.
+  ///
+  /// `command.enable` permits power: without it no drive is given power, whatever state an earlier process
+  /// left the drives in. When it is withdrawn, drives that follow stop as in a fault (hold or coast, as
+  /// configured). Drives that hold already go on holding if the reaction is to hold.
+  /// `command.quick_stop` gives no power either. If it is commanded from the first step on, it stops drives
+  /// that an earlier process left enabled. `command.hold` is set here. Real-time safe as DriveGroup::step().
   void step(DriveCommand command, core::Nanoseconds now_ns) noexcept;
-  /// The last call of all: the drives hold or coast at once, as they are to in a fault, instead of going on
-  /// with their last targets until they miss the heartbeat. What a bus does not take is left to that.
+  /// Makes the drives hold or coast at once, as in a fault, instead of following their last targets until
+  /// the heartbeat is missed. Drives on a bus that refuses the frames stop when they miss the heartbeat. This
+  /// is the last call.
   void end(core::Nanoseconds now_ns) noexcept;
 
   const DriveGroupReport& report() const noexcept { return group_.report(); }
-  /// One reader thread, any but that of step(). Its figures: the planned load of the fullest bus, SYNCs
-  /// without an answer, frames that a bus did not take.
+  /// Returns the drives' health. Only one thread may call it, and not that of step(). Its figures: the
+  /// planned load of the fullest bus, SYNCs without an answer, frames that a bus refused.
   core::ActuatorHealth health();
 
  private:
   struct Told {
     DriveGroupReport report;
-    std::int32_t outside = -1;  // joint outside its range, which keeps the power off; −1: none
-    bool permitted = false;     // as the caller said
+    std::int32_t outside = -1;  // joint outside its range, which prevents power; −1: none
+    bool permitted = false;     // the caller permits power
   };
   std::int32_t joint_outside() const noexcept;
   std::string why_not_following() const;

@@ -35,7 +35,7 @@ constexpr Text kAborts[] = {
     {0x08000022, "refused in the present state of the device"},
 };
 
-// Errors of CiA 301 and 402 from the special to the general: a code belongs to the first whose mask fits.
+// Errors of CiA 301 and 402, the most specific first: a code belongs to the first group whose mask matches.
 struct Group {
   std::uint16_t code, mask;
   const char* text;

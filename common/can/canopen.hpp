@@ -29,10 +29,10 @@ enum class NmtCommand : std::uint8_t {
   kResetCommunication = 0x82,
 };
 
-/// States as a heartbeat tells them.
+/// NMT states as coded in a heartbeat.
 enum class NmtState : std::uint8_t { kBootUp = 0, kStopped = 4, kOperational = 5, kPreOperational = 127 };
 
-/// Little-endian integers, as CANopen carries them. `bytes` holds at least `size` (1…4) bytes.
+/// Read and write little-endian integers, as in CANopen. `bytes` holds at least `size` (1…4) bytes.
 constexpr std::uint32_t get_le(std::span<const std::uint8_t> bytes, std::size_t size) noexcept {
   std::uint32_t value = 0;
   for (std::size_t i = 0; i < size; ++i) value |= static_cast<std::uint32_t>(bytes[i]) << (8 * i);
@@ -50,12 +50,12 @@ constexpr CanFrame heartbeat_frame(std::uint8_t node, NmtState state) noexcept {
   return {.id = kCobHeartbeat + node, .length = 1, .data = {static_cast<std::uint8_t>(state)}};
 }
 
-/// What an SDO abort code (CiA 301) says.
+/// Returns the meaning of an SDO abort code (CiA 301).
 const char* sdo_abort_text(std::uint32_t code) noexcept;
-/// What an emergency error code (CiA 301 and 402) says, by its group.
+/// Returns the meaning of an emergency error code (CiA 301 and 402), by its group.
 const char* emergency_text(std::uint16_t code) noexcept;
 
-/// Abort codes that this side sends.
+/// Abort codes sent by SdoClient.
 inline constexpr std::uint32_t kAbortTimedOut = 0x05040000;
 inline constexpr std::uint32_t kAbortUnknownCommand = 0x05040001;
 inline constexpr std::uint32_t kAbortToggle = 0x05030000;

@@ -46,7 +46,8 @@ inline constexpr std::uint16_t kCommandDisableVoltage = 0x00, kCommandQuickStop 
                                kCommandShutdown = 0x06, kCommandSwitchOn = 0x07,
                                kCommandEnableOperation = 0x0F, kCommandFaultReset = 0x80;
 
-/// The controlword that leads from `state` one step towards operation enabled; never resets a fault.
+/// Returns the controlword that leads from `state` one step towards operation enabled. It never resets a
+/// fault.
 constexpr std::uint16_t towards_enabled(PowerState state) noexcept {
   switch (state) {
     case PowerState::kSwitchOnDisabled:

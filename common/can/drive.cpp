@@ -7,23 +7,24 @@
 namespace phantom::can {
 namespace {
 
-constexpr int kAttempts = 3;         // of an SDO transfer: a frame may be lost
-constexpr double kAskAgain_s = 0.1;  // an NMT command is not acknowledged
+constexpr int kAttempts = 3;         // of an SDO transfer, because frames may be lost
+constexpr double kAskAgain_s = 0.1;  // NMT commands are not acknowledged, so they are repeated
 
-// A node id that is there twice answers twice, again and again; a frame that the bus repeated comes twice
-// once. What one node sends comes late and in bunches from a busy host, but is never more than it was asked
-// for and had time for: each SYNC and SDO without an answer yet, and the time without a heartbeat, is owed.
-// What is owed has a limit, as frames are also lost: so many times the silence that is a fault.
+// Detection of a node id that is used twice. Two nodes answer twice again and again; a frame that the bus
+// repeated arrives twice only once. The messages of one node may arrive late and in bursts on a busy host,
+// but never more than were requested and had time to be sent. So each SYNC and SDO without an answer, and the
+// time without a heartbeat, count as owed: they may still arrive. The number owed is limited, because frames
+// are also lost; the limit is this multiple of the silence that is a fault.
 constexpr int kHeldUp = 4;
 constexpr int kSurplusSyncs = 12;       // of the last 32
-constexpr double kHeartbeatCost = 0.8;  // share of its period: a drive's clock may run fast
-constexpr int kLeastOwed = 64;          // answers to SYNCs: about what a drive's queue holds
+constexpr double kHeartbeatCost = 0.8;  // share of the heartbeat's period: a drive's clock may run fast
+constexpr int kLeastOwed = 64;          // answers to SYNCs: about the capacity of a drive's queue
 constexpr int kMostSdoOwed = 8;
 constexpr int kSurplusSdoReplies = 3;
-constexpr int kStaleSyncs = 3;          // without an answer: loops on what it told before would wind up
-constexpr int kCountedSyncs = 1 << 20;  // beyond any limit: a drive may be silent for months
+constexpr int kStaleSyncs = 3;  // SYNCs without an answer, after which loops on old data would wind up
+constexpr int kCountedSyncs = 1 << 20;  // above any limit: a drive may be silent for months
 
-// Faults of the drive itself are reset by the controlword; all others need the connection made anew.
+// Faults of the drive itself are reset by the controlword. All others need a new connection.
 bool is_reset_by_controlword(DriveFault fault) {
   return fault == DriveFault::kDriveFault || fault == DriveFault::kEmergency ||
          fault == DriveFault::kEnableTimeout || fault == DriveFault::kLeftEnabled;
@@ -61,7 +62,7 @@ void Drive::enter(DrivePhase phase, core::Nanoseconds now_ns) noexcept {
     was_set_up_ = true;
     heartbeat_ns_ = -1;
     forget_surplus();
-    credited_ns_ = before_ns;  // since it was told their period it may have sent some
+    credited_ns_ = before_ns;  // the drive may have sent heartbeats since it was given their period
     missed_ = unmeasured_ = answers_ = owed_ = 0;
     sync_open_ = measured_ = report_.has_position = false;
     booted_ = false;
@@ -73,13 +74,13 @@ void Drive::enter(DrivePhase phase, core::Nanoseconds now_ns) noexcept {
 }
 
 void Drive::fail(DriveFault fault, core::Nanoseconds now_ns) noexcept {
-  if (report_.phase == DrivePhase::kFault) return;  // the first is the cause
+  if (report_.phase == DrivePhase::kFault) return;  // the first fault is the cause
   report_.fault = fault;
   report_.fault_ns = now_ns;
   enter(DrivePhase::kFault, now_ns);
 }
 
-// ---- what comes in
+// ---- received frames
 
 void Drive::on_frame(const CanFrame& frame, core::Nanoseconds time_ns) noexcept {
   if (frame.extended || frame.remote) return;
@@ -122,9 +123,9 @@ void Drive::on_state_pdo(const CanFrame& frame) noexcept {
     pending_ = DriveFault::kPdoLength;
     return;
   }
-  if (!sync_open_) return;  // nobody asked: of an earlier life, or made up
+  if (!sync_open_) return;  // not requested: from before a restart, or false
   if (++answers_ > 1) {     // the first answer counts
-    if (owed_ > 0) {        // one that comes late, after the next SYNC: a busy drive, not a second one
+    if (owed_ > 0) {        // a late one, after the next SYNC, from a busy drive and not from a second node
       --owed_;
       --answers_;
     } else {
@@ -162,10 +163,10 @@ void Drive::on_heartbeat(const CanFrame& frame, core::Nanoseconds time_ns) noexc
     return;
   }
   heartbeat_ns_ = time_ns;
-  if (report_.phase < DrivePhase::kStarting) return;  // not the period that it was told
+  if (report_.phase < DrivePhase::kStarting) return;  // not at the configured period yet
   const double gap_s = std::max(0.0, core::seconds(time_ns - credited_ns_));
   credited_ns_ = time_ns;
-  // All that fell into a gap may come at its end, however long it was.
+  // All heartbeats of a gap may arrive at its end, however long the gap was.
   const double most_s = std::max({gap_s, kHeldUp * timing_.heartbeat_timeout_s, heartbeat_credit_s_});
   heartbeat_credit_s_ = std::min(most_s, heartbeat_credit_s_ + gap_s) - kHeartbeatCost * timing_.heartbeat_s;
 }
@@ -181,7 +182,7 @@ void Drive::on_sync() noexcept {
     surplus_syncs_ = surplus_syncs_ << 1 | (answers_ > 1 ? 1U : 0U);
     missed_ = answers_ == 0 ? std::min(missed_ + 1, kCountedSyncs) : 0;
     unmeasured_ = std::min(unmeasured_ + 1, kCountedSyncs);
-    // While it starts, or a fault is latched, a silence has no limit, and what it held back comes later.
+    // During start-up or a latched fault a silence has no limit, and all delayed answers may arrive later.
     const int most = is_watched() ? most_owed_ : kCountedSyncs;
     owed_ += answers_ == 0 && owed_ < most ? 1 : 0;
     report_.missed += answers_ == 0 ? 1 : 0;
@@ -190,7 +191,7 @@ void Drive::on_sync() noexcept {
   answers_ = 0;
 }
 
-// ---- what follows from it
+// ---- faults, configuration and control
 
 DriveFault Drive::found_fault(core::Nanoseconds now_ns) const noexcept {
   if (pending_ != DriveFault::kNone) return pending_;
@@ -198,12 +199,12 @@ DriveFault Drive::found_fault(core::Nanoseconds now_ns) const noexcept {
     return DriveFault::kDuplicateNode;
   if (!is_watched()) return DriveFault::kNone;
   if (booted_) return DriveFault::kRebooted;
-  // A drive in fault says so in its statusword before all else that follows from it.
+  // The drive's own fault takes precedence, because the other faults may follow from it.
   const bool in_fault = report_.power == PowerState::kFault || report_.power == PowerState::kFaultReaction;
   if (in_fault && report_.phase != DrivePhase::kResetting) return DriveFault::kDriveFault;
   if (nmt_ != NmtState::kOperational) return DriveFault::kNotOperational;
   if (missed_ > timing_.most_missed) return DriveFault::kFeedbackMissing;
-  // Position loops on a speed of long ago would shake the arm.
+  // Position loops that use an old velocity would make the arm vibrate.
   if (unmeasured_ > (timing_.most_missed + 1) * timing_.measure_every) return DriveFault::kMeasurementMissing;
   if (core::seconds(now_ns - heartbeat_ns_) > timing_.heartbeat_timeout_s) return DriveFault::kHeartbeatLost;
   if (report_.mode != static_cast<std::int8_t>(mode_)) return DriveFault::kModeMismatch;
@@ -276,7 +277,7 @@ void Drive::configure(core::Nanoseconds now_ns, Outbox& out) noexcept {
     asked_ns_ = now_ns;
     booted_ = false;
     begin_setup_step(now_ns);
-  } else if (booted_) {  // it booted again: what it was told is lost
+  } else if (booted_) {  // it booted again and has lost its settings
     return enter(DrivePhase::kConfiguring, now_ns);
   }
   const bool sent = send_request(now_ns, out);
@@ -290,7 +291,7 @@ bool Drive::send_request(core::Nanoseconds now_ns, Outbox& out) noexcept {
   if (!frame) return false;
   out.add(*frame);
   if (sdo_.state() == SdoClient::State::kBusy) owed_sdo_ = std::min(owed_sdo_ + 1, kMostSdoOwed);
-  return true;  // of an abort no answer is due
+  return true;  // an abort is not answered
 }
 
 void Drive::start(core::Nanoseconds now_ns, Outbox& out) noexcept {
@@ -311,7 +312,7 @@ void Drive::start(core::Nanoseconds now_ns, Outbox& out) noexcept {
   asked_ns_ = now_ns;
 }
 
-// From ready on: the controlword that serves the goal.
+// Sets the controlword that serves the goal, from phase ready on.
 void Drive::control(DriveGoal goal, core::Nanoseconds now_ns) noexcept {
   const PowerState power = report_.power;
   const DrivePhase phase = report_.phase;
@@ -322,8 +323,8 @@ void Drive::control(DriveGoal goal, core::Nanoseconds now_ns) noexcept {
   if (phase == DrivePhase::kResetting) {
     const bool in_fault = power == PowerState::kFault || power == PowerState::kFaultReaction;
     if (!in_fault)
-      return enter(DrivePhase::kReady, now_ns);  // with the controlword that it had: who holds, holds
-    // A rising edge resets; a new edge every few cycles, in case one was lost.
+      return enter(DrivePhase::kReady, now_ns);  // keeps the controlword: a drive that holds goes on
+    // A rising edge resets the fault. The edge is repeated every few cycles, in case one was lost.
     const auto cycle = std::llround(phase_age_s(now_ns) / timing_.period_s);
     controlword_ = cycle % 8 >= 4 ? kCommandFaultReset : kCommandDisableVoltage;
     if (phase_age_s(now_ns) > timing_.state_timeout_s) fail(DriveFault::kDriveFault, now_ns);
@@ -362,8 +363,8 @@ void Drive::leave_fault(core::Nanoseconds now_ns) noexcept {
 }
 
 void Drive::send_targets(const DriveTargets& targets, Outbox& out) noexcept {
-  // A drive that was set up before and comes back without having booted may still have its old targets: it is
-  // told to stop for as long as it is searched.
+  // A drive that was configured before and returns without having booted may still have its old targets. It
+  // is commanded to stop while it is searched for.
   const bool may_run = report_.phase == DrivePhase::kSearching && was_set_up_;
   if (!is_watched() && report_.phase != DrivePhase::kFault && !may_run) return;
   const bool live = follows();

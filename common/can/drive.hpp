@@ -13,10 +13,10 @@
 namespace phantom::can {
 
 enum class DrivePhase : std::uint8_t {
-  kSearching,    ///< asked to boot, not heard of
-  kConfiguring,  ///< by SDO
-  kStarting,     ///< told to go operational; waiting for all of its messages
-  kReady,        ///< power off
+  kSearching,    ///< asked to boot, not heard yet
+  kConfiguring,  ///< configured by SDO
+  kStarting,     ///< commanded to go operational; not all of its messages have arrived yet
+  kReady,        ///< power is off
   kEnabling,
   kEnabled,    ///< follows its targets
   kQuickStop,  ///< stops on its ramp, then holds
@@ -26,20 +26,20 @@ enum class DrivePhase : std::uint8_t {
 
 enum class DriveFault : std::uint8_t {
   kNone,
-  kSetupRefused,        ///< the drive refused a setting, or is not what the configuration says
-  kSetupTimeout,        ///< no answer to an SDO
-  kNotOperational,      ///< does not go operational, or has left it
-  kModeMismatch,        ///< reports another mode than commanded
-  kDuplicateNode,       ///< its node id is on the bus twice
-  kPdoLength,           ///< sent a PDO of another length than mapped
-  kFeedbackMissing,     ///< leaves SYNCs without an answer
-  kMeasurementMissing,  ///< answers them, but its velocity and torque do not come
+  kSetupRefused,        ///< the drive refused a setting, or does not match the configuration
+  kSetupTimeout,        ///< no answer to an SDO request
+  kNotOperational,      ///< does not become operational, or has left that state
+  kModeMismatch,        ///< reports a mode other than the commanded one
+  kDuplicateNode,       ///< its node id is used twice on the bus
+  kPdoLength,           ///< sent a PDO of a length other than the mapped one
+  kFeedbackMissing,     ///< does not answer SYNCs
+  kMeasurementMissing,  ///< answers SYNCs, but its velocity and torque do not arrive
   kHeartbeatLost,
-  kRebooted,       ///< started anew by itself
-  kBusOff,         ///< our controller has left the bus
-  kBusDown,        ///< our interface is down or gone
+  kRebooted,       ///< restarted by itself
+  kBusOff,         ///< our CAN controller has left the bus
+  kBusDown,        ///< our CAN interface is down or gone
   kEmergency,      ///< the drive sent an emergency message
-  kDriveFault,     ///< its statusword says fault
+  kDriveFault,     ///< its statusword reports a fault
   kEnableTimeout,  ///< does not reach the commanded power state
   kLeftEnabled,    ///< switched its power off by itself
 };
@@ -47,33 +47,34 @@ enum class DriveFault : std::uint8_t {
 const char* name_of(DrivePhase phase) noexcept;
 const char* name_of(DriveFault fault) noexcept;
 
-/// What is known of one drive.
+/// Known state of one drive.
 struct DriveReport {
   DrivePhase phase = DrivePhase::kSearching;
   DriveFault fault = DriveFault::kNone;
-  core::Nanoseconds fault_ns = 0;  ///< when the fault was found
-  bool answered = false;           ///< false: nothing was heard of it since it was asked to boot
+  core::Nanoseconds fault_ns = 0;  ///< time at which the fault was found
+  bool answered = false;           ///< false: nothing was received from it since it was asked to boot
   PowerState power = PowerState::kNotReady;
   std::uint16_t statusword = 0;
-  std::uint16_t emergency_code = 0;  ///< newest; 0: none, or taken back
-  std::int8_t mode = 0;              ///< as displayed
-  std::uint16_t sdo_index = 0;       ///< which setting, for the faults of the setup
+  std::uint16_t emergency_code = 0;  ///< the newest; 0: none, or cleared
+  std::int8_t mode = 0;              ///< as the drive displays it
+  std::uint16_t sdo_index = 0;       ///< the setting concerned by a setup fault
   std::uint8_t sdo_sub = 0;
-  std::uint32_t sdo_abort = 0;  ///< 0: the value that was read is not what it must be
-  std::uint32_t sdo_value = 0;  ///< that value
+  std::uint32_t sdo_abort = 0;  ///< 0: the value that was read is wrong
+  std::uint32_t sdo_value = 0;  ///< the value that was read
   std::int32_t position_counts = 0, velocity_counts = 0;
   std::int16_t torque_mille = 0;
   bool has_position = false;
-  std::uint64_t missed = 0;   ///< SYNCs without an answer, in all
-  std::uint64_t surplus = 0;  ///< messages more than one node sends
+  std::uint64_t missed = 0;   ///< total number of SYNCs without an answer
+  std::uint64_t surplus = 0;  ///< messages that show more than one node with this id
 };
 
-/// A sentence for the operator: what is wrong with the drive `name`, or what it does. Not real-time safe.
+/// Returns a sentence for the operator: the drive's problem, or its activity. `name` is the drive's name. Not
+/// real-time safe.
 std::string describe(const DriveReport& report, const std::string& name);
 
 enum class DriveGoal : std::uint8_t { kOff, kEnabled, kQuickStop };
 
-/// Frames that go out in one cycle, in order of importance.
+/// Frames to send in one cycle, in order of importance.
 class Outbox {
  public:
   static constexpr std::size_t kFrames = 96;
@@ -88,35 +89,35 @@ class Outbox {
   std::size_t count_ = 0;
 };
 
-/// Targets in the drive's units; of them the mode uses its own.
+/// Targets in the drive's units. Each mode uses its own.
 struct DriveTargets {
   std::int32_t position_counts = 0;
   std::int32_t velocity_counts = 0;
-  std::int16_t torque_mille = 0;  ///< target in torque mode, else offset
+  std::int16_t torque_mille = 0;  ///< target in torque mode, else an offset
 };
 
-/// Master side of one CiA 402 drive: boots, configures, starts, watches, enables and stops it. Knows no bus
-/// and no clock. Constant after construction but for its state; nothing allocates. Real-time safe: all but
-/// the constructor.
+/// Master side of one CiA 402 drive: boots, configures, starts, monitors, enables and stops it. It uses no
+/// bus and no clock. The configuration is constant after construction; nothing allocates memory after that.
+/// Real-time safe: all but the constructor.
 class Drive {
  public:
   Drive(const AxisConfig& axis, const DriveGroupConfig& config);
 
   int node() const noexcept { return node_; }
-  /// A frame that names this node. `time_ns` is when it was received.
+  /// Processes a frame that carries this node's id. `time_ns` is the time of its receipt.
   void on_frame(const CanFrame& frame, core::Nanoseconds time_ns) noexcept;
-  /// One cycle, after all frames were taken. `goal` counts once the drive is ready. `reset` asks to leave a
-  /// fault.
+  /// Runs one cycle, after all frames were processed. `goal` applies once the drive is ready. `reset`
+  /// requests to leave a fault.
   void step(DriveGoal goal, bool reset, BusState bus, core::Nanoseconds now_ns, Outbox& out) noexcept;
-  /// Targets for this cycle; call after step(). Sends nothing before the drive was operational. Of a drive
-  /// that leaves SYNCs without an answer, but is not in fault yet, the torque stays what it was.
+  /// Sends the targets of this cycle; call it after step(). Sends nothing before the drive was operational.
+  /// If a drive leaves SYNCs unanswered but is not in fault yet, its torque target is frozen.
   void send_targets(const DriveTargets& targets, Outbox& out) noexcept;
-  /// Tells that the cycle's SYNC went out.
+  /// Notes that the cycle's SYNC was sent.
   void on_sync() noexcept;
 
   const DriveReport& report() const noexcept { return report_; }
-  /// Whether the targets are followed by the drive: until then they are its actual position, no speed, no
-  /// torque.
+  /// Returns whether the drive follows the targets. Otherwise its actual position, zero velocity and zero
+  /// torque are sent.
   bool follows() const noexcept { return report_.phase == DrivePhase::kEnabled; }
 
  private:
@@ -148,28 +149,28 @@ class Drive {
   std::vector<SetupStep> setup_;
   SdoClient sdo_;
   DriveReport report_;
-  core::Nanoseconds phase_ns_ = -1;  // since when in this phase; < 0: not stepped yet
-  core::Nanoseconds asked_ns_ = -1;  // when the last NMT command went out
+  core::Nanoseconds phase_ns_ = -1;  // start of the present phase; < 0: not stepped yet
+  core::Nanoseconds asked_ns_ = -1;  // when the last NMT command was sent
   std::size_t setup_next_ = 0;
   int attempts_ = 0;
-  std::uint16_t controlword_;  // at first as setup_steps() has it: who holds since an earlier process, holds
-  DriveFault pending_ = DriveFault::kNone;  // found in a frame; taken by step()
+  std::uint16_t controlword_;  // initially that of setup_steps(): a drive that still holds from an earlier
+                               // process goes on holding
+  DriveFault pending_ = DriveFault::kNone;  // found in a frame; processed by step()
   bool booted_ = false;
-  bool was_set_up_ = false;  // at some time: it takes our targets when it is operational
+  bool was_set_up_ = false;  // it was configured at some time, so it accepts our targets when operational
   NmtState nmt_ = NmtState::kBootUp;
   core::Nanoseconds heartbeat_ns_ = -1;
-  core::Nanoseconds credited_ns_ = 0;  // up to when time is in heartbeat_credit_s_
-  double heartbeat_credit_s_ =
-      0.0;              // time that heartbeats may still take up; < 0: more than one node sends them
-  int answers_ = 0;     // to the newest SYNC
-  int missed_ = 0;      // SYNCs in a row, at most kCountedSyncs
-  int unmeasured_ = 0;  // SYNCs since the newest velocity and torque, at most kCountedSyncs
-  std::int16_t torque_mille_ = 0;  // newest target from what the drive told of itself in time
-  int owed_ = 0;                   // answers that did not come in time and may still come
+  core::Nanoseconds credited_ns_ = 0;  // time up to which heartbeat_credit_s_ is counted
+  double heartbeat_credit_s_ = 0.0;    // time budget for heartbeats; < 0: more than one node sends them
+  int answers_ = 0;                    // answers to the newest SYNC
+  int missed_ = 0;                     // successive SYNCs without an answer, at most kCountedSyncs
+  int unmeasured_ = 0;                 // SYNCs since the newest velocity and torque, at most kCountedSyncs
+  std::int16_t torque_mille_ = 0;      // newest target that was computed from timely data of the drive
+  int owed_ = 0;                       // late answers that may still arrive
   int most_owed_;
   bool sync_open_ = false, measured_ = false;
-  std::uint32_t surplus_syncs_ = 0;     // SYNCs with more than one answer, newest in bit 0
-  int owed_sdo_ = 0, surplus_sdo_ = 0;  // replies that may still come; that nobody asked for
+  std::uint32_t surplus_syncs_ = 0;     // SYNCs with more than one answer; bit 0 is the newest
+  int owed_sdo_ = 0, surplus_sdo_ = 0;  // SDO replies that may still arrive; replies to no request
 };
 
 }  // namespace phantom::can

@@ -6,10 +6,9 @@
 namespace phantom::can {
 namespace {
 
-constexpr int kMostFramesPerCycle =
-    512;  // of one bus: four milliseconds' worth at 1 Mbit/s of the shortest frames
+constexpr int kMostFramesPerCycle = 512;  // of one bus: four milliseconds of the shortest frames at 1 Mbit/s
 
-constexpr double kApproach_s = 0.2;  // an axis in velocity mode slows down so long before its range ends
+constexpr double kApproach_s = 0.2;  // an axis in velocity mode slows down this long before its range ends
 
 bool is_ready(DrivePhase phase) noexcept {
   return phase == DrivePhase::kReady || phase == DrivePhase::kEnabling || phase == DrivePhase::kEnabled ||
@@ -48,14 +47,15 @@ void DriveGroup::take_frames(Bus& bus) noexcept {
   }
 }
 
-// Whether the drives shall leave their faults now: once per rising edge, as soon as all buses are back.
+// Returns whether the drives have to leave their faults now: once per rising edge, as soon as all buses are
+// back.
 bool DriveGroup::take_reset(bool asked) noexcept {
   const bool edge = asked && !reset_before_;
   reset_before_ = asked;
   bool all_on = true;
   for (Bus& bus : buses_) {
     if (!is_off(bus.port->state())) continue;
-    if (edge) static_cast<void>(bus.port->restart());  // seen in the bus's state if it failed
+    if (edge) static_cast<void>(bus.port->restart());  // a failure shows in the bus's state
     all_on = all_on && !is_off(bus.port->state());
   }
   reset_pending_ = reset_pending_ || edge;
@@ -70,8 +70,8 @@ DriveGoal DriveGroup::goal_of(const DriveCommand& command, const Drive& drive) c
     return config_.reaction == FaultReaction::kHold ? DriveGoal::kQuickStop : DriveGoal::kOff;
   if (command.quick_stop) return DriveGoal::kQuickStop;
   if (command.enable && all_ready_) return DriveGoal::kEnabled;
-  // No power yet, or no longer: who holds goes on holding, and others are not ready yet where they are to
-  // follow.
+  // No power yet, or no longer. A drive that holds goes on holding. With enable, the others are not all ready
+  // to follow yet.
   const PowerState power = drive.report().power;
   const bool holds = power == PowerState::kQuickStopActive && (command.enable || command.hold);
   const bool stops = power == PowerState::kOperationEnabled && command.hold;

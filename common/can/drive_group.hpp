@@ -10,25 +10,24 @@
 
 namespace phantom::can {
 
-/// What the arm's controller wants of its drives in one cycle.
+/// Command of the arm's controller to its drives for one cycle.
 struct DriveCommand {
   bool enable = false;  ///< power on and follow; false: no drive is given power
-  bool hold =
-      false;  ///< without enable: a drive that has power stops on its ramp and holds; false: power off
-  bool quick_stop = false;      ///< stop on the drives' ramps and hold; gives no power; stronger than enable
-  bool reset = false;           ///< a rising edge leaves faults, if their cause is gone
+  bool hold = false;    ///< without enable: a drive with power stops on its ramp and holds; false: power off
+  bool quick_stop = false;      ///< stop on the drives' ramps and hold; gives no power; overrides enable
+  bool reset = false;           ///< a rising edge ends faults whose cause is gone
   core::JointArray position{};  ///< rad or m, for axes in position mode
   core::JointArray velocity{};  ///< for axes in velocity mode
-  core::JointArray torque{};  ///< N·m or N at the joint: target in torque mode, otherwise added by the drive
+  core::JointArray torque{};    ///< N·m or N at the joint: target in torque mode, else added by the drive
 };
 
 enum class DriveGroupState : std::uint8_t {
-  kStarting,  ///< some drive is not ready yet
-  kReady,     ///< all are; power off
+  kStarting,  ///< at least one drive is not ready yet
+  kReady,     ///< all drives are ready; power is off
   kEnabling,
-  kEnabled,  ///< all follow
+  kEnabled,  ///< all drives follow
   kQuickStop,
-  kFault,  ///< some drive is or was in fault: the others hold or coast as configured, until a reset
+  kFault,  ///< a drive is or was in fault: the others hold or coast as configured, until a reset
 };
 
 const char* name_of(DriveGroupState state) noexcept;
@@ -36,40 +35,41 @@ const char* name_of(DriveGroupState state) noexcept;
 struct DriveGroupReport {
   static constexpr std::size_t kMaxBuses = 8;
   DriveGroupState state = DriveGroupState::kStarting;
-  core::JointArray position{}, velocity{}, torque{};  ///< as the drives say; kept while a drive is silent
-  bool has_positions = false;                         ///< every drive has told its position
+  core::JointArray position{}, velocity{}, torque{};  ///< as the drives report; kept while a drive is silent
+  bool has_positions = false;                         ///< every drive has reported its position
   std::array<DriveReport, core::kMaxJoints> drives{};
   std::array<BusState, kMaxBuses> buses{};
-  std::uint64_t refused_values = 0;  ///< commands that were not finite
-  std::uint64_t not_sent = 0;        ///< frames that a bus did not take
+  std::uint64_t refused_values = 0;  ///< commanded values that were not finite
+  std::uint64_t not_sent = 0;        ///< frames that a bus refused
 };
 
-/// One sentence on what keeps the drives of `axes` from following; empty if nothing does. Not real-time safe.
+/// Returns one sentence on what prevents the drives of `axes` from following; empty if nothing does. Not
+/// real-time safe.
 std::string describe(const DriveGroupReport& report, const std::vector<AxisConfig>& axes);
 
-/// All drives of an arm, on one or several CAN buses, as slave_io or master_io runs them: one step per
-/// period.
+/// Runs all drives of an arm, on one or several CAN buses, with one step per period. Used by slave_io and
+/// master_io.
 ///
-/// One cycle takes what has come, moves every drive's state on, sends SYNC, then the targets, then one frame
-/// of configuration per drive. Targets act with the next SYNC. Whatever is commanded: torques stay within
-/// max_torque; position targets start at the actual position, move at most at max_speed and stay in the
-/// joint's range; a value that is not finite leaves position targets where they are and gives no speed or
+/// One cycle reads the received frames, advances every drive's state, sends SYNC, then the targets, then one
+/// frame of configuration per drive. Targets take effect with the next SYNC. For any command: torques stay
+/// within max_torque. Position targets start at the actual position, move at most at max_speed and stay in
+/// the joint's range. A value that is not finite leaves position targets unchanged and gives no velocity or
 /// torque. After a fault of any drive no drive follows until `reset`.
 class DriveGroup {
  public:
-  /// The configuration must have passed check(); one open bus per bit rate in it.
+  /// The configuration must have passed check(). `buses`: one open bus per bit rate in it.
   DriveGroup(const DriveGroupConfig& config, std::vector<std::unique_ptr<CanBus>> buses);
 
-  /// Takes what has come, so that a command may rest on the answers to the last SYNC; step() does the same
-  /// for a caller that does not ask. Position, velocity and torque of the report are new then. Real-time
+  /// Reads the received frames and updates position, velocity and torque of the report, so that a command may
+  /// use the answers to the last SYNC. step() does the same for a caller that does not call this. Real-time
   /// safe: yes.
   const DriveGroupReport& listen() noexcept;
-  /// One period. `now_ns`: CLOCK_MONOTONIC. Bounded, allocates nothing, locks nothing: real-time safe, but
-  /// for the cycle of a reset while a bus is off, which restarts it.
+  /// Runs one period. `now_ns`: CLOCK_MONOTONIC. Bounded, without allocation or locks, so real-time safe;
+  /// except in the cycle of a reset while a bus is off, because it restarts the bus.
   const DriveGroupReport& step(const DriveCommand& command, core::Nanoseconds now_ns) noexcept;
 
   const DriveGroupReport& report() const noexcept { return report_; }
-  /// The same sentence as describe() gives. Not real-time safe.
+  /// Returns the sentence of describe(). Not real-time safe.
   std::string sentence() const { return describe(report_, config_.axes); }
 
  private:

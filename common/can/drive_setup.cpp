@@ -18,7 +18,7 @@ void add_write(Steps& steps, std::uint16_t index, std::uint8_t sub, std::uint8_t
 
 constexpr std::uint32_t kPdoOff = 0x80000000;
 
-// The order is CiA 301's: off, no mapping, the mapping, its count, the transmission type, on.
+// The order is that of CiA 301: off, no mapping, the mapping, its count, the transmission type, on.
 void map_pdo(Steps& steps, std::uint16_t communication, std::uint32_t cob, std::uint32_t every_syncs,
              std::initializer_list<std::uint32_t> objects) {
   const auto mapping = static_cast<std::uint16_t>(communication + 0x200);
@@ -36,7 +36,7 @@ void switch_pdo_off(Steps& steps, std::uint16_t communication, std::uint32_t cob
   steps.back().optional = true;
 }
 
-// Interpolation time period: value · 10^exponent seconds, exact where it can be.
+// Sets the interpolation time period: value · 10^exponent seconds, exact where possible.
 void set_interpolation(Steps& steps, double period_s) {
   for (int exponent = -3; exponent >= -6; --exponent) {
     const double value = period_s * std::pow(10.0, -exponent);
@@ -71,10 +71,10 @@ std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfi
   const DriveTiming& t = config.timing;
   const auto mode_bit = 1U << (static_cast<int>(axis.mode) - 1);
   steps.push_back({.kind = Kind::kExpect, .index = 0x1000, .value = 402, .mask = 0xFFFF});
-  // First of all, what somebody left enabled is stopped.
+  // First stops a drive that an earlier process left enabled.
   const bool hold = config.reaction == FaultReaction::kHold;
-  add_write(steps, 0x6007, 0, 2, hold ? 3 : 2);  // the master is lost: quick stop, or voltage off
-  add_write(steps, 0x605A, 0, 2, 6);             // quick stop: on its ramp, and hold
+  add_write(steps, 0x6007, 0, 2, hold ? 3 : 2);  // if the master is lost: quick stop, or voltage off
+  add_write(steps, 0x605A, 0, 2, 6);             // quick stop: on its ramp, then hold
   add_write(steps, 0x6040, 0, 2, hold ? kCommandQuickStop : kCommandDisableVoltage);
   steps.push_back({.kind = Kind::kExpect, .index = 0x6502, .value = mode_bit, .mask = mode_bit});
   steps.push_back(

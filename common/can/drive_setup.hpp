@@ -10,22 +10,22 @@ namespace phantom::can {
 /// One step of a drive's configuration by SDO.
 struct SetupStep {
   enum class Kind : std::uint8_t {
-    kExpect,  ///< read; (what was read & mask) must equal value
-    kNear,    ///< read; must be within 1 % of value
+    kExpect,  ///< read; (value read & mask) must equal value
+    kNear,    ///< read; the value read must be within 1 % of value
     kWrite,
   };
   Kind kind = Kind::kWrite;
   std::uint16_t index = 0;
   std::uint8_t sub = 0;
-  std::uint8_t size = 4;  ///< bytes, of a write
+  std::uint8_t size = 4;  ///< bytes of a write
   std::uint32_t value = 0;
   std::uint32_t mask = 0xFFFFFFFF;
-  bool optional = false;  ///< a drive without this object will do
+  bool optional = false;  ///< the drive may lack this object
 };
 
-/// All that a drive is asked and told in pre-operational state, in order: profile, supported mode and torque
-/// scale are checked; reactions, limits, interpolation time, PDO mapping, mode and heartbeats are set. CiA
-/// 301, 402.
+/// Returns the SDO accesses that configure a drive in pre-operational state, in order. They check profile,
+/// supported mode and torque scale, and set reactions, limits, interpolation time, PDO mapping, mode and
+/// heartbeats. CiA 301, 402.
 std::vector<SetupStep> setup_steps(const AxisConfig& axis, const DriveGroupConfig& config);
 
 }  // namespace phantom::can

@@ -7,7 +7,7 @@
 
 namespace phantom::can {
 
-/// A classic CAN frame (ISO 11898-1), as it stands on the bus.
+/// A classic CAN frame (ISO 11898-1) as on the bus.
 struct CanFrame {
   std::uint32_t id = 0;                ///< 11 bits, or 29 if extended
   bool extended = false;               ///< 29-bit identifier
@@ -18,12 +18,13 @@ struct CanFrame {
   friend bool operator==(const CanFrame&, const CanFrame&) = default;
 };
 
-/// Whether length and identifier are within what the frame's format can carry.
+/// Returns whether length and identifier are valid for the frame's format.
 constexpr bool is_valid(const CanFrame& frame) noexcept {
   return frame.length <= 8 && frame.id < (frame.extended ? 1U << 29 : 1U << 11);
 }
 
-/// What a controller thinks of the bus: error confinement of ISO 11898-1, and down (no controller, no link).
+/// State of the bus as a controller sees it: error confinement of ISO 11898-1, and down (no controller, no
+/// link).
 enum class BusState : std::uint8_t { kActive, kWarning, kPassive, kBusOff, kDown };
 
 constexpr const char* name_of(BusState state) noexcept {
@@ -31,13 +32,13 @@ constexpr const char* name_of(BusState state) noexcept {
   return kNames[static_cast<std::size_t>(state)];
 }
 
-/// What a bus can report besides frames; bits of Received::errors.
+/// Errors and events of a bus; bits of Received::errors.
 enum BusError : std::uint16_t {
   kErrorTransmitTimeout = 1,
   kErrorArbitrationLost = 2,
   kErrorProtocol = 4,   ///< bit, form or stuff error
   kErrorNoAck = 8,      ///< nobody acknowledged: alone on the bus, or the cable is off
-  kErrorOverflow = 16,  ///< frames were lost in reception
+  kErrorOverflow = 16,  ///< received frames were lost
   kErrorState = 32,     ///< the controller's state changed
   kErrorBusOff = 64,
   kErrorRestarted = 128,  ///< back on the bus after bus-off
@@ -45,12 +46,12 @@ enum BusError : std::uint16_t {
   kErrorTransceiver = 512,
 };
 
-/// One thing that came from a bus: a frame (errors = 0), or news of the bus itself (errors ≠ 0, frame empty).
+/// A received frame (errors = 0), or an event of the bus itself (errors ≠ 0, frame empty).
 struct Received {
   CanFrame frame;
   std::uint16_t errors = 0;
-  BusState state = BusState::kActive;  ///< after this
-  core::Nanoseconds time_ns = 0;       ///< CLOCK_MONOTONIC of this host, when it was received; never falls
+  BusState state = BusState::kActive;  ///< state after this
+  core::Nanoseconds time_ns = 0;       ///< time of receipt, CLOCK_MONOTONIC of this host; never decreases
 
   bool is_frame() const noexcept { return errors == 0; }
 };

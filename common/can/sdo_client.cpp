@@ -31,7 +31,7 @@ void SdoClient::begin(bool read, std::uint16_t index, std::uint8_t sub, core::Na
   put_le(std::span(data).subspan(1), index, 2);
   data[3] = sub;
   if (!read) {
-    if (size_ <= 4) {  // expedited: size indicated, the data in the request itself
+    if (size_ <= 4) {  // expedited: size indicated, data in the request itself
       data[0] = static_cast<std::uint8_t>(data[0] | 0x3 | (4 - size_) << 2);
       std::copy_n(buffer_.begin(), size_, data.begin() + 4);
     } else {

@@ -9,10 +9,11 @@
 
 namespace phantom::can {
 
-/// Reads and writes one object at a time of one node's dictionary, expedited or in segments (CiA 301).
+/// Reads and writes the object dictionary of one node, one object at a time, expedited or segmented (CiA
+/// 301).
 ///
-/// Knows no bus: frames from the node go to on_frame(), poll() gives those to be sent. Nothing allocates.
-/// Real-time safe: yes, all of it.
+/// It uses no bus: frames from the node go to on_frame(), and poll() returns the frames to send. Nothing
+/// allocates memory. Real-time safe: yes, all of it.
 class SdoClient {
  public:
   static constexpr std::size_t kMaxBytes = 256;
@@ -20,19 +21,20 @@ class SdoClient {
 
   SdoClient(std::uint8_t node, core::Nanoseconds timeout_ns) : node_(node), timeout_ns_(timeout_ns) {}
 
-  /// Begin a transfer; whatever ran before is forgotten. `bytes`: 1…kMaxBytes.
+  /// Begins a transfer and discards an earlier one. `bytes`: 1…kMaxBytes.
   void start_read(std::uint16_t index, std::uint8_t sub, core::Nanoseconds now_ns) noexcept;
   void start_write(std::uint16_t index, std::uint8_t sub, std::span<const std::uint8_t> bytes,
                    core::Nanoseconds now_ns) noexcept;
 
-  /// Takes an answer of the node (its 0x580 + node). False if none was due: somebody else asks or answers.
+  /// Processes an answer of the node (its 0x580 + node). Returns false if none was expected: another client
+  /// sends requests, or another server answers.
   bool on_frame(const CanFrame& frame, core::Nanoseconds now_ns) noexcept;
-  /// The frame to be sent now, if any; watches the time.
+  /// Returns the frame to send now, if any, and checks the timeout.
   std::optional<CanFrame> poll(core::Nanoseconds now_ns) noexcept;
 
   State state() const noexcept { return state_; }
   std::uint32_t abort_code() const noexcept { return abort_code_; }
-  /// What was read, once done.
+  /// Returns the bytes that were read, once done.
   std::span<const std::uint8_t> data() const noexcept { return {buffer_.data(), size_}; }
 
  private:

@@ -43,7 +43,7 @@ std::uint16_t errors_of_controller(std::uint8_t detail, BusState& state) noexcep
   return errors;
 }
 
-// An error message frame of the kernel (linux/can/error.h) in our terms.
+// Translates an error message frame of the kernel (linux/can/error.h).
 std::uint16_t errors_of(const can_frame& raw, BusState& state) noexcept {
   std::uint16_t errors = 0;
   if (raw.can_id & CAN_ERR_TX_TIMEOUT) errors |= kErrorTransmitTimeout;
@@ -89,13 +89,13 @@ class SocketCan final : public CanBus {
   BusState state_ = BusState::kActive;
   BusCounters counters_;
   core::Nanoseconds newest_ns_ = 0;
-  std::uint32_t overflows_ = 0;  // the kernel's running count
+  std::uint32_t overflows_ = 0;  // running count of the kernel
   bool overflow_to_report_ = false, down_to_report_ = false;
 };
 
 SendResult SocketCan::send(const CanFrame& frame) noexcept {
   if (!is_valid(frame)) return SendResult::kInvalid;
-  if (state_ == BusState::kBusOff) {  // write() would still succeed, and the frame vanish
+  if (state_ == BusState::kBusOff) {  // write() would still succeed, but the frame would be lost
     ++counters_.refused;
     return SendResult::kBusOff;
   }
@@ -110,7 +110,7 @@ SendResult SocketCan::send(const CanFrame& frame) noexcept {
   ++counters_.refused;
   if (errno == ENOBUFS || errno == EAGAIN) return SendResult::kQueueFull;
   down_to_report_ =
-      down_to_report_ || state_ != BusState::kDown;  // the socket tells it once, here or in receive()
+      down_to_report_ || state_ != BusState::kDown;  // the socket reports it once, here or in receive()
   return SendResult::kDown;
 }
 
@@ -122,8 +122,8 @@ bool SocketCan::report(std::uint16_t errors, Received& received) noexcept {
   return true;
 }
 
-// The kernel stamps with CLOCK_REALTIME. Its age, taken with both clocks read together, gives the monotonic
-// time; bounded, since somebody may set the wall clock in between.
+// Converts the kernel's CLOCK_REALTIME stamp to monotonic time by its age, with both clocks read together.
+// The age is bounded, because the wall clock may be set in between.
 core::Nanoseconds SocketCan::monotonic_of(const timespec& stamp) noexcept {
   const core::Nanoseconds stamped_ns = stamp.tv_sec * core::kNsPerSecond + stamp.tv_nsec;
   const core::Nanoseconds age_ns = core::utc_ns() - stamped_ns;
@@ -220,7 +220,7 @@ Status SocketCan::restart() {
     if (ioctl(socket_, SIOCSIFFLAGS, &request) != 0)
       return failure(interface_, std::string("cannot be taken ") + (up ? "up" : "down") + " for a restart");
   }
-  // Taking it down left a pending error on the socket; it is of our own making.
+  // Taking the interface down left a pending error on the socket; it is discarded.
   int pending = 0;
   socklen_t size = sizeof pending;
   getsockopt(socket_, SOL_SOCKET, SO_ERROR, &pending, &size);

@@ -33,7 +33,7 @@ using core::ErrorCode;
 using core::Status;
 using wire::Packet;
 
-// A socket to whoever serves the bus.
+// Connects a socket to the process that serves the bus.
 core::Expected<int> connect_to(const std::string& address) {
   const auto name = wire::name_in(address);
   if (!name) return name.status();
@@ -79,7 +79,7 @@ class UserBus final : public CanBus {
       count(received);
       return true;
     }
-    constexpr int kMostPassedOver = 4096;  // bounded, however much the filters hold back
+    constexpr int kMostPassedOver = 4096;  // bounds the loop, however many frames the filters reject
     for (int i = 0; i < kMostPassedOver; ++i) {
       Packet packet;
       const ssize_t size = recv(socket_, &packet, sizeof packet, MSG_DONTWAIT);
@@ -111,7 +111,7 @@ class UserBus final : public CanBus {
     packet.kind = Packet::kRestart;
     if (::send(socket_, &packet, sizeof packet, MSG_DONTWAIT | MSG_NOSIGNAL) == sizeof packet)
       return Status::ok();
-    // Whoever served the bus is gone; somebody else may do so by now.
+    // The process that served the bus is gone; another one may serve it now.
     const auto fresh = connect_to(address_);
     if (!fresh) return fresh.status();
     close(socket_);
@@ -137,7 +137,7 @@ class UserBus final : public CanBus {
     if (packet.kind == Packet::kFrame) received.frame = wire::frame_of(packet);
     const bool wanted = packet.kind == Packet::kNews || everything_ || passes(filters_, received.frame);
     if (packet.lost == 0) return wanted;
-    counters_.lost += packet.lost;  // told first; what came with it is held for the next call
+    counters_.lost += packet.lost;  // reported first; the packet's own content is kept for the next call
     has_held_ = wanted;
     held_ = received;
     received = {.frame = {}, .errors = kErrorOverflow, .state = state_, .time_ns = packet.time_ns};

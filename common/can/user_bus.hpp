@@ -7,7 +7,7 @@
 
 namespace phantom::can {
 
-/// Whether `address` names a userspace bus ("user:NAME").
+/// Returns whether `address` names a userspace bus ("user:NAME").
 bool is_user_address(const std::string& address) noexcept;
 
 /// Connects to the userspace bus "user:NAME". Errors: kNotFound if nobody serves it; kInvalidArgument.

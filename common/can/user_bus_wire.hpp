@@ -12,7 +12,7 @@
 
 namespace phantom::can::wire {
 
-/// One packet between a node of a userspace bus and its hub; both run on the same host.
+/// A packet between a node of a userspace bus and its hub, which run on the same host.
 struct Packet {
   enum Kind : std::uint8_t { kFrame = 1, kNews = 2, kRestart = 3 };
   std::uint8_t kind = kFrame;
@@ -20,7 +20,7 @@ struct Packet {
   std::uint16_t errors = 0;
   std::uint32_t id = 0;
   std::uint8_t extended = 0, remote = 0, length = 0, reserved = 0;
-  std::uint32_t lost = 0;  ///< frames that did not fit into the node's socket before this one
+  std::uint32_t lost = 0;  ///< frames before this one that did not fit into the node's socket
   std::uint8_t data[8] = {};
   std::int64_t time_ns = 0;
 };
@@ -42,10 +42,11 @@ inline CanFrame frame_of(const Packet& p) noexcept {
   return frame;
 }
 
-/// The NAME of "user:NAME", 1 to 64 characters. Errors: kInvalidArgument.
+/// Returns the NAME of "user:NAME", 1 to 64 characters. Errors: kInvalidArgument.
 core::Expected<std::string> name_in(const std::string& address);
 
-/// The hub's socket name: of the abstract namespace (first byte zero). `name` is at most 64 characters.
+/// Fills in the hub's socket address, in the abstract namespace (first byte zero), and returns its size.
+/// `name` has at most 64 characters.
 inline socklen_t address_of(const std::string& name, sockaddr_un& address) noexcept {
   const std::string path = "phantom-can/" + name;
   address = {};

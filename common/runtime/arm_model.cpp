@@ -33,12 +33,12 @@ geometry::TriangleMesh read_mesh(const ArmConfig& config, const std::filesystem:
   return mesh->transformed(X_LM);
 }
 
-/// The visual meshes of the moving link that holds the frame called `link`, in that frame.
+/// Reads the visual meshes of the moving link that holds the frame called `link`, in that frame.
 std::vector<robot::MeshSensors> visual_skin(const ArmConfig& config, const robot::SerialArm& arm,
                                             const std::string& link, const MeshSensorsConfig& wanted) {
   std::vector<robot::MeshSensors> skin;
   const auto found = arm.find_frame(link);
-  if (!found) return skin;  // lay_out_skin() names the link
+  if (!found) return skin;  // lay_out_skin() reports the unknown link
   const auto& [index, X_link_frame] = *found;
   for (const robot::LinkMesh& visual : arm.links()[index].meshes) {
     skin.push_back({read_mesh(config, visual.file, visual.scale, X_link_frame.inverse() * visual.X_link_mesh),
@@ -76,7 +76,7 @@ std::vector<robot::LinkSkin> load_skin(const ArmConfig& config, const robot::Ser
     for (SkinSegmentConfig segment : link.segments) {
       if (segment.along_axis_m) {
         const auto [offset_m, length_m] = *segment.along_axis_m;
-        // An unknown link is named by lay_out_skin().
+        // lay_out_skin() reports an unknown link.
         robot::place_along_link_axis(arm, link.link, offset_m, length_m, segment);
       }
       made.segments.push_back(segment);

@@ -8,12 +8,13 @@
 
 namespace phantom::runtime {
 
-/// Kinematics of a cell's arm, from its URDF or DH table. Checks that `home` has one value for each joint,
-/// within its limits, and that torque constants, if given, are as many. Throws ConfigError naming the arm's
-/// file, the key and what is allowed, MissingError if a mesh or the URDF is not there.
+/// Loads the kinematics of a cell's arm from its URDF or DH table. Checks that `home` has one value within
+/// the limits for each joint. Throws ConfigError naming the arm's file, the key and what is allowed; throws
+/// MissingError if a mesh or the URDF is missing.
 robot::SerialArm load_arm(const ArmConfig& config);
 
-/// The arm's skin with all ends placed and all meshes read, ready to be laid out. Throws as load_arm().
+/// Loads the arm's skin: places the ends of all segments and axes and reads all meshes, ready for
+/// lay_out_skin(). Throws as load_arm().
 std::vector<robot::LinkSkin> load_skin(const ArmConfig& config, const robot::SerialArm& arm);
 
 }  // namespace phantom::runtime

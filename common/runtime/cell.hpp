@@ -11,23 +11,25 @@
 
 namespace phantom::runtime {
 
-/// deploy/cells/<name>/cell.yaml, checked. Frames: W is the workspace frame, z up, metres.
+/// Checked contents of deploy/cells/<name>/cell.yaml. Frames: W is the workspace frame, z up, metres.
 struct CellConfig {
   std::string name;
   std::filesystem::path file;
-  Eigen::Vector3d min_m;  ///< the workspace box in W
+  Eigen::Vector3d min_m;  ///< corners of the workspace box in W
   Eigen::Vector3d max_m;
   double voxel_size_m = 0.005;
-  layers::MergeLaw merge = layers::MergeLaw::kHighestViscosity;  ///< whose voxel it is where objects meet
-  workspace::LayerProfile profile;                               ///< of objects that have none of their own
-  std::vector<ObjectConfig> objects;  ///< object id on topics and in voxels = index + 1
+  layers::MergeLaw merge =
+      layers::MergeLaw::kHighestViscosity;  ///< decides which object's voxel counts where objects overlap
+  workspace::LayerProfile profile;          ///< of objects without a profile of their own
+  std::vector<ObjectConfig> objects;        ///< the object id on topics and in voxels is the index + 1
   std::vector<ArmConfig> arms;
 
-  /// The arm called `name`, or the only one if `name` is empty. Throws ConfigError naming the arms there are.
+  /// Returns the arm called `arm_name`, or the only arm if `arm_name` is empty. Throws ConfigError with the
+  /// names of the cell's arms.
   const ArmConfig& arm(const std::string& arm_name = "") const;
 };
 
-/// Whether a cell must have an arm: not for whom only the space around its objects counts.
+/// Whether a cell must have an arm. Components that use only the space around the objects need none.
 enum class CellArms { kNeeded, kOptional };
 
 /// Reads and checks a cell file. Throws ConfigError (file, line, key, value, what is allowed). Not real-time

@@ -22,7 +22,7 @@ robot::DhRow read_dh_row(const ConfigReader& reader) {
   const char* range_key = slides ? "range_m" : "range_deg";
   row.lower = -kInfinity;
   row.upper = kInfinity;
-  if (slides || reader.has(range_key)) {  // a revolute joint may turn without end
+  if (slides || reader.has(range_key)) {  // a revolute joint may have no limits
     const auto range = reader.numbers(range_key, {-36000, 36000, slides ? "m" : "degrees"});
     if (range.size() != 2 || !(range[0] < range[1])) {
       throw reader.error(range_key, "is not [lower, upper] with lower below upper");
@@ -75,7 +75,7 @@ void read_interest_points(const ConfigReader& reader, ArmConfig& arm) {
   }
 }
 
-/// What belongs to the arm itself, wherever it is mounted.
+/// Reads the description of the arm itself, which does not depend on its mounting.
 void read_body(const ConfigReader& reader, ArmConfig& arm) {
   arm.file = reader.file();
   read_kinematics(reader, arm);

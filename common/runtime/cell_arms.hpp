@@ -13,18 +13,19 @@
 
 namespace phantom::runtime {
 
-/// One skin segment of a link (spec 2.2), in the link's frame. Its ends may be given along the link's own
-/// axis instead: then `from_m` and `to_m` are not set before load_skin().
+/// One skin segment of a link (spec 2.2), in the link's frame. If `along_axis_m` places it along the link's
+/// axis, load_skin() sets `from_m` and `to_m`.
 struct SkinSegmentConfig : robot::SkinSegment {
-  std::optional<std::pair<double, double>> along_axis_m;  ///< SOJ and SL (thesis 5.7.2): offset and length
+  std::optional<std::pair<double, double>>
+      along_axis_m;  ///< SOJ and SL (thesis 5.7.2): offset and length along the link's axis
 };
 
-/// Sensors in a line; without ends they lie along the link's own axis (LASP to LAEP).
+/// Sensors in a line. With `along_link_axis` they lie along the link's own axis (LASP to LAEP).
 struct AxisSensorsConfig : robot::AxisSensors {
   bool along_link_axis = false;
 };
 
-/// Sensors all over a mesh, named and not yet read.
+/// Sensors spread over a mesh that load_skin() reads.
 struct MeshSensorsConfig {
   std::filesystem::path mesh;  ///< empty: the link's own visual meshes
   double mesh_scale = 1.0;     ///< metres per mesh unit
@@ -40,17 +41,18 @@ struct LinkSkinConfig {
   std::vector<MeshSensorsConfig> meshes;
 };
 
-/// Interest points that an arm may have.
+/// Greatest number of interest points of an arm.
 inline constexpr std::size_t kMostInterestPoints = 32;
 
-/// A point of the arm that is watched by name (spec 2.5, interest points): an elbow, a motor body.
+/// An interest point: a named point of the arm that is watched (spec 2.5), such as an elbow or a motor body.
 struct InterestPointConfig {
   std::string name;
   std::string link;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< in the link's frame
 };
 
-/// An object that this arm, or one of its links, is meant to touch: not felt and not warned of there.
+/// An object that this arm, or one of its links, is meant to touch. It causes neither percepts nor hit alerts
+/// there.
 struct AllowedContactConfig {
   std::string object;
   std::string link;  ///< empty: the whole arm
@@ -58,12 +60,12 @@ struct AllowedContactConfig {
 
 struct ArmConfig {
   std::string name;
-  std::filesystem::path file;  ///< where the arm is described: the cell's file, or one of its own
-  std::filesystem::path urdf;  ///< empty: by DH table
+  std::filesystem::path file;  ///< describes the arm: the cell's file, or a file of its own
+  std::filesystem::path urdf;  ///< empty: the arm is described by a DH table
   std::string tip_link;        ///< last link of the serial chain
   std::vector<robot::DhRow> dh;
   robot::DhConvention dh_convention = robot::DhConvention::kClassic;
-  geometry::Pose X_WB;       ///< base link in the workspace frame
+  geometry::Pose X_WB;       ///< pose of the base link in the workspace frame
   std::vector<double> home;  ///< joint positions in rad or m, one per moving joint
   std::vector<LinkSkinConfig> skin;
   std::vector<InterestPointConfig> interest_points;

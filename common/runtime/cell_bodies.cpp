@@ -68,8 +68,8 @@ geometry::TriangleMesh load_surface(const ObjectConfig& object, const geometry::
   return std::move(*mesh);
 }
 
-/// Calls work(index) for each object of the cell, on every core: an import is a process of its own. Of
-/// several failures that of the first object is thrown, whichever came first.
+/// Calls work(index) for each object of the cell, on all cores, because each import is a process of its own.
+/// Of several failures, that of the object with the lowest index is thrown.
 template <class Work>
 void for_each_object(const CellConfig& cell, const Work& work) {
   std::vector<std::exception_ptr> failures(cell.objects.size());
@@ -126,7 +126,7 @@ std::vector<voxelise::FieldBody> load_real_bodies(const CellConfig& cell,
   std::vector<voxelise::FieldBody> bodies(cell.objects.size());
   for_each_object(cell, [&](std::size_t i) {
     const ObjectConfig& object = cell.objects[i];
-    std::vector<std::string> notes;  // wva_server tells them
+    std::vector<std::string> notes;  // not used: wva_server reports them
     const auto mesh = load_surface(object, limits, notes);
     bodies[i] = {mesh.transformed(object.X_WO * object.X_deviation), object.id};
   });

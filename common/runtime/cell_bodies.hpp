@@ -10,34 +10,34 @@
 
 namespace phantom::runtime {
 
-/// An object of the cell, ready for activation and for the viewers.
+/// An object of the cell with its surface loaded, ready for activation and for the viewers.
 struct CellBody {
-  layers::Body body;  ///< in W at the model's pose (the real deviation is not the model's to know)
-  geometry::TriangleMesh
-      mesh_O;  ///< its surface in the object's frame, metres; of a solid by formula, made from it
-  std::vector<std::string> notes;  ///< what had to be assumed, each a sentence to warn with
+  layers::Body body;               ///< in W at the model's pose; the model does not know the real deviation
+  geometry::TriangleMesh mesh_O;   ///< the surface in the object's frame, metres; triangulated if the object
+                                   ///< is a solid by formula
+  std::vector<std::string> notes;  ///< assumptions made while loading, each a sentence of a warning
 };
 
-/// The cell's grid.
+/// Returns the voxel grid over the cell's workspace.
 workspace::GridSpec grid_of(const CellConfig& cell);
 
-/// Reads an object's mesh, or makes one of its formula, and checks all that can be checked before activation:
-/// the mesh, and that the object or its layers lie in the workspace at least partly. Of `limits` the scale
-/// and the up-axis are not used: they are the object's own. Throws ConfigError naming the object's place and
-/// what is wrong. Thread-safe, not real-time safe.
+/// Loads an object's surface from its mesh or formula, and checks all that can be checked before activation:
+/// the mesh, and that the object or its layers lie at least partly in the workspace. The scale and the
+/// up-axis in `limits` are not used; the object has its own. Throws ConfigError naming the object's place and
+/// the problem. Thread-safe, not real-time safe.
 CellBody load_body(const ObjectConfig& object, const CellConfig& cell,
                    const geometry::MeshImportOptions& limits = {});
 
-/// The body of an object whose surface is loaded already, at the pose that `object` has now; checked as
-/// load_body() does.
+/// Returns the body of an object whose surface is loaded already, at the present pose of `object`. Checks it
+/// as load_body() does.
 layers::Body place_body(const ObjectConfig& object, const geometry::TriangleMesh& mesh_O,
                         const CellConfig& cell);
 
-/// All objects of the cell, in its order. Checks also that their profiles fit one palette.
+/// Loads all objects of the cell in its order. Checks also that their profiles fit into one palette.
 std::vector<CellBody> load_bodies(const CellConfig& cell, const geometry::MeshImportOptions& limits = {});
 
-/// The surfaces of the cell's objects where they really stand: model pose · real deviation. Wherever they
-/// stand; for the simulated world.
+/// Loads the surfaces of the cell's objects at their real poses: model pose · real deviation. The poses may
+/// lie outside of the workspace. For the simulated world.
 std::vector<voxelise::FieldBody> load_real_bodies(const CellConfig& cell,
                                                   const geometry::MeshImportOptions& limits = {});
 

@@ -12,7 +12,7 @@ namespace {
 constexpr const char* kKinds[] = {"mesh", "polyhedron", "primitive", "csg", "implicit"};
 constexpr const char* kAllowedKinds = "mesh, polyhedron, primitive, csg, implicit";
 
-/// Which of the kinds the object is.
+/// Returns the one kind that the object has.
 std::string kind_of(const ConfigReader& reader) {
   std::string found;
   for (const char* kind : kKinds) {
@@ -35,7 +35,8 @@ void read_mesh(const ConfigReader& reader, ObjectConfig& object) {
   }
 }
 
-/// Flat lists: x, y, z per corner; three corners per triangle, from 0, counter-clockwise seen from outside.
+/// Reads flat lists: x, y, z per corner; three corner indices per triangle, from 0, counter-clockwise seen
+/// from outside.
 geometry::TriangleMesh read_polyhedron(const ConfigReader& shape, double scale) {
   const auto numbers = shape.numbers("vertices_m", {-1e4, 1e4, "m"});
   if (numbers.size() < 12 || numbers.size() % 3 != 0)

@@ -11,7 +11,7 @@ namespace {
 constexpr Range kMu{1e-6, 1e6, "Pa·s/m"};
 constexpr Range kThickness{1, 1000, "voxels"};
 
-/// The layers outside of the body, from the nearest.
+/// Layers outside the body, the nearest first.
 struct Layers {
   std::vector<int> thickness_vox;
   std::vector<double> mu;
@@ -22,7 +22,7 @@ struct NamedSet {
   std::vector<double> mu;
 };
 
-/// The sets that the thesis worked with (section 4.8 and chapter 5).
+/// Returns the sets of viscosities that the thesis uses (section 4.8 and chapter 5).
 const std::vector<NamedSet>& named_sets() {
   static const std::vector<NamedSet> sets = {{"linear", {32, 29, 26, 23, 20, 17, 14, 11, 8, 5}},
                                              {"nonlinear", {32, 20, 13, 11, 10, 9, 8}},
@@ -68,7 +68,7 @@ Layers read_mpc(const ConfigReader& reader, double voxel_size_m) {
                           stepped ? percept::MpcTransition::kStepped : percept::MpcTransition::kInterpolated);
   if (!layers) throw reader.error("mpc", layers.status().message());
   return {layers->thickness_vox,
-          layers->gamma_N_s_per_m};  // μ_n = γ_n makes the fluid equal the cylinder (eq. 4.7)
+          layers->gamma_N_s_per_m};  // with μ_n = γ_n the fluid resists like the cylinder (eq. 4.7)
 }
 
 Layers read_function(const ConfigReader& reader, double voxel_size_m) {

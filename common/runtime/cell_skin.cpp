@@ -22,7 +22,7 @@ std::optional<robot::ClusterSpec> read_cluster(const ConfigReader& reader) {
   return cluster;
 }
 
-/// Corners as two lists of the same length: {r_m: [...], psi_deg: [...]}.
+/// Reads corners from two lists of the same length: {r_m: [...], psi_deg: [...]}.
 std::vector<robot::PolygonPoint> read_polygon(const ConfigReader& reader, const char* key) {
   if (!reader.has(key)) return {};
   const ConfigReader section = reader.section(key);

@@ -9,7 +9,7 @@
 namespace phantom::runtime {
 namespace {
 
-/// CLI11's ranges let NaN pass.
+/// Refuses NaN, which CLI11's ranges accept.
 CLI::Validator not_nan() {
   return {[](const std::string& text) {
             double value = 0.0;

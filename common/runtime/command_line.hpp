@@ -14,28 +14,28 @@ class Option;
 
 namespace phantom::runtime {
 
-/// What an option may be given, as a chain behind Command::option. A handle; the command line owns the
-/// option.
+/// Constrains the values of an option; its calls can be chained after Command::option. It is a handle; the
+/// command line owns the option.
 class Option {
  public:
   explicit Option(CLI::Option& option) noexcept : option_(&option) {}
   Option& required();
-  /// Numbers from `lowest` to `highest`; NaN is refused.
+  /// Accepts numbers from `lowest` to `highest` and refuses NaN.
   Option& between(int lowest, int highest);
   Option& between(double lowest, double highest);
   Option& one_of(const std::vector<std::string>& allowed);
-  /// One argument may hold several values, e.g. "4,4,2".
+  /// Lets one argument hold several values, e.g. "4,4,2".
   Option& separated_by(char delimiter);
-  /// A list takes one value each time that it is named: what follows may be a positional argument.
+  /// Lets a list take one value each time it is named, so that a positional argument may follow.
   Option& one_value_each_time();
 
  private:
   CLI::Option* option_;
 };
 
-/// A command of a command line, with its options and subcommands. A handle; the command line owns the
-/// command. Options of a command may also stand behind its subcommand. Variables that are bound must outlive
-/// the parsing; they keep their values where the option is not given. `help` is shown by --help.
+/// A command of a command line, with its options and subcommands. It is a handle; the command line owns the
+/// command. Options of a command may also stand after its subcommand. Bound variables must outlive the
+/// parsing; they keep their values if the option is not given. `help` is shown by --help.
 class Command {
  public:
   Command() = default;
@@ -46,27 +46,27 @@ class Command {
   /// std::string, std::filesystem::path, int or double.
   template <class T>
   Option option(const std::string& name, T& value, const std::string& help);
-  /// The same with a function that gets the text once it is valid.
+  /// Calls `take` with the option's text once the text is valid.
   Option option(const std::string& name, std::function<void(const std::string&)> take,
                 const std::string& help);
   void flag(const std::string& name, bool& value, const std::string& help);
-  /// A flag that prints `text` and ends the parsing, as --version does.
+  /// Adds a flag that prints `text` and ends the parsing, as --version does.
   void text_flag(const std::string& name, const std::string& text, const std::string& help);
   Command subcommand(const std::string& name, const std::string& summary);
-  /// At least `least` and at most `most` of the subcommands must be given.
+  /// Requires at least `least` and at most `most` of the subcommands.
   void require_subcommand(int least, int most);
-  /// Called after parsing if the command is given.
+  /// Calls `use` after parsing if the command is given.
   void on_use(std::function<void()> use);
-  /// Text below the options in --help.
+  /// Adds text below the options in --help.
   void details(const std::string& text);
-  /// Whether the command stood on the command line; false for a default-constructed handle.
+  /// Returns whether the command was on the command line; false for a default-constructed handle.
   bool given() const;
 
  private:
   CLI::App* app_ = nullptr;
 };
 
-/// A process's command line. The only place, with its source, that knows the parser (CLI11).
+/// Parses a process's command line. Only this class's source knows the parser (CLI11).
 class CommandLine {
  public:
   CommandLine(const std::string& name, const std::string& summary, const std::string& version);
@@ -75,17 +75,17 @@ class CommandLine {
   CommandLine& operator=(const CommandLine&) = delete;
 
   Command root() noexcept;
-  /// Nothing if all is well. Otherwise help, version or an error has been printed, and whether it was an
-  /// error.
+  /// Parses the arguments. Returns nothing on success. Otherwise help, version or an error has been printed,
+  /// and the returned value says whether it was an error.
   std::optional<bool> parse(int argc, const char* const* argv);
-  /// Parses arguments as a shell would split them. Throws core::ConfigError.
+  /// Parses arguments, split as a shell splits them. Throws core::ConfigError.
   void parse(const std::string& arguments);
 
  private:
   std::unique_ptr<CLI::App> app_;
 };
 
-/// `text` as a number, whole; nothing if it is not one.
+/// Returns the number that the whole of `text` represents, or nothing if it is not a number.
 std::optional<double> number_of(const std::string& text);
 
 }  // namespace phantom::runtime

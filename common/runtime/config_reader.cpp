@@ -101,7 +101,7 @@ ConfigReader ConfigReader::from_file(const std::filesystem::path& path) {
     throw ConfigError(path.string() + ": cannot be read; check that the file exists and may be read");
   if (std::filesystem::is_directory(path))
     throw ConfigError(path.string() + ": is a folder; allowed: a file");
-  constexpr std::size_t kMost = 64 << 20, kBlock = 1 << 16;  // more is no configuration: a device, say
+  constexpr std::size_t kMost = 64 << 20, kBlock = 1 << 16;  // a longer file must be a device
   std::string text;
   for (std::string block(kBlock, '\0'); stream;
        text.append(block, 0, static_cast<std::size_t>(stream.gcount()))) {

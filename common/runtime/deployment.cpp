@@ -37,7 +37,7 @@ void check_server(const ConfigReader& section, const std::string& server) {
                         "'" + server + "' is no server; allowed: IPv4 address and port, as 10.0.1.2:11811");
 }
 
-// Names, no patterns: a cell that wrote into several partitions would be heard by its neighbours.
+// A plain name without wildcards: a cell that wrote into several partitions would be heard by its neighbours.
 std::string partition(const ConfigReader& section) {
   if (!section.has("partition")) return "";
   const std::string name = section.text("partition");
@@ -59,7 +59,7 @@ void read_network(const ConfigReader& section, core::NetworkOptions& net) {
       section.integer("participants_per_host", net.participants_per_host, {1, 115, ""});
   if (section.has("discovery_servers")) net.discovery_servers = section.texts("discovery_servers");
   for (const std::string& server : net.discovery_servers) check_server(section, server);
-  // Topologies of earlier versions have it.
+  // Topologies of earlier versions have this key.
   if (section.flag("shared_memory", false))
     spdlog::warn(
         "{}.shared_memory has no effect any more: with it, "
@@ -96,8 +96,8 @@ DeployedHost read_host(const ConfigReader& section) {
   return host;
 }
 
-// The host that the options name, or the one whose interfaces this machine has; null: it does not matter, or
-// none.
+// Returns the host that the options name, or the one whose interfaces this machine has. Null if no host has
+// interfaces of its own, or in a check.
 const DeployedHost* this_host(const Deployment& deployment, const ProcessOptions& options) {
   std::string known;
   for (const DeployedHost& host : deployment.hosts) {

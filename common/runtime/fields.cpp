@@ -8,7 +8,7 @@
 namespace phantom::runtime {
 namespace {
 
-/// What stands in the brackets.
+/// Parses the text in the brackets.
 FieldSpec spec_of(std::string allowed) {
   FieldSpec spec;
   spec.required = allowed.starts_with("required");
@@ -29,10 +29,10 @@ FieldSpec spec_of(std::string allowed) {
 }  // namespace
 
 FieldTable::FieldTable(std::initializer_list<const char*> yaml) {
-  // Indent, "# " of what is commented out, dash of a list's item, key, comment, its brackets.
+  // Groups: indent, "# " of a commented-out key, indent, dash of a list item, key, brackets in the comment.
   const std::regex key_line("^( *)(# )?( *)(- )?(\\w+):(?: [^#]*)?(?:# (?:\\[([^\\]]*)\\])?.*)?$");
   std::vector<std::pair<std::size_t, std::string>>
-      sections;  // that the line is in: indent, and "key." or "key[]."
+      sections;  // open sections of the line: indent, and "key." or "key[]."
   const auto leave = [&](std::size_t indent) {
     while (!sections.empty() && sections.back().first >= indent) sections.pop_back();
     return sections.empty() ? std::string() : sections.back().second;

@@ -22,9 +22,9 @@ namespace phantom::runtime {
 namespace {
 
 constexpr int kPoll_ms = 50;
-constexpr std::size_t kPiece = 4096;  // PIPE_BUF: a pipe takes so much whole
+constexpr std::size_t kPiece = 4096;  // PIPE_BUF: a pipe takes up to this size atomically
 
-/// Who holds it runs at least as urgently as who waits for it.
+/// Mutex with priority inheritance: its holder runs at least as urgently as the threads that wait for it.
 class InheritingMutex {
  public:
   InheritingMutex() {
@@ -44,8 +44,9 @@ class InheritingMutex {
   pthread_mutex_t mutex_;
 };
 
-/// The same pipe or terminal opened once more, so that not blocking is a setting of ours alone and not of all
-/// who share it; −1 for a file, which does not block, and for a socket, where each call may say so.
+/// Opens the same pipe or terminal once more, so that the non-blocking mode applies here only and not to all
+/// processes that share it. Returns −1 for a file, which does not block, and for a socket, where each call
+/// can be non-blocking.
 int reopened(int descriptor) {
   struct stat about {};
   if (fstat(descriptor, &about) != 0 || !(S_ISFIFO(about.st_mode) || isatty(descriptor) == 1)) return -1;
@@ -56,7 +57,8 @@ int reopened(int descriptor) {
 }  // namespace
 
 struct LineWriter::State {
-  // A copy: the number may stand for something else later (what a library prints is kept off standard error).
+  // Copies the descriptor: its number may be reused later, when standard error is redirected to silence a
+  // library.
   State(int to, std::size_t most)
       : nonblocking(reopened(to)),
         descriptor(nonblocking >= 0 ? nonblocking : fcntl(to, F_DUPFD_CLOEXEC, 3)),
@@ -65,14 +67,16 @@ struct LineWriter::State {
     if (descriptor >= 0) close(descriptor);
   }
 
-  /// As much of `text` as goes without waiting for the reader; −1 if it cannot be written at all.
+  /// Writes as much of `text` as possible without waiting for the reader. Returns −1 if it cannot be written
+  /// at all.
   ssize_t write_some(const char* text, std::size_t size) const {
     if (nonblocking >= 0) return write(descriptor, text, size);
     const ssize_t sent = send(descriptor, text, size, MSG_DONTWAIT | MSG_NOSIGNAL);
     return sent < 0 && errno == ENOTSOCK ? write(descriptor, text, size) : sent;
   }
 
-  /// False if it was given up: the reader is gone, or this ends and nobody reads.
+  /// Writes the whole text. Returns false if it gave up: the reader is gone, or the writer ends and nobody
+  /// reads.
   bool write_all(const std::string& text) const {
     std::size_t done = 0;
     while (done < text.size()) {
@@ -104,7 +108,7 @@ struct LineWriter::State {
 
 LineWriter::LineWriter(int descriptor, std::size_t most_waiting)
     : state_(std::make_shared<State>(descriptor, most_waiting)) {
-  // Signals are for the threads that were there before this.
+  // Blocks all signals in the new thread; the threads that existed before handle them.
   sigset_t all, before;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &before);
@@ -122,7 +126,7 @@ LineWriter::~LineWriter() {
   state_->stop = true;
   state_->wake.raise();
   for (int i = 0; i < 2 && !state_->ended.load(); ++i) state_->written.wait(kGrace_s / 2);
-  // A writer that nevertheless hangs in a system call has all it needs in its share of the state.
+  // A thread that hangs in a system call nevertheless keeps its share of the state, so it can be detached.
   state_->ended.load() ? thread_.join() : thread_.detach();
 }
 

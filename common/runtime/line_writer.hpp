@@ -7,26 +7,26 @@
 
 namespace phantom::runtime {
 
-/// Lines on their way to a file descriptor. Whoever puts one never waits for who reads: a thread of its own
-/// writes them, in order, as the reader takes them. If nobody reads, the oldest that wait are left out, and
-/// their number is written in their place once somebody does.
+/// Writes lines to a file descriptor without making the caller wait for the reader. A separate thread writes
+/// the lines in order as the reader takes them. If nobody reads, the oldest waiting lines are dropped. Their
+/// number is written in their place once the reader continues.
 class LineWriter {
  public:
   static constexpr std::size_t kMostWaiting = 1024;
-  static constexpr double kGrace_s = 0.2;  ///< given to a reader at the end
+  static constexpr double kGrace_s = 0.2;  ///< time given to the reader at the end
 
   /// Keeps a copy of `descriptor`. Throws std::system_error if no thread can be started.
   explicit LineWriter(int descriptor, std::size_t most_waiting = kMostWaiting);
-  /// Writes what waits if somebody reads it within kGrace_s; else leaves it.
+  /// Writes the waiting lines if the reader takes them within kGrace_s; else drops them.
   ~LineWriter();
   LineWriter(const LineWriter&) = delete;
   LineWriter& operator=(const LineWriter&) = delete;
 
-  /// Queues `text`, line end included. Never waits for the reader; thread-safe. It uses the heap and, for a
-  /// few instructions, a lock that lends its holder the waiter's priority: for threads that publish or serve,
-  /// not for a servo.
+  /// Queues `text`, which includes its line end. Never waits for the reader. Thread-safe. Uses the heap and,
+  /// for a few instructions, a mutex with priority inheritance: for publishing and serving threads, not for a
+  /// servo.
   void put(std::string text);
-  /// Waits until all that was put has been written, at most `limit_s`; whether it was. Thread-safe.
+  /// Waits at most `limit_s` until all queued text has been written. Returns whether it has. Thread-safe.
   bool flush(double limit_s);
 
  private:

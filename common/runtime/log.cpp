@@ -34,7 +34,7 @@ const char* colour_of(spdlog::level::level_enum level) {
   }
 }
 
-/// Formats a message and queues it, without a lock of its own.
+/// Formats a message and queues it. It needs no lock of its own.
 class QueueSink final : public spdlog::sinks::sink {
  public:
   explicit QueueSink(LineWriter& lines) : lines_(lines), coloured_(isatty(STDERR_FILENO) == 1) {}

@@ -4,16 +4,16 @@
 
 namespace phantom::runtime {
 
-/// Lets spdlog's default logger, and say(), write to standard error by a LineWriter: no log call waits for
-/// who reads it. `component`: the name in every line. `level`: as --log-level. Once in a process; the log
-/// stays until the process ends. What a crash would take along (std::terminate) is written before it.
+/// Sends spdlog's default logger and say() to standard error through a LineWriter, so that no log call waits
+/// for the reader. `component`: the name in every line. `level`: as --log-level. Call it once in a process;
+/// the log lasts until the process ends. std::terminate writes the waiting lines first.
 void begin_log(const std::string& component, const std::string& level);
 
-/// A line on standard error without time and level, in order with those of the log; straight to standard
-/// error if no log was begun.
+/// Writes a line without time and level to standard error, in order with the lines of the log. Writes
+/// directly to standard error if the log has not begun.
 void say(const std::string& line);
 
-/// Waits until what was logged has been written, at most 0.2 s: somebody may not read it. Call it last.
+/// Waits at most 0.2 s until the log has been written; the reader may be gone. Call it last.
 void finish_log() noexcept;
 
 }  // namespace phantom::runtime

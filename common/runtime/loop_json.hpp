@@ -6,8 +6,8 @@
 
 namespace phantom::runtime {
 
-/// How a loop ran, as the components' reports and the session's summary tell it: period and rate, lateness of
-/// its wake-ups, time in its body.
+/// Returns the statistics of a loop as JSON for the components' reports and the session's summary: period and
+/// rate, lateness of its wake-ups, duration of its body.
 inline nlohmann::ordered_json loop_json(const core::LoopStatistics& loop) {
   return {
       {"period_s", loop.period_s},       {"rate_hz", loop.rate_hz},      {"p50_us", loop.wakeup_p50_us},

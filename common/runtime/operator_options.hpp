@@ -5,8 +5,9 @@
 
 namespace phantom::runtime {
 
-/// Adds the subcommands by which a person asks something of the running master_io and slave_io: status, stop
-/// and reset, and with `settings` also percept-gain, feedback-gain, law and percept. One of them is needed.
+/// Adds the subcommands with which a person commands the running master_io and slave_io: status, stop and
+/// reset, and with `settings` also percept-gain, feedback-gain, law and percept. Exactly one of them must be
+/// given.
 void add_operator_options(Command command, core::OperatorRequest& request, bool settings);
 
 }  // namespace phantom::runtime

@@ -13,36 +13,37 @@
 
 namespace phantom::runtime {
 
-/// How a loop's thread asks to be scheduled.
+/// Scheduling of a loop's thread.
 struct LoopScheduling {
-  int servo_priority = 0;    ///< SCHED_FIFO priority of a servo, to which the loop's role is relative
-                             ///< (core/thread_place.hpp); 0: ordinary scheduling
+  int servo_priority = 0;    ///< SCHED_FIFO priority of a servo, to which the priority of the loop's role is
+                             ///< relative (core/thread_place.hpp); 0: ordinary scheduling
   bool lock_memory = false;  ///< mlockall(MCL_CURRENT | MCL_FUTURE)
 };
 
-/// Calls a body at a fixed rate on absolute CLOCK_MONOTONIC times, without drift, and keeps count.
+/// Calls a body at a fixed rate at absolute CLOCK_MONOTONIC times, without drift, and keeps statistics.
 ///
-/// A body that overruns, or a host that wakes late, makes the loop *slip*: due times that have passed are
-/// skipped, not caught up, so that a servo never runs two steps back to back. Ticks and their rate are read
-/// as they are now; what is taken over many ticks is published lock-free once a second.
+/// A body that overruns, or a host that wakes late, makes the loop *slip*: it skips due times that have
+/// passed and does not catch up, so that a servo never runs two steps back to back. The number of ticks and
+/// their rate are always current. Statistics over many ticks are published lock-free once a second.
 class PeriodicLoop {
  public:
-  /// The thread's name is that of `role`, the statistics' is `name`. It hangs if it does not tick for a
-  /// second or, where that is longer, twenty periods; a bare loop, which does nothing, never does.
+  /// The thread is named after `role`, the statistics are called `name`. The loop counts as hanging if it
+  /// does not tick for a second or for twenty periods, whichever is longer. A bare loop, which does nothing,
+  /// never counts as hanging.
   PeriodicLoop(std::string name, double period_s, core::ThreadRole role, LoopScheduling scheduling = {});
 
   /// Runs `body(dt_s)` every period until it returns false or a stop is requested (runtime::stop_requested or
-  /// stop()). dt_s is the time since the previous call's due time: a whole multiple of the period. The thread
-  /// that calls run() becomes the loop's. Nothing but the body can allocate, lock or block besides the
-  /// absolute-time sleep.
+  /// stop()). dt_s is the time since the previous call's due time, a whole multiple of the period. The
+  /// calling thread becomes the loop's thread. Apart from the body and the absolute-time sleep, nothing
+  /// allocates, locks or blocks.
   void run(const std::function<bool(double dt_s)>& body);
   /// Ends run() after the current tick. Thread-safe.
   void stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
 
-  /// What was refused or unavailable when the thread was set up (e.g. no right to SCHED_FIFO); empty if
-  /// nothing, or not set up yet. Thread-safe.
+  /// Returns what was refused or unavailable when the thread was set up (e.g. no right to SCHED_FIFO).
+  /// Returns an empty string if nothing was, or if the thread is not set up yet. Thread-safe.
   std::string notice() const { return set_up_.load(std::memory_order_acquire) ? notice_ : std::string(); }
-  /// Newest statistics. One reader thread.
+  /// Returns the newest statistics. Only one thread may call it.
   core::LoopStatistics statistics();
 
  private:
@@ -56,7 +57,7 @@ class PeriodicLoop {
   double period_s_;
   core::ThreadRole role_;
   LoopScheduling scheduling_;
-  std::string notice_;  // once set_up_ is true it stays as it is
+  std::string notice_;  // constant once set_up_ is true
   std::atomic<bool> set_up_{false};
   std::atomic<bool> stop_{false};
   core::DurationHistogram lateness_, work_;

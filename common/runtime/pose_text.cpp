@@ -36,7 +36,7 @@ std::string pose_text(const geometry::Pose& X) {
   const Eigen::Vector3d& p = X.translation_m;
   return fmt::format("{:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {:.6g}", p.x(), p.y(), p.z(),
                      roll / core::kRadPerDegree, pitch / core::kRadPerDegree + 0.0,
-                     yaw / core::kRadPerDegree);  // + 0.0: no "-0"
+                     yaw / core::kRadPerDegree);  // + 0.0 avoids "-0"
 }
 
 }  // namespace phantom::runtime

@@ -7,9 +7,9 @@
 
 namespace phantom::runtime {
 
-/// "x y z roll pitch yaw", metres and degrees, with blanks or commas between, as command lines have it.
+/// Parses "x y z roll pitch yaw" as on command lines, in metres and degrees, separated by blanks or commas.
 core::Expected<geometry::Pose> parse_pose(const std::string& text);
-/// The same backwards, with blanks.
+/// Returns the pose in the same format, separated by blanks.
 std::string pose_text(const geometry::Pose& X);
 
 }  // namespace phantom::runtime

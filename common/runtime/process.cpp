@@ -18,11 +18,11 @@ namespace phantom::runtime {
 namespace {
 
 std::atomic<bool> g_stop{false};
-int g_stop_event = -1;  // readable once a stop is requested; made before the handlers are installed
+int g_stop_event = -1;  // readable once a stop is requested; created before the handlers are installed
 
 std::atomic<std::uint32_t> g_emergency_stops{0};
 
-std::atomic<int> g_end_at_once{0};  // EndsAtOnce objects that live
+std::atomic<int> g_end_at_once{0};  // number of living EndsAtOnce objects
 std::atomic<int> g_code_at_once{kExitDone};
 
 void on_signal(int) {
@@ -73,7 +73,7 @@ bool stop_requested() noexcept { return g_stop.load(std::memory_order_relaxed); 
 EndsAtOnce::EndsAtOnce(ExitCode exit_code) noexcept {
   g_code_at_once.store(exit_code);
   g_end_at_once.fetch_add(1);
-  if (stop_requested()) _exit(exit_code);  // it came just before
+  if (stop_requested()) _exit(exit_code);  // the signal arrived just before
 }
 EndsAtOnce::~EndsAtOnce() { g_end_at_once.fetch_sub(1); }
 

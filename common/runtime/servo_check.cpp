@@ -7,7 +7,7 @@
 namespace phantom::runtime {
 namespace {
 
-// With half of the delay that makes a loop unstable it still comes to rest soon.
+// With at most half of the delay margin, the loop is still well damped.
 constexpr double kDelayShare = 0.5;
 
 }  // namespace

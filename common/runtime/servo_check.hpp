@@ -6,11 +6,11 @@
 
 namespace phantom::runtime {
 
-/// Why a position loop on a joint of `inertia` > 0 (kg·m²; kg where it slides) does not come to rest soon:
-/// its torque acts `delay_periods` of `period_s` after the position that it answers, more than half of what
-/// makes it swing by itself (teleop::delay_margin_s). Words that go on after "makes j2_yaw ", with what is
-/// allowed; empty where the loop bears it, and without k_v, for damping is then left to friction, which no
-/// configuration knows.
+/// Returns why the position loop of a joint of `inertia` > 0 (kg·m²; kg for a prismatic joint) oscillates:
+/// its torque acts `delay_periods` of `period_s` after the measured position, more than half of the loop's
+/// delay margin (teleop::delay_margin_s). The text continues the phrase "makes j2_yaw " and says what is
+/// allowed. Returns an empty string if the delay is acceptable. Returns it also without k_v: friction, which
+/// no configuration contains, then has to damp the loop.
 std::string why_it_swings(const teleop::JointServoGains& gains, double inertia, double period_s,
                           double delay_periods);
 

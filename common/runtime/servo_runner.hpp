@@ -9,11 +9,12 @@
 
 namespace phantom::runtime {
 
-/// A servo loop in a thread of its own and, if wanted, an empty loop of the same period and scheduling beside
-/// it: what the host can do at best while the servo runs. Both end with the process's stop request.
+/// Runs a servo loop in a thread of its own. On request it runs an empty loop of the same period and
+/// scheduling beside it, which shows the best that the host can do while the servo runs. Both end with the
+/// process's stop request.
 class ServoRunner {
  public:
-  /// Starts at once. `tick` must outlive the runner and be real-time safe.
+  /// Starts the loops at once. `tick` must outlive the runner and be real-time safe.
   ServoRunner(double period_s, LoopScheduling scheduling, bool with_bare_loop,
               std::function<void(double dt_s)> tick)
       : servo_("servo", period_s, core::ThreadRole::kServo, scheduling),
@@ -32,24 +33,25 @@ class ServoRunner {
   ServoRunner& operator=(const ServoRunner&) = delete;
   ~ServoRunner() { stop(); }
 
-  /// Ends both loops and waits for them.
+  /// Stops both loops and waits for their threads.
   void stop() {
     servo_.stop();
     bare_.stop();
     if (servo_thread_.joinable()) servo_thread_.join();
     if (bare_thread_.joinable()) bare_thread_.join();
   }
-  /// Shows this thread beside the loops; it must outlive the runner.
+  /// Adds the thread to statistics(); it must outlive the runner.
   void watch(const core::Progress& thread) { watched_.push_back(&thread); }
-  /// Newest statistics of the servo, of the bare loop if it runs, and of the threads that are watched. One
-  /// reader thread.
+  /// Returns the newest statistics of the servo, of the bare loop if it runs, and of the watched threads.
+  /// Only one thread may call it.
   std::vector<core::LoopStatistics> statistics() {
     std::vector<core::LoopStatistics> all{servo_.statistics()};
     if (with_bare_loop_) all.push_back(bare_.statistics());
     for (const core::Progress* thread : watched_) all.push_back(thread->statistics());
     return all;
   }
-  /// What the servo's thread was refused, once: empty if nothing (yet), or if it was asked for before.
+  /// Returns once what the servo's thread was refused at its set-up; empty if nothing was (yet), or if it was
+  /// returned before.
   std::string take_notice() {
     std::string notice = notice_taken_ ? std::string() : servo_.notice();
     notice_taken_ = notice_taken_ || !notice.empty();

@@ -18,7 +18,7 @@
 
 namespace phantom::runtime {
 
-/// Tells people, in the log, how the link changes and that a partner has not confirmed a stop.
+/// Logs changes of the link's state, and a partner that has not confirmed a stop.
 class LinkAnnouncer {
  public:
   /// `partner`: in capitals, "THE SLAVE".
@@ -30,7 +30,7 @@ class LinkAnnouncer {
   teleop::SideOutputs before_;
 };
 
-/// Tells people, in the log, what keeps an actuator from following, whenever that changes.
+/// Logs why an actuator does not follow, whenever the reason changes.
 class ActuatorAnnouncer {
  public:
   void look(const core::ActuatorHealth& actuator);
@@ -39,10 +39,10 @@ class ActuatorAnnouncer {
   std::string said_;
 };
 
-/// `health` with the actuator's figures; trouble with it is told before all else.
+/// Returns `health` with the actuator's figures added. Trouble with the actuator replaces state and message.
 core::Health with_actuator(core::Health health, const core::ActuatorHealth& actuator, teleop::LinkState link);
 
-/// Tells people what the servo's thread was refused, if it was.
+/// Logs what the servo's thread was refused at its set-up, if anything.
 void log_notice(const std::string& refused);
 
 struct ServoTiming {
@@ -51,30 +51,32 @@ struct ServoTiming {
   bool with_bare_loop = false;
 };
 
-/// What a side adds to the session of its servo.
+/// Callbacks and threads that a side adds to the session of its servo.
 template <class Report>
 struct ServoTold {
-  /// Whatever a new report is for beside its topic; on the publishing thread.
+  /// Handles a new report beyond its topic; called on the publishing thread. May be empty.
   std::function<void(const Report&)> report;
-  /// How the side is, as it is told twice a second: of the newest report, and how the loops run.
+  /// Returns the side's health from its newest report and the statistics of the loops; called twice a second.
   std::function<core::Health(const Report&, std::vector<core::LoopStatistics>)> health;
-  std::vector<const core::Progress*> watched = {};  ///< threads that are shown beside the loops
+  std::vector<const core::Progress*> watched =
+      {};  ///< threads whose statistics are added to those of the loops
 };
 
-/// Runs a side until the process is to end: the servo on a thread of its own, one that publishes what it
-/// reports and asks everyone to stop when a signal did, and, on the calling thread, health twice a second. At
-/// the end the loops stop first, then the actuator is told its last, and the health says that it has ended.
-/// Returns how the loops ran.
+/// Runs a side until the process has to end. The servo runs on a thread of its own. A second thread publishes
+/// its reports, and announces a stop to all when a signal requested one. The calling thread publishes health
+/// twice a second. At the end the loops stop first, then the actuator is ended, and a last health report says
+/// that the side has ended. Returns the statistics of the loops.
 ///
-/// `servo` has tick(dt_s, now_ns), a Snapshot `outbox` of Report and a WakeSignal `published`; `adapter`
-/// publish(Report), announce_stop(issuer) and publish_health(Health); `actuator` health() and end(now_ns).
+/// Required members: `servo` has tick(dt_s, now_ns), a Snapshot `outbox` of Report and a WakeSignal
+/// `published`. `adapter` has publish(Report), announce_stop(issuer) and publish_health(Health). `actuator`
+/// has health() and end(now_ns).
 template <class Report, class Servo, class Adapter, class Actuator>
 std::vector<core::LoopStatistics> run_servo_session(const ServoTiming& timing, Servo& servo,
                                                     Actuator& actuator, StopFile& stops, Adapter& adapter,
                                                     LinkAnnouncer announcer, const ServoTold<Report>& told) {
   constexpr double kHealthPeriod_s = 0.5;
   std::mutex mutex;
-  Report latest;  // under the mutex
+  Report latest;  // guarded by the mutex
   core::Progress publishing("publisher");
   std::jthread publisher([&](const std::stop_token& stop) {
     core::take_place(core::ThreadRole::kPublisher, timing.scheduling.servo_priority);

@@ -80,16 +80,16 @@ StopFile::StopFile(const std::filesystem::path& folder, const std::string& compo
   }
   content_->magic = kMagic;
   for (int process = 1; process <= kMostProcesses; ++process) adopt_from(numbered(folder, name, process));
-  flushed_ = 0;  // what was adopted is not on the disk yet
+  flushed_ = 0;  // the adopted stop is not on the disk yet
   if (const teleop::StopRecord kept = read(); kept.id != 0)
     add_notice(std::string("stopped since before this start (") + name_of(kept.cause) + "), until a reset");
 }
 
-// Takes over the stop of another process's file, and takes it from there if nobody has that any more.
+// Adopts the stop from another process's file, and clears it there if no process holds that file any more.
 void StopFile::adopt_from(const std::filesystem::path& file) {
   if (file == file_) return;
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CLOEXEC);
-  if (descriptor < 0) return;  // there is none
+  if (descriptor < 0) return;  // the file does not exist
   struct stat about {};
   void* mapped = fstat(descriptor, &about) == 0 && about.st_size > 0 &&
                          posix_fallocate(descriptor, 0, sizeof(Content)) == 0
@@ -117,7 +117,7 @@ void StopFile::add_notice(const std::string& sentence) {
   notice_ += sentence;
 }
 
-// False if another process holds the file.
+// Returns false if another process holds the file.
 bool StopFile::open(const std::filesystem::path& file) {
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (descriptor < 0) refuse(file, std::string("cannot be opened (") + std::strerror(errno) + ")");
@@ -125,7 +125,7 @@ bool StopFile::open(const std::filesystem::path& file) {
     close(descriptor);
     return false;
   }
-  // Room for the whole of it, or a store could end the process where the disk is full.
+  // Reserves all the space, because a store would kill the process where the disk is full.
   if (const int error = posix_fallocate(descriptor, 0, sizeof(Content)); error != 0) {
     close(descriptor);
     refuse(file, std::string("cannot be written (") + std::strerror(error) + ")");
@@ -136,7 +136,7 @@ bool StopFile::open(const std::filesystem::path& file) {
     close(descriptor);
     refuse(file, std::string("cannot be mapped (") + std::strerror(errno) + ")");
   }
-  mlock(mapped, sizeof(Content));  // at best: a servo must not wait for a page
+  mlock(mapped, sizeof(Content));  // if permitted: a servo must not wait for a page
   descriptor_ = descriptor;
   content_ = static_cast<Content*>(mapped);
   file_ = file;

@@ -9,7 +9,8 @@
 
 namespace phantom::runtime {
 
-/// Wakes one thread from another, e.g. a servo loop's I/O thread. A POSIX semaphore: raising it never blocks.
+/// Lets one thread wake another, e.g. a servo loop its I/O thread. It is a POSIX semaphore, so raise() never
+/// blocks.
 class WakeSignal {
  public:
   WakeSignal() { sem_init(&semaphore_, 0, 0); }
@@ -17,9 +18,9 @@ class WakeSignal {
   WakeSignal(const WakeSignal&) = delete;
   WakeSignal& operator=(const WakeSignal&) = delete;
 
-  /// Wakes the waiter, now or at its next wait(). Real-time safe: yes.
+  /// Wakes the waiting thread, now or at its next wait(). Real-time safe: yes.
   void raise() noexcept { sem_post(&semaphore_); }
-  /// Waits for raise(), at most `limit_s`; wake-ups that piled up count as one. Returns whether it was
+  /// Waits at most `limit_s` for raise(). Several pending wake-ups count as one. Returns whether it was
   /// raised.
   bool wait(double limit_s) noexcept {
     const core::Nanoseconds until_ns = core::monotonic_ns() + core::from_seconds(limit_s);

@@ -107,7 +107,7 @@ BusModel::NodeId BusModel::winner(core::Nanoseconds at_ns) const noexcept {
   return best;
 }
 
-// Sends the next frame if it begins by now_ns. Whoever has submitted by the time the bus falls idle takes
+// Sends the next frame if it begins by now_ns. All nodes with a frame queued when the bus becomes idle take
 // part in the arbitration.
 bool BusModel::transmit_one(core::Nanoseconds now_ns) {
   const core::Nanoseconds submitted_ns = earliest_submitted();
@@ -119,7 +119,7 @@ bool BusModel::transmit_one(core::Nanoseconds now_ns) {
   if (!someone_acknowledges(sender)) {
     if (!n.unacknowledged)
       news(sender, can::kErrorNoAck | can::kErrorState, can::BusState::kPassive, begin_ns);
-    n.unacknowledged = true;  // it goes on trying
+    n.unacknowledged = true;  // the node keeps trying
     return true;
   }
   const can::CanFrame frame = n.ring[n.first].frame;

@@ -11,25 +11,25 @@
 
 namespace phantom::simulation {
 
-/// What goes wrong with frames whose identifier equals `id` in the bits of `mask` (mask 0: all of them).
+/// Fault injection for frames whose identifier equals `id` in the bits of `mask` (mask 0: all frames).
 struct FaultRule {
   std::uint32_t id = 0;
   std::uint32_t mask = 0;
-  double drop = 0.0;                ///< probability that nobody receives it
-  double duplicate = 0.0;           ///< probability that it is received twice
-  core::Nanoseconds delay_ns = 0;   ///< it is received so much later
-  core::Nanoseconds jitter_ns = 0;  ///< and up to so much more, each for itself: frames overtake
+  double drop = 0.0;                ///< probability that nobody receives the frame
+  double duplicate = 0.0;           ///< probability that the frame is received twice
+  core::Nanoseconds delay_ns = 0;   ///< delay of the reception
+  core::Nanoseconds jitter_ns = 0;  ///< greatest random addition to it; frames may overtake each other
 };
 
 struct BusModelOptions {
-  double bit_rate = 0.0;           ///< bit/s; frames take their worst-case time; 0: no time
-  std::size_t queue_frames = 128;  ///< each node's transmit queue
-  std::uint64_t seed = 1;          ///< of the faults
+  double bit_rate = 0.0;           ///< bit/s; a frame takes its worst-case time; 0: it takes no time
+  std::size_t queue_frames = 128;  ///< capacity of each node's transmit queue
+  std::uint64_t seed = 1;          ///< seed of the random faults
 };
 
-/// A CAN bus as a model in time: nodes with transmit queues, arbitration by identifier, acknowledgement,
-/// bus-off, and faults. Deterministic with a seed. Knows no clock, socket or thread. Nothing but attach(),
-/// detach() and set_faults() uses the heap, unless more than 16384 frames are on their way.
+/// Models a CAN bus in time: nodes with transmit queues, arbitration by identifier, acknowledgement, bus-off,
+/// and faults. It is deterministic for a given seed and uses no clock, socket or thread. Only attach(),
+/// detach() and set_faults() use the heap, unless more than 16384 frames are in transit.
 class BusModel {
  public:
   using NodeId = std::size_t;
@@ -38,21 +38,21 @@ class BusModel {
   explicit BusModel(const BusModelOptions& options);
 
   NodeId attach();
-  /// The node is gone, with all it had to send.
+  /// Removes the node and drops its queued frames.
   void detach(NodeId node);
-  /// A node that is unplugged hears and says nothing, and is told nothing of it.
+  /// Unplugs the node or plugs it in. An unplugged node neither receives nor sends, and it is not notified.
   void set_plugged(NodeId node, bool plugged);
   void set_faults(std::vector<FaultRule> rules);
-  /// The node's controller leaves the bus and drops what it had to send, until restart().
+  /// Puts the node's controller into bus-off: it drops its queued frames and stays off until restart().
   void set_bus_off(NodeId node, core::Nanoseconds now_ns);
-  /// Back on the bus after 128 × 11 bit times.
+  /// Brings the node back on the bus after 128 × 11 bit times.
   void restart(NodeId node, core::Nanoseconds now_ns);
 
-  /// Queues a frame; false if the queue is full or the node is not on the bus. Times never fall.
+  /// Queues a frame. Returns false if the queue is full or the node is not on the bus. Times never decrease.
   bool submit(NodeId node, const can::CanFrame& frame, core::Nanoseconds now_ns);
-  /// Lets the bus work until now_ns and hands out what was received by then, in order of time.
+  /// Runs the bus until now_ns and delivers the frames received by then, in order of time.
   void advance(core::Nanoseconds now_ns, const Deliver& deliver);
-  /// When advance() will next have something to do; the greatest time if nothing is known.
+  /// Returns the time of the next event for advance(); the greatest time if no event is known.
   core::Nanoseconds next_event_ns() const noexcept;
   bool queue_is_full(NodeId node) const noexcept { return nodes_[node].count == options_.queue_frames; }
   std::uint64_t frames_on_bus() const noexcept { return frames_; }
@@ -66,7 +66,7 @@ class BusModel {
     std::vector<Queued> ring;
     std::size_t first = 0, count = 0;
     bool attached = true, plugged = true, bus_off = false, unacknowledged = false;
-    core::Nanoseconds back_ns = -1;  // when a restart completes; < 0: none asked for
+    core::Nanoseconds back_ns = -1;  // when the restart completes; < 0: none requested
     bool speaks() const noexcept { return attached && plugged && !bus_off; }
   };
   struct Delivery {
@@ -89,7 +89,7 @@ class BusModel {
   std::vector<Node> nodes_;
   std::vector<FaultRule> rules_;
   std::vector<Delivery> deliveries_;  // a heap by time
-  core::Nanoseconds free_ns_ = 0;     // the bus is idle from here on
+  core::Nanoseconds free_ns_ = 0;     // the bus is idle from this time on
   std::uint64_t order_ = 0, frames_ = 0;
   std::mt19937_64 random_;
 };

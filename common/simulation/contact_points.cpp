@@ -40,7 +40,7 @@ void append_segment(const robot::SkinSegment& segment, std::size_t link, const g
   }
 }
 
-/// Points of what is not made of segments: lines and meshes.
+/// Appends the points of lines and meshes; those of segments are made elsewhere.
 void append_lines_and_meshes(const robot::SerialArm& arm, const robot::LinkSkin& skin, double pitch_m,
                              std::vector<ContactPoint>& points) {
   if (skin.axes.empty() && skin.meshes.empty()) return;
@@ -69,7 +69,8 @@ std::vector<ContactPoint> contact_points(const robot::SerialArm& arm,
         append_segment(segment, frame->first, frame->second, pitch_m, points);
       append_lines_and_meshes(arm, skin, pitch_m, points);
     }
-    // Beyond a metre no ring gets fewer points: the skin has more segments than points were allowed.
+    // Above a pitch of one metre the number of points no longer falls: the skin has more segments than
+    // `max_points`.
     if (static_cast<int>(points.size()) <= max_points || pitch_m > 1.0) return points;
   }
 }

@@ -7,15 +7,16 @@
 
 namespace phantom::simulation {
 
-/// Joint encoders: positions in whole counts, velocities from their differences through a first-order filter.
+/// Simulates joint encoders: positions in whole counts, and velocities from their differences through a
+/// first-order filter.
 class Encoders {
  public:
-  /// `resolution`: rad or m per count, > 0. `filter_s`: time constant of the velocity filter, ≥ 0 (0: bare
-  /// difference).
+  /// `resolution`: rad or m per count, > 0. `filter_s`: time constant of the velocity filter, ≥ 0 (0:
+  /// unfiltered difference).
   Encoders(std::size_t joint_count, const core::JointArray& resolution, double filter_s)
       : count_(joint_count), resolution_(resolution), filter_s_(filter_s) {}
 
-  /// Reads true positions at a new sample; the first call gives velocity zero. Real-time safe: yes.
+  /// Samples the true positions. The first sample gives velocity zero. Real-time safe: yes.
   void sample(const core::JointArray& true_q, double dt_s) noexcept {
     for (std::size_t j = 0; j < count_; ++j) {
       const double q = std::round(true_q[j] / resolution_[j]) * resolution_[j];

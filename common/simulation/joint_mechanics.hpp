@@ -6,8 +6,8 @@
 
 namespace phantom::simulation {
 
-/// One simulated joint: inertia seen at the joint (links and rotor), friction and end stops.
-/// Units by type: kg·m², N·m·s/rad, N·m, rad for revolute; kg, N·s/m, N, m for prismatic joints.
+/// Parameters of one simulated joint: inertia seen at the joint (links and rotor), friction and end stops.
+/// Units of a revolute joint: kg·m², N·m·s/rad, N·m, rad; of a prismatic joint: kg, N·s/m, N, m.
 struct JointMechanics {
   double inertia = 1.0;  ///< > 0
   double viscous = 0.0;  ///< ≥ 0
@@ -20,9 +20,9 @@ using ArmMechanics = std::array<JointMechanics, core::kMaxJoints>;
 
 /// Advances position `q` and velocity `v` by one semi-implicit Euler step under `torque`.
 ///
-/// Coulomb friction acts as an impulse that can bring the joint to rest but never reverse it: at rest it
-/// holds against any torque up to its value, without chatter and without a velocity threshold. Viscous
-/// friction is implicit: stable for any step. The end stops are inelastic. Without torque |v| never grows.
+/// Coulomb friction acts as an impulse that can bring the joint to rest but never reverse it. At rest it
+/// balances any torque up to its value, without chatter and without a velocity threshold. Viscous friction is
+/// implicit, so it is stable for any step. The end stops are inelastic. Without torque |v| never grows.
 /// Real-time safe: yes.
 inline void integrate(const JointMechanics& joint, double torque, double dt_s, double& q,
                       double& v) noexcept {

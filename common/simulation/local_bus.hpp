@@ -9,8 +9,8 @@
 
 namespace phantom::simulation {
 
-/// A CAN bus within one thread, on a clock that its owner sets: for simulations and tests that repeat
-/// exactly.
+/// A CAN bus within one thread on a clock that its owner sets, for simulations and tests that are exactly
+/// repeatable.
 ///
 ///     LocalBus bus({.bit_rate = 1e6});
 ///     auto master = bus.connect("master"), drive = bus.connect("drive");
@@ -22,14 +22,14 @@ class LocalBus {
   explicit LocalBus(const BusModelOptions& options = {});
   ~LocalBus();
 
-  /// A node; must not outlive the bus.
+  /// Connects a node, which must not outlive the bus.
   std::unique_ptr<can::CanBus> connect(const std::string& name);
-  /// Lets the bus work until `now_ns`, which never falls.
+  /// Runs the bus until `now_ns`, which never decreases.
   void advance_to(core::Nanoseconds now_ns);
   core::Nanoseconds now_ns() const noexcept { return now_ns_; }
 
   void set_faults(std::vector<FaultRule> rules) { model_.set_faults(std::move(rules)); }
-  /// Sends the node's controller to bus-off. `node` is one of this bus.
+  /// Puts the controller of `node`, a node of this bus, into bus-off.
   void set_bus_off(const can::CanBus& node);
   void set_plugged(const can::CanBus& node, bool plugged);
   std::uint64_t frames_on_bus() const noexcept { return model_.frames_on_bus(); }
@@ -38,7 +38,7 @@ class LocalBus {
   class Node;
   core::Nanoseconds now_ns_ = 0;
   BusModel model_;
-  std::vector<Node*> nodes_;  // by BusModel::NodeId
+  std::vector<Node*> nodes_;  // indexed by BusModel::NodeId
 };
 
 }  // namespace phantom::simulation

@@ -14,7 +14,7 @@ Progress minimum_jerk(double phase) noexcept {
 
 Progress constant_velocity(double phase, double ramp_share) noexcept {
   const double p = std::clamp(phase, 0.0, 1.0);
-  const double speed = 1.0 / (1.0 - ramp_share);  // so that the whole way takes the whole phase
+  const double speed = 1.0 / (1.0 - ramp_share);  // so that the whole path takes the whole phase
   if (p < ramp_share) return {0.5 * speed * p * p / ramp_share, speed * p / ramp_share};
   if (p > 1.0 - ramp_share)
     return {1.0 - 0.5 * speed * (1.0 - p) * (1.0 - p) / ramp_share, speed * (1.0 - p) / ramp_share};
@@ -49,7 +49,7 @@ Progress OperatorModel::progress() const noexcept {
              : constant_velocity(phase_, parameters_.velocity_ramp_share);
 }
 
-// Displacement and speed of the reference's shaking.
+// Returns displacement and velocity of the reference's tremor.
 Progress OperatorModel::tremor(std::size_t joint) const noexcept {
   constexpr double kSpread[kTremorSines] = {0.85, 1.0, 1.17};
   if (parameters_.tremor_rms[joint] == 0.0) return {};

@@ -6,11 +6,12 @@
 namespace phantom::simulation {
 namespace {
 
-constexpr double kThere = 0.01;       // rad or m: no transit for less
-constexpr double kMeetAfter_s = 2.0;  // the slave comes by itself if nothing is in its way
+constexpr double kThere = 0.01;       // rad or m: no transit for a smaller distance
+constexpr double kMeetAfter_s = 2.0;  // an unobstructed slave has come by itself by then
 constexpr double kMeet_s = 1.5;
 
-// Own normal deviate (central limit of 12 uniforms): the standard library's differs between implementations.
+// Computes a normal deviate as a sum of 12 uniforms (central limit), because the standard library's
+// distribution differs between implementations.
 double normal_deviate(std::mt19937& random) noexcept {
   double sum = -6.0;
   for (int i = 0; i < 12; ++i) sum += static_cast<double>(random()) / 4294967296.0;
@@ -59,7 +60,7 @@ void ReachScript::step(const core::JointArray& q, bool go, bool contact, double 
   if (!go) return;
   if (meeting_) {
     meeting_ = false;
-    if (number_ >= 0) begin(ReachPhase::kHold);  // and back from there
+    if (number_ >= 0) begin(ReachPhase::kHold);  // the way back follows
   }
   in_phase_s_ += dt_s;
   switch (phase_) {
@@ -105,7 +106,7 @@ void ReachScript::meet(const core::JointArray& slave_q, double dt_s) noexcept {
   if (apart_s_ < kMeetAfter_s) return;
   hand_.move_to(slave_q, kMeet_s);
   meeting_ = true;
-  apart_s_ = 0.0;  // and again, should it have moved meanwhile
+  apart_s_ = 0.0;  // repeat later, in case the slave has moved meanwhile
 }
 
 }  // namespace phantom::simulation

@@ -10,59 +10,60 @@
 
 namespace phantom::simulation {
 
-/// A way into the cell and back, in joint coordinates.
+/// A path into the cell and back, in joint coordinates.
 struct Reach {
   core::JointArray from{};
-  core::JointArray target{};  ///< at or behind the object's surface
+  core::JointArray target{};  ///< on or behind the object's surface
 };
 
 enum class PerceptSchedule { kAlternate, kOn, kOff };
 
 struct ReachScriptParameters {
   std::size_t joint_count = 0;
-  std::vector<Reach> reaches;  ///< taken in turn, over and over; at least one
-  PerceptSchedule percept =
-      PerceptSchedule::kAlternate;  ///< alternate: each reach twice, with the percept, then without
-  double first_wait_s = 1.0;        ///< after coupling
-  double transit_s = 2.0;           ///< to a reach's start, if the hand is not there
-  double in_s = 3.0;                ///< nominal duration of the way in
-  double hold_s = 0.3;              ///< at the end of the way in
-  double back_s = 2.0;              ///< of the way back
-  double pause_s = 0.3;             ///< before the next one
-  double overreach = 0.0;           ///< the operator misjudges: aims this share of the way beyond the target
+  std::vector<Reach> reaches;  ///< made in this order, repeatedly; at least one
+  /// kAlternate makes each reach twice, first with the percept, then without.
+  PerceptSchedule percept = PerceptSchedule::kAlternate;
+  double first_wait_s = 1.0;  ///< after coupling
+  double transit_s = 2.0;     ///< to the start of a reach, if the hand is not there
+  double in_s = 3.0;          ///< nominal duration of the way in
+  double hold_s = 0.3;        ///< at the end of the way in
+  double back_s = 2.0;        ///< duration of the way back
+  double pause_s = 0.3;       ///< before the next reach
+  double overreach = 0.0;  ///< the operator's misjudgement: aims beyond the target by this share of the way
   double duration_scatter =
-      0.0;                  ///< relative standard deviation of in_s from pair to pair, same within a pair
-  double reaction_s = 0.2;  ///< from contact to letting go
-  double patience = 3.0;    ///< gives up a way in that takes this many times in_s
+      0.0;                  ///< relative standard deviation of in_s from pair to pair; the same within a pair
+  double reaction_s = 0.2;  ///< from contact to releasing the move
+  double patience = 3.0;    ///< gives up a way in that lasts longer than this multiple of in_s
   std::uint32_t seed = 1;
 };
 
 enum class ReachPhase { kWait, kTransit, kIn, kHold, kBack, kPause };
 
-/// Leads an OperatorModel through reaches: to the start, in, until the target or a contact (after the
-/// reaction time), back. A slave that was lost and cannot come to the master by itself – something is in its
-/// way – is met where it is, and the reach is given up. Deterministic for a seed. After construction it
-/// allocates nothing.
+/// Makes an OperatorModel perform reaches: to the start, in until it arrives at the target or the reaction
+/// time after a contact has passed, and back. If the slave was lost and cannot come to the master because
+/// something blocks it, the hand moves to the slave and the reach is given up. Deterministic for a given
+/// seed. Allocates no memory after construction.
 class ReachScript {
  public:
   ReachScript(const ReachScriptParameters& parameters, OperatorModel& hand);
 
-  /// Advances; call before the hand's own step with the device's true position. `go`: master and slave are
-  /// coupled (else everything waits). `contact`: the slave touches something. Real-time safe: yes.
+  /// Advances the script. Call it before the hand's own step, with the device's true position. `go`: master
+  /// and slave are coupled, else everything waits. `contact`: the slave is in contact. Real-time safe: yes.
   void step(const core::JointArray& q, bool go, bool contact, double dt_s) noexcept;
-  /// In place of step() while the slave is heard and the poses do not agree; `slave_q`: where it is.
+  /// Replaces step() while the slave is heard and the poses do not agree. `slave_q`: the slave's position.
   /// Real-time safe: yes.
   void meet(const core::JointArray& slave_q, double dt_s) noexcept;
-  /// The hand is on its way to the slave: its reference is to move although nothing is coupled.
+  /// Returns whether the hand is moving to the slave, so that its reference has to move although nothing is
+  /// coupled.
   bool meeting() const noexcept { return meeting_; }
 
   ReachPhase phase() const noexcept { return phase_; }
-  /// Running number from 0 of the reach under way, from the start of its way in to the next one's; −1 before
-  /// the first.
+  /// Returns the running number, from 0, of the present reach; −1 before the first. It changes at the start
+  /// of a way in.
   std::int32_t number() const noexcept { return number_; }
-  /// Whether this reach is made with the percept.
+  /// Returns whether the present reach is made with the percept.
   bool percept_on() const noexcept { return percept_on_; }
-  /// Which of the given reaches is under way.
+  /// Returns the index of the present reach in the given reaches.
   std::size_t index() const noexcept { return index_; }
 
  private:

@@ -64,11 +64,10 @@ void SlavePlant::keep_if_touching(std::size_t point, double distance_m, double r
   touching_count_ = std::min(touching_count_ + 1, kMaxTouching);
 }
 
-// Finds the least distance and the points that touch or may touch within this step. A point that cannot have
-// come nearer than either, by the way it has gone since it was last looked up, is passed over: few look-ups
-// are left.
+// Finds the least distance and the points that touch or may touch within this step. A point is skipped if the
+// distance moved since its last look-up rules out both, so few look-ups remain.
 void SlavePlant::find_touching(double reach_m) noexcept {
-  constexpr double kSteepest = 1.05;  // a sampled field is a little steeper than 1 in places
+  constexpr double kSteepest = 1.05;  // the slope of a sampled field slightly exceeds 1 in places
   touching_count_ = 0;
   double least_m = 1e9;
   if (!points_.empty()) {
@@ -115,7 +114,7 @@ void SlavePlant::add_contact_torque(core::JointArray& torque_Nm) noexcept {
 
 void SlavePlant::step(const core::JointArray& drive_Nm, double dt_s) noexcept {
   const std::size_t count = arm_.joint_count();
-  // Nothing on the arm goes farther than this in one step at the speeds that telemanipulation knows (5 m/s).
+  // No point of the arm moves farther than this in one step at the speeds of telemanipulation (5 m/s).
   find_touching(5.0 * dt_s);
   const double sub_s = dt_s / parameters_.sub_steps;
   report_.joint_torque_Nm = {};
@@ -133,8 +132,8 @@ void SlavePlant::step(const core::JointArray& drive_Nm, double dt_s) noexcept {
   encoders_.sample(q_, dt_s);
 }
 
-// What depends on the pose and changes slowly: weight and inertia. A joint keeps its momentum when the links
-// beyond it come nearer or go farther away.
+// Updates what depends on the pose and changes slowly: weight and inertia. A joint keeps its momentum when
+// its inertia changes with the pose.
 void SlavePlant::take_pose() noexcept {
   if (!parameters_.balanced) gravity_Nm_ = arm_.gravity_torque(X_WL_);
   if (!parameters_.rotor) return;

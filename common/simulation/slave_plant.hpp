@@ -16,74 +16,76 @@
 namespace phantom::simulation {
 
 struct SlavePlantParameters {
-  ArmMechanics joints{};  ///< their inertia counts if there is no `rotor`
-  /// Inertia of the drives seen at the joints, kg·m² or kg: a joint's inertia is this and that of the links
-  /// beyond it at the present pose. None: constant, as `joints` has it.
+  ArmMechanics joints{};  ///< their inertia is used only without `rotor`
+  /// Inertia of the drives seen at the joints, kg·m² or kg. A joint's inertia is this plus that of the links
+  /// beyond it at the present pose. None: the inertia is constant, as in `joints`.
   std::optional<core::JointArray> rotor;
   core::JointArray encoder_resolution{};  ///< rad or m per count
   double velocity_filter_s = 0.002;
-  bool balanced = true;  ///< the weight is taken by counterweights; false: gravity acts on the joints
+  bool balanced = true;  ///< counterweights balance the weight; false: gravity acts on the joints
   double contact_stiffness_N_per_m = 30'000.0;  ///< per touching point
-  double contact_damping_Ns_per_m = 100.0;  ///< likewise; acts only against further penetration's pressure
-  int sub_steps = 4;                        ///< per step(), ≥ 1
+  double contact_damping_Ns_per_m = 100.0;      ///< per touching point; the total force never pulls
+  int sub_steps = 4;                            ///< per step(), ≥ 1
 };
 
-/// Share by which the reported clearance may be too great: it saves nearly all look-ups.
+/// Relative error by which the reported clearance may be too great. This tolerance saves nearly all look-ups.
 inline constexpr double kClearanceTolerance = 0.04;
 
-/// What an ideal force sensor and a measuring machine would say of the arm.
+/// Contact as measured by an ideal force sensor and an ideal measuring machine.
 struct ContactReport {
   bool contact = false;
-  double force_N = 0.0;  ///< greatest of the touching points'
+  double force_N = 0.0;  ///< greatest force of a touching point
   std::uint16_t object = 0;
   Eigen::Vector3d point_W_m = Eigen::Vector3d::Zero();
   double clearance_m =
-      -1.0;  ///< least distance of the arm's contact points, 0 in touch; −1: farther than the world's range
-  core::JointArray joint_torque_Nm{};  ///< F_e: Jᵀf of all contact forces on the arm, mean over the step
+      -1.0;  ///< least distance of the arm's contact points, 0 in contact; −1: beyond the world's range
+  core::JointArray joint_torque_Nm{};  ///< F_e: Jᵀf of all contact forces on the arm, averaged over the step
 };
 
-/// Reflected inertia of each joint, kg·m² or kg: the diagonal of the mass matrix at pose `q`, links as point
-/// masses at their centres of mass, plus `rotor` inertia seen at the joint. Real-time safe: yes.
+/// Returns the reflected inertia of each joint, kg·m² or kg: the diagonal of the mass matrix at pose `q`,
+/// with links as point masses at their centres of mass, plus the `rotor` inertia seen at the joint. Real-time
+/// safe: yes.
 core::JointArray reflected_inertia(const robot::SerialArm& arm, const core::JointArray& q,
                                    const core::JointArray& rotor) noexcept;
 
-/// Simulated slave arm: drives, inertia, friction, weight, end stops and contact with the real bodies.
+/// Simulates the slave arm: drives, inertia, friction, weight, end stops and contact with the real bodies.
 ///
-/// Joint-wise dynamics, d(I·v)/dt = torque, with the diagonal I of the mass matrix at the present pose. The
-/// matrix's other entries and the forces that go with speeds of other joints (centrifugal, Coriolis) are left
-/// out: good for servo, feedback and contact at the speeds of telemanipulation, not for fast free motion.
-/// Contact is a spring and damper at the deepest points, frictionless, pushing only. One step costs one
-/// distance look-up per contact point and a few more for those that touch.
+/// The dynamics are joint-wise, d(I·v)/dt = torque, with the diagonal I of the mass matrix at the present
+/// pose. The matrix's other entries and the centrifugal and Coriolis forces are left out. This is accurate
+/// enough for servo, feedback and contact at the speeds of telemanipulation, but not for fast free motion.
+/// Contact is a frictionless spring and damper at the deepest points that only pushes. A step costs at most
+/// one distance look-up per contact point and a few more for those that touch.
 class SlavePlant {
  public:
-  /// Touching points that bear force at the same time; deeper ones first.
+  /// Greatest number of touching points that bear force at the same time; the deepest are chosen.
   static constexpr std::size_t kMaxTouching = 8;
 
-  /// `arm` and `world` must outlive the plant. `tip_link_frame`: frame of the tool in the last link, for
-  /// tool_speed.
+  /// `arm` and `world` must outlive the plant. `tip_in_last_link_m`: the tool's tip in the last link's frame,
+  /// for tool_speed_m_s().
   SlavePlant(const robot::SerialArm& arm, const SlavePlantParameters& parameters,
              std::vector<ContactPoint> points, const ContactWorld& world, const core::JointArray& start_q,
              const Eigen::Vector3d& tip_in_last_link_m);
 
-  /// Advances by dt_s under the drives' torques. Torques that are not finite count as none. Real-time safe:
+  /// Advances by dt_s under the drives' torques. Torques that are not finite count as zero. Real-time safe:
   /// yes.
   void step(const core::JointArray& drive_Nm, double dt_s) noexcept;
 
   const core::JointArray& true_position() const noexcept { return q_; }
   const core::JointArray& true_velocity() const noexcept { return v_; }
-  const core::JointArray& position() const noexcept { return encoders_.position(); }  ///< as the encoders say
+  const core::JointArray& position() const noexcept { return encoders_.position(); }  ///< of the encoders
   const core::JointArray& velocity() const noexcept { return encoders_.velocity(); }
   const ContactReport& contact() const noexcept { return report_; }
   double tool_speed_m_s() const noexcept;
-  /// Torques that hold the weight at the present pose; zero for a balanced arm. For feed-forward.
+  /// Returns the torques that hold the weight at the present pose, for feed-forward; zero for a balanced arm.
   const core::JointArray& gravity_Nm() const noexcept { return gravity_Nm_; }
   std::size_t contact_point_count() const noexcept { return points_.size(); }
 
  private:
-  // Where a point was when its distance was last looked up: elsewhere it has changed by no more than the way.
+  // Position and distance of a point at its last look-up. Since then the distance has changed by at most the
+  // distance moved.
   struct LastSeen {
     Eigen::Vector3d p_W_m = Eigen::Vector3d::Zero();
-    double distance_m = -1e9;  // at first: anything may be
+    double distance_m = -1e9;  // initially unknown, so any distance is possible
   };
   struct Touching {
     std::size_t point = 0;
@@ -104,7 +106,7 @@ class SlavePlant {
   robot::LinkPoses X_WL_;
   core::JointArray q_, v_{}, gravity_Nm_{};
   std::vector<LastSeen> seen_;  // per point
-  std::size_t nearest_ = 0;     // point of the least distance in the last scan
+  std::size_t nearest_ = 0;     // the point nearest to a body in the last scan
   std::array<Touching, kMaxTouching> touching_{};
   std::size_t touching_count_ = 0;
   ContactReport report_;

@@ -98,8 +98,8 @@ void UserBusHub::accept_clients() {
   }
 }
 
-// Takes what the client sends as long as the node's queue has room; false if the client is gone. What does
-// not fit waits in the socket, until that is full too and the client is told so.
+// Reads the client's packets while the node's queue has room. Returns false if the client is gone. Packets
+// without room wait in the socket; once the socket is full, the client's send fails.
 bool UserBusHub::read_client(Client& client) {
   while (!model_.queue_is_full(client.node)) {
     Packet packet;

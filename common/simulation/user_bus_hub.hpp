@@ -12,10 +12,10 @@
 
 namespace phantom::simulation {
 
-/// Serves a CAN bus to the processes of one user on this host, for machines whose kernel has none:
-/// arbitration by identifier, pacing by a bit rate, bus-off and faults as BusModel has them, on the real
-/// clock. A thread of its own; nodes come by can::open_bus("user:NAME") (sockets of the abstract namespace:
-/// nothing is left behind).
+/// Serves a CAN bus to the processes of one user on this host, for machines whose kernel has no CAN.
+/// Arbitration by identifier, bit rate, bus-off and faults are those of BusModel, on the real clock. It runs
+/// a thread of its own. Nodes connect by can::open_bus("user:NAME"). The sockets are in the abstract
+/// namespace, so no files are left behind.
 class UserBusHub {
  public:
   /// Errors: kInvalidArgument; kFailedPrecondition if the name is already served.
@@ -25,12 +25,12 @@ class UserBusHub {
   UserBusHub(const UserBusHub&) = delete;
   UserBusHub& operator=(const UserBusHub&) = delete;
 
-  /// Nodes that are connected now. These and the following may be called from any thread.
+  /// Returns the number of connected nodes. This and the following functions may be called from any thread.
   std::size_t node_count() const;
   void set_faults(std::vector<FaultRule> rules);
-  /// Sends the controllers of all nodes of process `pid` to bus-off.
+  /// Puts the controllers of all nodes of process `pid` into bus-off.
   void set_bus_off(int pid);
-  /// Unplugs (or plugs in) all nodes of process `pid`.
+  /// Unplugs all nodes of process `pid`, or plugs them in.
   void set_plugged(int pid, bool plugged);
 
  private:
@@ -38,7 +38,7 @@ class UserBusHub {
     int socket = -1;
     int pid = 0;
     BusModel::NodeId node = 0;
-    std::uint64_t lost = 0;  // since it was last told
+    std::uint64_t lost = 0;  // frames lost since the last report to the client
   };
   UserBusHub(int listener, int waker, const BusModelOptions& options);
   void run();
@@ -48,7 +48,7 @@ class UserBusHub {
   void wake() const noexcept;
 
   int listener_, waker_;
-  mutable std::mutex mutex_;  // guards what follows
+  mutable std::mutex mutex_;  // guards the members below
   BusModel model_;
   std::vector<Client> clients_;
   std::atomic<bool> stop_{false};

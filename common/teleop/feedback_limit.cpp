@@ -15,16 +15,16 @@ using Complex = std::complex<double>;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kLowest_rad_s = 0.2;
 constexpr int kFrequencies = 600;
-// Beyond this turn of phase between two frequencies the crossings are not looked for one by one.
+// Where the phase turns further than this between two frequencies, the crossings are not searched one by one.
 constexpr double kTurn_rad = std::numbers::pi / 3.0;
 
-// A torque that is held for a period, and acts `samples` later.
+// Response of a torque that is held for one period and acts `samples` periods later.
 Complex hold(double omega_rad_s, double period_s, int samples) {
   const double half = 0.5 * omega_rad_s * period_s;
   return std::polar(half > 0.0 ? std::sin(half) / half : 1.0, -half * (1.0 + 2.0 * samples));
 }
 
-// Differences of samples through a first-order filter: what Encoders does.
+// Response of sample differences through a first-order filter, as Encoders computes velocities.
 Complex filtered_rate(double omega_rad_s, double period_s, double filter_s) {
   const Complex back = std::polar(1.0, -omega_rad_s * period_s);
   const double share = period_s / (period_s + filter_s);
@@ -40,7 +40,7 @@ Stiffness stiffness_at(BilateralLaw law, const FeedbackLoop& loop, bool held, do
   const Complex master_rate = filtered_rate(omega_rad_s, loop.master_period_s, loop.master_filter_s);
   const Complex slave_rate = filtered_rate(omega_rad_s, loop.slave_period_s, loop.slave_filter_s);
   const Complex commanded = loop.slave_k_p + loop.slave_k_v * master_rate;
-  // Slave's motion and loop torque for a unit of the master's.
+  // Motion and loop torque of the slave per unit of the master's motion.
   Complex moved = 0.0, torque = commanded;
   if (!held) {
     const Complex plant = hold(omega_rad_s, loop.slave_period_s, loop.slave_delay_samples) /
@@ -48,7 +48,7 @@ Stiffness stiffness_at(BilateralLaw law, const FeedbackLoop& loop, bool held, do
     torque = commanded / (1.0 + plant * (loop.slave_k_p + loop.slave_k_v * slave_rate));
     moved = plant * torque;
   }
-  const Complex force = held ? torque : 0.0;  // −F_e: only what holds the slave exerts a force
+  const Complex force = held ? torque : 0.0;  // −F_e: a free slave feels no external force
   const bool exchange = law == BilateralLaw::kPe || law == BilateralLaw::kPeff;
   Stiffness f{0.0, 0.0};
   if (law == BilateralLaw::kSctfb) f.answered += torque;
@@ -90,7 +90,7 @@ double limit_of(const Response& response, double inertia, double round_trip_s) {
     const double inert = inertia * omega * omega;
     const double greatest = std::abs(f.at_once) + std::abs(f.answered);
     if (i == 0) {
-      // A spring that pushes later than it should gives energy at any gain.
+      // A spring whose force lags its deflection generates energy at any gain.
       if (now.real() > 0.0 && now.imag() < -1e-9 * std::abs(now)) return 0.0;
     } else if ((omega - response.omega_rad_s[i - 1]) * round_trip_s > kTurn_rad) {
       if (greatest > 0.0) limit = std::min(limit, inert / greatest);
@@ -135,7 +135,7 @@ FeedbackLimits::FeedbackLimits(const std::vector<FeedbackLoop>& joints)
           usable[n] = std::min(usable[n], kUsableShareOfFeedbackLimit * limit);
         }
       }
-      // A longer delay never allows more: the delay is an estimate.
+      // The delay is only an estimate, so a longer delay must never allow a greater gain.
       for (std::size_t n = 1; n < kNodes; ++n) usable[n] = std::min(usable[n], usable[n - 1]);
     }
   }
@@ -167,7 +167,7 @@ std::string why_feedback_is_unstable(const FeedbackLimits& limits, BilateralLaw 
   }
   if (joint == names.size()) return "";
   char text[160];
-  // Rounded down: what is told is accepted.
+  // Rounded down, so that the reported limit is itself accepted.
   const double digit = least > 0.0 ? std::pow(10.0, std::floor(std::log10(least)) - 1.0) : 1.0;
   std::snprintf(text, sizeof text,
                 "1/A %.3g is not stable on %.32s with law %s and %.3g ms delay; allowed: up to %.2g", asked,

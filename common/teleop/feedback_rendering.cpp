@@ -14,7 +14,7 @@ FeedbackRenderer::FeedbackRenderer(const FeedbackParameters& parameters)
       inverse_a_(parameters.inverse_a[static_cast<std::size_t>(parameters.law)]),
       round_trip_s_(parameters.expected_round_trip_s) {}
 
-// One late sample is no delay; a link that has become slower is.
+// Ignores a single late sample, but follows a link that has become slower.
 void FeedbackRenderer::follow_delay(double measured_s, double dt_s) noexcept {
   if (!(measured_s > 0.0)) return;
   const double seen_s = std::min(measured_s, FeedbackLimits::kLongest_s);
@@ -22,7 +22,7 @@ void FeedbackRenderer::follow_delay(double measured_s, double dt_s) noexcept {
   round_trip_s_ += dt_s / (dt_s + constant_s) * (seen_s - round_trip_s_);
 }
 
-// Moves 1/A to what is asked for, as far as it is stable; with the contact's share.
+// Moves 1/A towards the requested value, scales it by the contact's share and limits it to the stable value.
 void FeedbackRenderer::follow_gain(const FeedbackInputs& in, double dt_s, RenderedFeedback& out) noexcept {
   const core::JointArray& own = parameters_.inverse_a[static_cast<std::size_t>(law_)];
   const double touched = contact_.step(in.contact && in.coupled, dt_s);
@@ -31,9 +31,9 @@ void FeedbackRenderer::follow_gain(const FeedbackInputs& in, double dt_s, Render
     const double asked = in.inverse_a[j];
     const double wanted = in.law == law_ && asked >= 0.0 && std::isfinite(asked) ? asked : own[j];
     if (authority_.value() == 0.0) {
-      inverse_a_[j] = wanted;  // nothing is felt: no need to wait
+      inverse_a_[j] = wanted;  // nothing is rendered, so a jump is not felt
     } else {
-      // From one law's gain to another's, or from nothing to 1, within the ramp's time.
+      // The ramp's time covers a change from one law's gain to another's, or from 0 to 1.
       const double furthest = std::max(1.0, own[j]) / parameters_.ramp_up_s * dt_s;
       inverse_a_[j] += std::clamp(wanted - inverse_a_[j], -furthest, furthest);
     }

@@ -11,10 +11,10 @@
 
 namespace phantom::teleop {
 
-/// "Take the 1/A that belongs to the law."
+/// Requests the 1/A that is configured for the law in force.
 inline constexpr double kLawsOwnGain = -1.0;
 
-/// The same value for every joint.
+/// Returns an array with the same value for every joint.
 inline core::JointArray everywhere(double value) noexcept {
   core::JointArray values{};
   values.fill(value);
@@ -25,9 +25,9 @@ struct FeedbackParameters {
   std::size_t joint_count = 0;
   BilateralLaw law = BilateralLaw::kSctfb;                   ///< at the start
   std::array<core::JointArray, kBilateralLaws> inverse_a{};  ///< 1/A by law and joint, ≥ 0
-  FeedbackLimits limits;                                     ///< what of it is stable
-  double expected_round_trip_s = 0.004;                      ///< until one is measured
-  ExchangeGains exchange;                                    ///< of laws d and e
+  FeedbackLimits limits;                                     ///< stable values of 1/A
+  double expected_round_trip_s = 0.004;                      ///< until a round trip is measured
+  ExchangeGains exchange;                                    ///< for laws d and e
   core::JointArray torque_cap_Nm{};
   double ramp_up_s = 0.3, ramp_down_s = 0.1;
   double contact_gain_ratio = 1.0;  ///< 1/A in contact ÷ 1/A out of it, ≥ 1 (thesis 5.4.7, item 4)
@@ -36,12 +36,12 @@ struct FeedbackParameters {
 };
 
 struct FeedbackInputs {
-  BilateralLaw law = BilateralLaw::kSctfb;                ///< asked for
-  core::JointArray inverse_a = everywhere(kLawsOwnGain);  ///< 1/A asked for, by joint
+  BilateralLaw law = BilateralLaw::kSctfb;                ///< requested law
+  core::JointArray inverse_a = everywhere(kLawsOwnGain);  ///< requested 1/A, by joint
   bool coupled = false;
-  bool contact = false;         ///< the arm touches something, or the phantom says that it does
-  bool force_measured = false;  ///< F_e is there
-  double round_trip_s = 0.0;    ///< from a master's position to the slave's answer in use; 0: not known yet
+  bool contact = false;         ///< the arm touches something, or the phantom reports contact
+  bool force_measured = false;  ///< F_e is available
+  double round_trip_s = 0.0;    ///< from a master's position to the slave's answer in use; 0: unknown yet
   JointMotion master, slave;
   SlaveEffort effort;
 };
@@ -50,29 +50,29 @@ struct RenderedFeedback {
   core::JointArray torque_Nm{};
   BilateralLaw law = BilateralLaw::kSctfb;  ///< in force
   core::JointArray inverse_a{};             ///< in force, contact included
-  double round_trip_s = 0.0;                ///< delay in force: measured, smoothed
-  bool limited = false;                     ///< 1/A of a joint is held at what is stable with that delay
-  bool passivity_limited = false;           ///< the passivity guard damps
+  double round_trip_s = 0.0;                ///< delay in force: measured and smoothed
+  bool limited = false;                     ///< 1/A of a joint is reduced to the stable value for that delay
+  bool passivity_limited = false;           ///< the passivity guard adds damping
   bool force_missing = false;               ///< the law in force needs F_e, which the slave does not measure
 };
 
-/// Renders the slave's feedback on the master. Laws, gains and contact change while it runs and nothing
-/// jumps: a change of law fades the old one out before the new one fades in, gains move at a bounded rate,
-/// and whatever comes the torque stays within its cap, the passivity guard's damping included. 1/A is held
-/// joint by joint at what is stable with the law and the delay in force. What fades out after uncoupling is
-/// the last torque felt while coupled: a slave that stops or holds may step its own. Sources: thesis
-/// Table 5.1, eq. 5.20, 5.4.7.
+/// Renders the slave's feedback on the master. Laws, gains and contact may change during operation without a
+/// jump of the torque. A change of law fades the old law out before the new one fades in; gains move at a
+/// bounded rate. The torque stays within its cap for any input, the passivity guard's damping included. 1/A
+/// of each joint is limited to the stable value for the law and the delay in force. After uncoupling, the
+/// last torque of the coupled state fades out, because a slave that stops or holds may change its torque
+/// abruptly. Sources: thesis Table 5.1, eq. 5.20, 5.4.7.
 class FeedbackRenderer {
  public:
   explicit FeedbackRenderer(const FeedbackParameters& parameters);
 
   /// Real-time safe: yes.
   RenderedFeedback step(const FeedbackInputs& in, double dt_s) noexcept;
-  /// What the device got of it in the end, so that the passivity guard's balance is true. Real-time safe:
-  /// yes.
+  /// Records the feedback torque that the device received in the end, so that the passivity guard's energy
+  /// balance is correct. Real-time safe: yes.
   void note_rendered(const core::JointArray& torque_Nm) noexcept { passivity_.note_rendered(torque_Nm); }
 
-  /// Time constants by which the delay in force follows a longer and a shorter round trip.
+  /// Time constants with which the delay in force follows a longer and a shorter round trip.
   static constexpr double kDelayRise_s = 0.1, kDelayFall_s = 1.0;
 
  private:
@@ -85,7 +85,7 @@ class FeedbackRenderer {
   BilateralLaw law_;
   core::JointArray inverse_a_;
   double round_trip_s_;
-  core::JointArray coupled_Nm_{};  // before authority, of the last coupled step
+  core::JointArray coupled_Nm_{};  // of the last coupled step, before the factor `authority_`
 };
 
 }  // namespace phantom::teleop

@@ -16,7 +16,7 @@ JointServoGains gains_for(double inertia, double bandwidth_Hz, double damping_ra
 double delay_margin_s(const JointServoGains& gains, double inertia) noexcept {
   const double damping = gains.k_v / inertia, stiffness = gains.k_p / inertia;
   if (damping <= 0.0 && stiffness <= 0.0) return std::numeric_limits<double>::infinity();
-  // Where the open loop's gain is 1 its phase is atan(damping·ω / stiffness) short of the half turn.
+  // Where the open loop's gain is 1, its phase is atan(damping·ω / stiffness) above −180°.
   const double square = damping * damping;
   const double omega_rad_s = std::sqrt((square + std::hypot(square, 2.0 * stiffness)) / 2.0);
   return std::atan2(damping * omega_rad_s, stiffness) / omega_rad_s;

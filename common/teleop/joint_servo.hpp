@@ -7,37 +7,41 @@
 
 namespace phantom::teleop {
 
-/// Position loop of one joint. Units by type: N·m/rad, N·m·s/rad, N·m, rad/s; or N/m, N·s/m, N, m/s.
+/// Gains of the position loop of one joint. Units of a revolute joint: N·m/rad, N·m·s/rad and N·m; of a
+/// prismatic joint: N/m, N·s/m and N.
 struct JointServoGains {
   double k_p = 0.0;           ///< ≥ 0
   double k_v = 0.0;           ///< ≥ 0
-  double torque_limit = 0.0;  ///< ≥ 0, of the whole drive torque
+  double torque_limit = 0.0;  ///< bounds the whole drive torque, ≥ 0
 };
 
-/// Gains that give a joint of `inertia` the closed-loop natural frequency `bandwidth_Hz` and `damping_ratio`.
+/// Returns the gains that give a joint of `inertia` the closed-loop natural frequency `bandwidth_Hz` and the
+/// `damping_ratio`.
 JointServoGains gains_for(double inertia, double bandwidth_Hz, double damping_ratio,
                           double torque_limit) noexcept;
 
-/// Longest time [s] that may pass from a measurement to the torque that answers it before the position loop
-/// of a joint of `inertia` > 0 swings by itself: the delay margin of (k_v s + k_p) / (inertia s²). Friction,
-/// which would add to it, is left out. Infinite where neither gain is greater than 0.
+/// Returns the delay margin [s] of the position loop (k_v s + k_p) / (inertia s²) of a joint of `inertia` >
+/// 0: the longest delay between a measurement and the torque computed from it at which the loop is still
+/// stable. Friction is left out; it would add to the margin. Returns infinity where neither gain is greater
+/// than 0.
 double delay_margin_s(const JointServoGains& gains, double inertia) noexcept;
 
 struct ServoTorque {
-  core::JointArray drive_Nm{};  ///< what the drives exert
+  core::JointArray drive_Nm{};  ///< torque of the drives
   core::JointArray
-      loop_Nm{};  ///< F_as: its part due to the position loop, without gravity feed-forward (SCTFB signal)
+      loop_Nm{};  ///< F_as: torque of the position loop alone, without gravity feed-forward (SCTFB signal)
 };
 
-/// Slave position loops: F_as = K_p(q_ref − q) + K_v(v_ref − v), Table 5.1. Constant after construction.
+/// Position loops of the slave's joints: F_as = K_p(q_ref − q) + K_v(v_ref − v), Table 5.1. Constant after
+/// construction.
 class JointServo {
  public:
   JointServo(std::size_t joint_count, const std::array<JointServoGains, core::kMaxJoints>& gains)
       : count_(joint_count), gains_(gains) {}
 
-  /// `feed_forward_Nm` is added before the torque limit (gravity of an unbalanced arm; zero if not wanted).
-  /// |drive| ≤ torque limit for any input; a joint with a value that is not finite gets no torque. Real-time
-  /// safe: yes.
+  /// Computes the torques of one tick. `feed_forward_Nm` is added before the torque limit (gravity of an
+  /// unbalanced arm; zero if not wanted). |drive| ≤ torque limit for any input. A joint with a value that is
+  /// not finite gets no torque. Real-time safe: yes.
   ServoTorque step(const core::JointArray& q_ref, const core::JointArray& v_ref, const core::JointArray& q,
                    const core::JointArray& v, const core::JointArray& feed_forward_Nm) const noexcept;
 
@@ -46,16 +50,18 @@ class JointServo {
   std::array<JointServoGains, core::kMaxJoints> gains_;
 };
 
-/// Leads a reference to a target at bounded speed and within limits, whatever the target is.
+/// Moves a reference towards a target at bounded speed and keeps it within the joint limits, whatever the
+/// target is.
 class ReferenceLimiter {
  public:
   ReferenceLimiter(std::size_t joint_count, const core::JointArray& lower, const core::JointArray& upper)
       : count_(joint_count), lower_(lower), upper_(upper) {}
 
-  /// Sets the reference; held to the limits.
+  /// Sets the reference, clamped to the limits. A position that is not finite leaves its joint's reference as
+  /// it is.
   void reset(const core::JointArray& q) noexcept;
-  /// Moves the reference towards `target` by at most max_speed·dt per joint; values that are not finite leave
-  /// it.
+  /// Moves the reference towards `target` by at most max_speed·dt per joint. A target that is not finite
+  /// leaves its joint's reference as it is.
   const core::JointArray& step(const core::JointArray& target, const core::JointArray& max_speed,
                                double dt_s) noexcept;
   const core::JointArray& reference() const noexcept { return reference_; }

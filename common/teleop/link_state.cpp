@@ -67,7 +67,7 @@ LinkMonitor::LinkMonitor(const LinkTiming& timing, const StopLatch& latch)
       watched_stop_(latch.record().id),
       since_start_(latch.stopped()) {}
 
-// Counts from the newest stop on; what the partner said before that stop confirms nothing.
+// Counts from the newest stop. What the partner reported before that stop confirms nothing.
 bool LinkMonitor::unconfirmed(bool partner_heard, bool partner_stopped, double dt_s) noexcept {
   if (stop().id != watched_stop_) {
     watched_stop_ = stop().id;
@@ -100,7 +100,7 @@ LinkDecision LinkMonitor::step(const LinkObservation& seen, double dt_s) noexcep
                                     .recovered = fresh_s_ > timing_.recovery_s,
                                     .stop = latch_.stopped(),
                                     .partner = seen.partner});
-  // Time that the partner was fresh before the loss says nothing about its recovery.
+  // The time for which the partner was fresh before the loss must not count as recovery.
   if (state_ == LinkState::kDegraded && before != LinkState::kDegraded) fresh_s_ = 0.0;
   return {state_, stop(), outcome, heard && !partner_stopped && !latch_.stopped(),
           unconfirmed(in_time, partner_stopped && in_time, dt_s)};

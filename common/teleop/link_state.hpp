@@ -10,81 +10,84 @@
 
 namespace phantom::teleop {
 
-/// How far master and slave have come together. Numbered as in the topics' LinkState.
+/// State of the link between master and slave, from no partner to coupled. Numbered as in the topics'
+/// LinkState.
 enum class LinkState {
-  kInit,      ///< no valid partner yet: no torque, the slave holds
-  kReady,     ///< partner heard; poses are being brought together
-  kAligned,   ///< poses agree; waiting for the partner to say the same
+  kInit,      ///< no valid partner yet: no torque, the slave holds its pose
+  kReady,     ///< the partner is heard; master and slave are being aligned
+  kAligned,   ///< the poses agree; this side waits until the partner is aligned too
   kCoupled,   ///< the slave follows the master
-  kDegraded,  ///< the partner went stale or let go: torques fade out, the slave holds
-  kStopped,   ///< a stop is in force (StopCause): stays until a reset names it
+  kDegraded,  ///< the partner is stale or has uncoupled: torques fade out, the slave holds its pose
+  kStopped,   ///< a stop is in force (StopCause) until a reset names it
 };
 
 const char* name_of(LinkState state) noexcept;
 
-/// Everything a transition depends on.
+/// What a transition of the link's state depends on.
 struct LinkConditions {
   bool partner_fresh = false;  ///< the partner's newest valid sample is younger than the staleness limit
   bool aligned = false;        ///< the poses have agreed within tolerance for the hold time
   bool recovered = false;      ///< the partner has been fresh for the recovery time
   bool stop = false;           ///< a stop is in force
-  LinkState partner =
-      LinkState::kInit;  ///< what the partner says of itself; means something while it is fresh
+  LinkState partner = LinkState::kInit;  ///< the partner's own state; valid only while the partner is fresh
 };
 
-/// The transition table, the same for master and slave. Coupling needs both sides aligned, so recovery too
-/// leads through an aligned pose. A stop wins over everything. A partner that is stopped is as good as none:
-/// nobody aligns or couples with it. Real-time safe: yes.
+/// Returns the state that follows `state` under `conditions`; master and slave use the same transition table.
+/// Coupling needs both sides aligned, so recovery from a loss leads through alignment too. A stop takes
+/// precedence over everything. A stopped partner counts as no partner: nobody aligns or couples with it.
+/// Real-time safe: yes.
 LinkState next_link_state(LinkState state, const LinkConditions& conditions) noexcept;
 
-/// How a component whose link is in this state tells its health: coupled is running, waiting and aligning are
-/// ready.
+/// Returns the component's state that belongs to a link in state `link`: a coupled link is running; a link
+/// that waits or aligns is ready.
 core::ComponentState component_state(LinkState link) noexcept;
 
 struct LinkTiming {
-  double staleness_s = 0.02;         ///< the partner counts as stale beyond this age
-  double round_trip_limit_s = 0.15;  ///< and when what it says answers something of ours older than this
-  double align_hold_s = 0.05;        ///< the poses must agree this long
-  double recovery_s = 0.2;           ///< after a loss the partner must be fresh this long
+  double staleness_s = 0.02;         ///< the partner counts as stale when its newest sample is older
+  double round_trip_limit_s = 0.15;  ///< and when the sample of ours that it answers is older
+  double align_hold_s = 0.05;        ///< the poses must agree for this time
+  double recovery_s = 0.2;           ///< after a loss the partner must be fresh for this time
 };
 
-/// What the loop knows in one tick.
+/// Inputs of LinkMonitor for one tick.
 struct LinkObservation {
-  double partner_age_s =
-      std::numeric_limits<double>::infinity();  ///< of its newest valid sample, since it came; ∞: none yet
-  double round_trip_s =
-      0.0;  ///< since our own newest stamp that it echoes was made; 0: it echoes none of ours yet
-  bool answers_another = false;  ///< what it says answers another process in our place: it is not our partner
+  double partner_age_s = std::numeric_limits<double>::infinity();  ///< age of the partner's newest valid
+                                                                   ///< sample since its receipt; ∞: none yet
+  double round_trip_s = 0.0;  ///< age of our newest sample that the partner echoes; 0: it echoes none yet
+  bool answers_another =
+      false;  ///< the partner answers another process in our place, so it is not our partner
   LinkState partner = LinkState::kInit;
-  StopId partner_stop = 0;  ///< names the partner's stop, while it is stopped
+  StopId partner_stop = 0;  ///< identifies the partner's stop while it is stopped
   bool poses_agree = false;
-  std::uint32_t stop_requests = 0;   ///< emergency stops that were asked for so far
-  const StopReset* reset = nullptr;  ///< one that came since the last tick
+  std::uint32_t stop_requests = 0;   ///< emergency stops requested so far
+  const StopReset* reset = nullptr;  ///< the reset that arrived since the last tick; null: none
   bool drives_follow =
-      true;  ///< false: this side's drives do not do what they are told, so nothing is coupled
+      true;  ///< false: this side's drives do not follow their commands, so nothing is coupled
   bool drive_fault = false;
 };
 
-/// What one tick decides.
+/// Decisions of LinkMonitor for one tick.
 struct LinkDecision {
   LinkState state = LinkState::kInit;
   StopRecord stop;  ///< in force
   ResetOutcome reset = ResetOutcome::kNone;
-  /// Drives may have power: no stop is in force, and the partner was heard and said that it is not stopped.
+  /// True if the drives may have power: no stop is in force, and the partner was heard and reports that it is
+  /// not stopped.
   bool power = false;
-  /// A stop has been in force for kConfirmWithin_s, and the partner has not said since that it is stopped. Of
-  /// a stop that was kept from before the start, the time counts from when the partner is heard.
+  /// True if a stop has been in force for kConfirmWithin_s and the partner has not reported since then that
+  /// it is stopped. For a stop that was kept from before the start, the time counts only while the partner is
+  /// fresh.
   bool partner_unconfirmed = false;
 };
 
 inline constexpr double kConfirmWithin_s = core::seconds(core::kStopConfirmedWithin_ns);
 
-/// The table with its stop, watchdog and timers. Ages come in from a monotonic clock: it never relies on DDS
-/// events. A sample that comes regularly but late is found by the echo of our own stamps: no clock of two
-/// hosts is compared.
+/// Runs the transition table with its stop latch, watchdog and timers. Ages come from a monotonic clock,
+/// never from DDS events. The echo of our own stamps reveals samples that arrive regularly but late, so
+/// clocks of two hosts are never compared.
 class LinkMonitor {
  public:
-  /// `latch`: with the stop that outlived the process before this one, if there is one.
+  /// `latch` holds the stop that was in force when the previous process ended, if there was one.
   LinkMonitor(const LinkTiming& timing, const StopLatch& latch);
 
   /// Real-time safe: yes.
@@ -99,13 +102,13 @@ class LinkMonitor {
   StopLatch latch_;
   LinkState state_;
   double agree_s_ = 0.0, fresh_s_ = 0.0;
-  StopId watched_stop_ = 0;  // whose confirmation by the partner is waited for
+  StopId watched_stop_ = 0;  // the stop whose confirmation by the partner is awaited
   double watched_s_ = 0.0;
   bool confirmed_ = false, since_start_ = false;
 };
 
-/// Greatest |a − b| ÷ tolerance over the joints: at most 1 while the poses agree; ∞ if a position is not a
-/// number. Real-time safe: yes.
+/// Returns the greatest |a − b| ÷ tolerance over the joints: at most 1 while the poses agree, ∞ if a position
+/// is NaN. Real-time safe: yes.
 double pose_difference(const core::JointArray& a, const core::JointArray& b,
                        const core::JointArray& tolerance, std::size_t joint_count) noexcept;
 

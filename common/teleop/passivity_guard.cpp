@@ -10,7 +10,7 @@ double PassivityGuard::damping_for(std::size_t joint, double velocity, double dt
   const double limit = parameters_.damping_limit[joint];
   const double deficit_J = -parameters_.allowance_J[joint] - energy_J_[joint];
   double needed = 0.0;
-  // −α·v over one period takes α·v²·dt.
+  // −α·v takes the energy α·v²·dt in one period.
   if (deficit_J > 0.0)
     needed = velocity == 0.0 ? limit : std::min(limit, deficit_J / (velocity * velocity * dt_s));
   const double change =

@@ -42,7 +42,7 @@ RenderedPercept PerceptRenderer::step(const DragCoefficients& drag, bool fresh, 
   out.gain = aimed_gain_;
   out.damping_limited = aim_limited_ && out.authority > 0.0;
   if (out.authority == 0.0) {
-    force_ = {};  // what comes next starts from nothing
+    force_ = {};  // the next percept starts from zero
     if (!usable) aim_ = {};
     return out;
   }
@@ -54,7 +54,8 @@ RenderedPercept PerceptRenderer::step(const DragCoefficients& drag, bool fresh, 
   return out;
 }
 
-// Each joint to its own limit: a light wrist does not take the percept from the shoulder.
+// Limits each joint on its own, so that the low limit of a light wrist does not reduce the percept on the
+// shoulder.
 void PerceptRenderer::aim_separable(const DragCoefficients& drag, const core::JointArray& gain) noexcept {
   aimed_gain_ = least(gain, parameters_.joint_count);
   aim_limited_ = false;
@@ -72,15 +73,16 @@ void PerceptRenderer::aim_separable(const DragCoefficients& drag, const core::Jo
   }
 }
 
-// Bounds the greatest eigenvalue of the matrix in coordinates scaled by √limit by its greatest row sum of
-// magnitudes (Gershgorin). B± are at most D's diagonal, so S·D·S has no greater row than D.
+// Returns an upper bound of the matrix's greatest eigenvalue in coordinates scaled by √limit: the greatest
+// row sum of magnitudes (Gershgorin). B± are at most D's diagonal, so no row of S·D·S has a greater sum than
+// D's.
 double PerceptRenderer::greatest_row(const DragCoefficients& drag) const noexcept {
   const auto& limit = parameters_.damping_limit_Nms_per_rad;
   double bound = 0.0;
   for (std::size_t i = 0; i < parameters_.joint_count; ++i) {
     double row = 0.0;
     for (std::size_t j = 0; j < parameters_.joint_count; ++j) {
-      if (drag.matrix(i, j) == 0.0) continue;  // 0 ÷ 0 for a joint that may not be damped at all
+      if (drag.matrix(i, j) == 0.0) continue;  // avoids 0 ÷ 0 for a joint that may not be damped at all
       row += std::abs(drag.matrix(i, j)) / std::sqrt(limit[i] * limit[j]);
     }
     bound = std::max(bound, row);
@@ -88,7 +90,7 @@ double PerceptRenderer::greatest_row(const DragCoefficients& drag) const noexcep
   return bound;
 }
 
-// The matrix as a whole, or it would not stay positive semi-definite.
+// Limits the matrix as a whole; otherwise it would not stay positive semi-definite.
 void PerceptRenderer::aim_coupled(const DragCoefficients& drag, const core::JointArray& gain) noexcept {
   const std::size_t count = parameters_.joint_count;
   for (std::size_t i = 0; i < count; ++i) {
@@ -129,7 +131,7 @@ void PerceptRenderer::cap_each(RenderedPercept& out) const noexcept {
   }
 }
 
-// One factor for all joints: clamping them one by one could turn drag into push on another joint.
+// Scales all joints by one factor: clamping them one by one could turn drag into a push on another joint.
 void PerceptRenderer::cap_as_one(const core::JointArray& v, RenderedPercept& out) const noexcept {
   const std::size_t count = parameters_.joint_count;
   double scale = 1.0, power_W = 0.0;
@@ -139,7 +141,7 @@ void PerceptRenderer::cap_as_one(const core::JointArray& v, RenderedPercept& out
     if (std::abs(out.torque_Nm[i]) > cap) scale = std::min(scale, cap / std::abs(out.torque_Nm[i]));
   }
   if (!(power_W <= 0.0))
-    scale = 0.0;  // not positive semi-definite after all: render nothing rather than push
+    scale = 0.0;  // the matrix is not positive semi-definite: render nothing rather than push
   out.torque_limited = scale < 1.0;
   for (std::size_t i = 0; i < count; ++i) {
     out.torque_Nm[i] = scale > 0.0 ? scale * out.torque_Nm[i] : 0.0;  // a product may have overflowed

@@ -10,9 +10,10 @@ namespace phantom::teleop {
 
 using robot::DragMode;
 
-/// Drag of the present pose as the phantom sends it, without gain; `sigma` is not used here.
+/// Damping coefficients of the present pose as phantom_sensing publishes them, without gain. `sigma` is not
+/// used here.
 struct DragCoefficients : robot::DragCoefficients {
-  bool valid = false;  ///< false: the phantom itself says that workspace or pose is stale
+  bool valid = false;  ///< false: the phantom reports that its workspace or pose is stale
 
   friend bool operator==(const DragCoefficients&, const DragCoefficients&) = default;
 };
@@ -20,34 +21,36 @@ struct DragCoefficients : robot::DragCoefficients {
 struct PerceptParameters {
   std::size_t joint_count = 0;
   DragMode mode = DragMode::kSeparable;
-  core::JointArray torque_cap_Nm{};              ///< per joint, as the thesis clamps the percept (5.3)
-  core::JointArray damping_limit_Nms_per_rad{};  ///< what the device renders stably (stability_guard.hpp)
-  double smoothing_s = 0.005;  ///< time constant over which changed coefficients and gains come into force
-  double ramp_up_s = 0.3;      ///< from nothing to the full percept
-  double ramp_down_s = 0.1;    ///< and back, when stale or switched off
+  core::JointArray torque_cap_Nm{};  ///< per joint; the thesis clamps the percept in the same way (5.3)
+  core::JointArray
+      damping_limit_Nms_per_rad{};  ///< greatest damping that the device renders stably (stability_guard.hpp)
+  double smoothing_s = 0.005;  ///< time constant with which changes of coefficients and gains take effect
+  double ramp_up_s = 0.3;      ///< time from no percept to the full percept
+  double ramp_down_s = 0.1;    ///< time back to none, when stale or switched off
 };
 
 struct RenderedPercept {
   core::JointArray torque_Nm{};  ///< on the master's joints
-  double gain =
-      0.0;  ///< least share of the true drag that any joint lets through: the least G if nothing limits
+  double gain = 0.0;  ///< least ratio of rendered to true drag over the joints; the least G if nothing limits
   double authority = 0.0;        ///< 0 off … 1 fully on
-  bool damping_limited = false;  ///< the device's stability holds the gain back
+  bool damping_limited = false;  ///< the device's stability limit reduces the gain
   bool torque_limited = false;   ///< a joint's torque is at its cap
 };
 
-/// Renders the percept on the master: the law of drag (robot::drag_torque) with coefficients that came over
-/// the network and the master's own velocity of this very tick. Gains are per joint: B± of joint j becomes
-/// G_j·B±, D becomes √G·D·√G, so that it stays positive semi-definite. Whatever the inputs, the rendered
-/// power τ·v is ≤ 0, the torque is zero at rest, within the cap, and follows changed coefficients
-/// continuously; when the coefficients stop coming it fades out within ramp_down_s. Source: thesis
-/// eq. 5.15–5.20; delay then ages a slowly varying coefficient only.
+/// Renders the percept on the master: the drag law (robot::drag_torque) with coefficients from the network
+/// and the master's velocity of the present tick. Gains are per joint: B± of joint j becomes G_j·B±, and D
+/// becomes √G·D·√G, so that it stays positive semi-definite.
+///
+/// For any input the rendered power τ·v is ≤ 0, and the torque is zero at rest, stays within the cap and
+/// follows changed coefficients continuously. When no more coefficients arrive, the percept fades out within
+/// ramp_down_s. Source: thesis eq. 5.15–5.20. The network delays only the slowly varying coefficients, never
+/// the velocity.
 class PerceptRenderer {
  public:
   explicit PerceptRenderer(const PerceptParameters& parameters);
 
-  /// `fresh`: the coefficients are young enough. `gain`: G ≥ 0 of each joint as asked for. `v`: the master's
-  /// velocity, rad/s or m/s. Real-time safe: yes.
+  /// Computes the torques of one tick. `fresh`: the coefficients are recent enough. `gain`: the requested G ≥
+  /// 0 of each joint. `v`: the master's velocity, rad/s or m/s. Real-time safe: yes.
   RenderedPercept step(const DragCoefficients& drag, bool fresh, bool enabled, const core::JointArray& gain,
                        const core::JointArray& v, double dt_s) noexcept;
 
@@ -61,8 +64,8 @@ class PerceptRenderer {
 
   PerceptParameters parameters_;
   Ramp authority_;
-  // Damping to reach and in force, after gain and limits. Kept while stale, so that the fade-out starts where
-  // it was.
+  // Target damping and damping in force, after gain and limits. Both are kept while the input is stale, so
+  // that the fade-out starts at the present value.
   DragCoefficients aim_, force_;
   double aimed_gain_ = 0.0;
   bool aim_limited_ = false;

@@ -4,14 +4,14 @@
 
 namespace phantom::teleop {
 
-/// How much a percept adds to a bilateral law.
+/// Importance of a percept beside a bilateral law.
 enum class PerceptRole {
-  kHelpful,    ///< effective beside it, not needed
-  kEssential,  ///< needed: nothing else conveys vicinity
-  kWeak        ///< does not stand apart from the law's own feedback
+  kHelpful,    ///< effective, but not needed
+  kEssential,  ///< needed, because nothing else conveys vicinity
+  kWeak        ///< cannot be told apart from the law's own feedback
 };
 
-/// The thesis's Table 6.1 for one law.
+/// A row of the thesis's Table 6.1: the importance of each percept for one law.
 struct PerceptSet {
   PerceptRole haptic;  ///< HAVP: drag on the master
   PerceptRole audio;   ///< DFAP: the tone
@@ -19,7 +19,7 @@ struct PerceptSet {
   const char* reason;  ///< one sentence for the operator
 };
 
-/// The default set of percepts for a law. `balanced`: the slave's weight is not felt in its loop torque
+/// Returns the default percepts for a law. `balanced`: the slave's weight is not felt in its loop torque
 /// (cases b1 and d1; an unbalanced arm in case b is b2). Source: Table 6.1 and section 6.11.1.
 PerceptSet percept_set(BilateralLaw law, bool balanced) noexcept;
 

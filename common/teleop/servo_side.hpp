@@ -11,34 +11,35 @@
 #include "common/teleop/link_state.hpp"
 #include "common/teleop/stop_latch.hpp"
 
-// What the servos of master and slave do alike.
+// Code that the servos of master and slave share.
 
 namespace phantom::teleop {
 
-/// What a controller is told of the link and of its own drives, on either side.
+/// Inputs of a controller about the link and its own drives, the same for master and slave.
 struct SideInputs {
-  double partner_age_s =
-      std::numeric_limits<double>::infinity();  ///< since its newest valid sample was received; ∞: none yet
-  double partner_round_trip_s = 0.0;  ///< since what it answers was made here; 0: it answers none of ours yet
-  std::uint32_t stop_requests = 0;    ///< emergency stops that were asked for so far
-  const StopReset* reset = nullptr;   ///< one that came since the last tick
-  core::JointArray position{};        ///< as the encoders say
+  double partner_age_s = std::numeric_limits<double>::infinity();  ///< age of the partner's newest valid
+                                                                   ///< sample since its receipt; ∞: none yet
+  double partner_round_trip_s = 0.0;  ///< age of our sample that the partner answers; 0: it answers none yet
+  std::uint32_t stop_requests = 0;    ///< emergency stops requested so far
+  const StopReset* reset = nullptr;   ///< the reset that arrived since the last tick; null: none
+  core::JointArray position{};        ///< as measured by the encoders
   core::JointArray velocity{};
-  bool drives_follow = true;  ///< false: they do not do what they are told (power off, starting, stopped)
+  bool drives_follow = true;  ///< false: they do not follow their commands (power off, starting, stopped)
   bool drive_fault = false;   ///< they need a reset
 };
 
-/// What a controller decides of the link, on either side.
+/// Decisions of a controller about the link, the same for master and slave.
 struct SideOutputs {
   LinkState state = LinkState::kInit;
   StopRecord stop;  ///< in force
   ResetOutcome reset = ResetOutcome::kNone;
   bool power = false;                ///< the drives may have power
-  bool partner_unconfirmed = false;  ///< stopped for a while, and the partner does not say that it is stopped
-  bool partner_elsewhere = false;    ///< the partner is heard, but answers another process in our place
+  bool partner_unconfirmed = false;  ///< stopped for a while without the partner's report that it is stopped
+  bool partner_elsewhere = false;    ///< the partner is heard but answers another process in our place
 };
 
-/// One step of the link with a partner (messages::Answer of its state). Real-time safe: yes.
+/// Steps the link's state by one tick. `partner`: the partner's state as received (messages::Answer).
+/// Real-time safe: yes.
 template <class Partner>
 SideOutputs step_link(LinkMonitor& link, const SideInputs& in, const Partner& partner,
                       const core::JointArray& align_tolerance, std::size_t joint_count,
@@ -59,24 +60,24 @@ SideOutputs step_link(LinkMonitor& link, const SideInputs& in, const Partner& pa
           partner.answers_another};
 }
 
-/// A servo thread's dealings with who asks for stops and resets, and with what keeps the stop in force.
-/// Real-time safe: yes, all of it.
+/// Passes stop and reset requests to the servo thread, keeps the stop in force in the store and reports
+/// results of resets. Real-time safe: yes, all of it.
 class StopExchange {
  public:
-  /// Both must outlive it.
+  /// `requests` and `store` must outlive the object.
   StopExchange(core::StopRequests& requests, StopStore& store) noexcept
       : requests_(requests), store_(store), kept_(store.read()) {}
 
-  /// At the start of a tick: what was asked for until now. `signals`: emergency stops that signals asked for.
-  /// Returns how many stops the requests hold.
+  /// Collects at the start of a tick what was requested until now. `signals`: emergency stops requested by
+  /// signals. Returns the number of stops in the requests, without those of the signals.
   std::uint32_t begin(SideInputs& in, std::uint32_t signals) noexcept {
     const std::uint32_t stops = requests_.stops();
     in.stop_requests = stops + signals;
     if (in.reset == nullptr && requests_.take(reset_)) in.reset = &reset_.names;
     return stops;
   }
-  /// After each step: keeps the stop, before anything acts on it, and tells what became of a reset. Returns
-  /// whether the stop was released.
+  /// Stores a changed stop after each step, before anything acts on it, and reports the result of a reset.
+  /// Returns whether the stop was released.
   bool end(SideInputs& in, const SideOutputs& out) noexcept {
     const bool released = out.reset == ResetOutcome::kReleased;
     if (out.stop != kept_) store_.write(kept_ = out.stop);
@@ -92,23 +93,24 @@ class StopExchange {
   core::StopRequests::Reset reset_;
 };
 
-/// Brings the age of the partner's newest sample, and of what it answers, up to `now_ns`. Real-time safe:
-/// yes.
+/// Updates the age of the partner's newest sample, and of the sample that it answers, to `now_ns`. Real-time
+/// safe: yes.
 template <class Partner>
 void age_partner(SideInputs& in, const Partner& partner, core::Nanoseconds now_ns) noexcept {
   if (partner.received_ns != 0) in.partner_age_s = core::seconds(now_ns - partner.received_ns);
   in.partner_round_trip_s = partner.answers_ns != 0 ? core::seconds(now_ns - partner.answers_ns) : 0.0;
 }
 
-/// Periods that a loop missed are made up for up to so many, so that what is simulated keeps real time.
+/// Greatest number of missed periods that a loop makes up for, so that a simulation keeps real time.
 inline constexpr int kMostMadeUp = 10;
 
-/// The steps of one tick of `dt_s`.
+/// Number and length of the steps in one tick.
 struct TickSteps {
   int count = 1;
   double step_s = 0.0;
 };
-/// `one_by_one`: missed periods are lived through one after the other; else in one step. Real-time safe: yes.
+/// Returns the steps of a tick of `dt_s`. `one_by_one`: each missed period is one step; else all are one
+/// step. Real-time safe: yes.
 inline TickSteps steps_of_tick(double dt_s, double period_s, bool one_by_one) noexcept {
   const int missed = static_cast<int>(std::clamp(std::round(dt_s / period_s), 1.0, double{kMostMadeUp}));
   const int count = one_by_one ? missed : 1;

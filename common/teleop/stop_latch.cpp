@@ -3,7 +3,7 @@
 namespace phantom::teleop {
 namespace {
 
-// SplitMix64 (Steele, Lea and Flood 2014): every state gives another number.
+// SplitMix64 (Steele, Lea and Flood 2014): every state yields a different number.
 std::uint64_t next_random(std::uint64_t& state) noexcept {
   std::uint64_t z = state += 0x9e3779b97f4a7c15ULL;
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
@@ -14,7 +14,7 @@ std::uint64_t next_random(std::uint64_t& state) noexcept {
 }  // namespace
 
 void StopLatch::latch(StopCause cause) noexcept {
-  // Of several causes the first in the enumeration is told; the id is that of the newest stop.
+  // Of several causes, the first in the enumeration is reported. The id is that of the newest stop.
   const bool first = record_.cause == StopCause::kNone || cause < record_.cause;
   record_ = {next_random(random_), first ? cause : record_.cause};
   if (record_.id == 0) record_.id = 1;

@@ -6,7 +6,7 @@
 
 namespace phantom::teleop {
 
-/// Names one stop of one side: random, so that no two stops of a cell ever share one. 0: none.
+/// Identifies one stop of one side. It is random, so that no two stops of a cell share an id. 0: no stop.
 using StopId = std::uint64_t;
 
 using core::kStopCauses;
@@ -20,13 +20,14 @@ struct StopRecord {
   friend bool operator==(const StopRecord&, const StopRecord&) = default;
 };
 
-/// Keeps the stop in force beyond the life of the process.
+/// Interface of a store that keeps the stop in force beyond the life of the process.
 class StopStore {
  public:
   virtual ~StopStore() = default;
-  /// What was kept last.
+  /// Returns the record that was written last.
   virtual StopRecord read() const noexcept = 0;
-  /// Once it returns, the record outlives the process, however that ends. Real-time safe: yes.
+  /// Writes the record. Once this returns, the record outlives the process, however the process ends.
+  /// Real-time safe: yes.
   virtual void write(const StopRecord& record) noexcept = 0;
 };
 
@@ -34,28 +35,29 @@ using core::StopReset;
 
 enum class ResetOutcome : std::uint8_t {
   kNone,      ///< no reset in this step
-  kReleased,  ///< the stop in force is the one that was named (or there is none)
-  kRefused,   ///< another stop is in force
+  kReleased,  ///< the reset names the stop in force, or there is none
+  kRefused,   ///< the reset does not name the stop in force
 };
 
-/// What the latch is told in one tick.
+/// Inputs of StopLatch for one tick.
 struct StopSigns {
-  std::uint32_t requests = 0;        ///< emergency stops that were asked for so far
-  bool drive_fault = false;          ///< of this side's drives
-  bool partner_stopped = false;      ///< the other side's newest word is that it is stopped
-  StopId partner_stop = 0;           ///< and this names its stop
-  const StopReset* reset = nullptr;  ///< one that came since the last tick
+  std::uint32_t requests = 0;        ///< emergency stops requested so far
+  bool drive_fault = false;          ///< this side's drives are in fault
+  bool partner_stopped = false;      ///< the partner's newest sample says that it is stopped
+  StopId partner_stop = 0;           ///< id of the partner's stop
+  const StopReset* reset = nullptr;  ///< the reset that arrived since the last tick; null: none
 };
 
 /// Holds one side's stop until a reset names it.
 ///
-/// Every new request for an emergency stop and every new fault of the drives is a stop of its own, with an id
-/// of its own. A stop of the other side stops this one too, unless a reset has named that stop. A reset while
-/// drives are in fault releases once the fault is gone. Pure; deterministic for a seed.
+/// Every new request for an emergency stop and every new fault of the drives is a new stop with a new id. A
+/// stop of the partner stops this side too, unless a reset has named the partner's stop. A reset during a
+/// fault of the drives releases the stop once the fault is gone. The class has no side effects and is
+/// deterministic for a given seed.
 class StopLatch {
  public:
-  /// `seed`: random, another one in each process. `kept`: the stop that was in force when the process before
-  /// this one ended.
+  /// `seed`: random and different in each process. `kept`: the stop that was in force when the previous
+  /// process ended.
   StopLatch(std::uint64_t seed, const StopRecord& kept) : random_(seed), record_(kept) {}
 
   /// Real-time safe: yes.
@@ -69,7 +71,7 @@ class StopLatch {
 
   std::uint64_t random_;
   StopRecord record_;
-  StopId released_partner_ = 0;  // the other side's stop that a reset has named
+  StopId released_partner_ = 0;  // the partner's stop that a reset has named
   std::uint32_t requests_seen_ = 0;
   bool fault_before_ = false, releasing_ = false;
 };

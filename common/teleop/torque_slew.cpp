@@ -25,7 +25,7 @@ TorqueSlew::TorqueSlew(const TorqueSlewParameters& parameters) : parameters_(par
   }
 }
 
-// Takes from the percept what would push at this velocity.
+// Reduces the percept where it would push at this velocity.
 void TorqueSlew::let_go(const core::JointArray& velocity) noexcept {
   double pushes_W = 0.0, takes_W = 0.0;
   for (std::size_t j = 0; j < parameters_.joint_count; ++j) {
@@ -38,7 +38,7 @@ void TorqueSlew::let_go(const core::JointArray& velocity) noexcept {
   }
   const bool coupled = parameters_.mode == robot::DragMode::kCoupled;
   if (pushes_W <= 0.0 || (coupled && pushes_W + takes_W <= 0.0)) return;
-  // A little less than what would cancel: rounding must not leave a push.
+  // Slightly less than what would cancel, so that rounding leaves no push.
   const double share =
       coupled && std::isfinite(pushes_W) && std::isfinite(takes_W) ? (1.0 - 1e-9) * -takes_W / pushes_W : 0.0;
   for (std::size_t j = 0; j < parameters_.joint_count; ++j) {
@@ -57,7 +57,7 @@ const SlewedTorque& TorqueSlew::step(const core::JointArray& percept_Nm, const c
   }
   let_go(velocity);
   for (std::size_t j = 0; j < p.joint_count; ++j) {
-    // The device's limit takes from the feedback, so that drag stays drag.
+    // The device's limit reduces the feedback only, so that drag keeps opposing the motion.
     now_.motor_Nm[j] = std::clamp(now_.percept_Nm[j] + feedback_Nm_[j], -p.limit_Nm[j], p.limit_Nm[j]);
     now_.feedback_Nm[j] = now_.motor_Nm[j] - now_.percept_Nm[j];
   }

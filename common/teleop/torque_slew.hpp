@@ -11,33 +11,35 @@ struct TorqueSlewParameters {
   std::size_t joint_count = 0;
   robot::DragMode mode = robot::DragMode::kSeparable;
   core::JointArray percept_cap_Nm{}, feedback_cap_Nm{};  ///< ≥ 0
-  core::JointArray limit_Nm{};                           ///< of the device's motors, ≥ 0
-  core::JointArray rate_Nm_per_s{};                      ///< of the whole torque, > 0
+  core::JointArray limit_Nm{};                           ///< torque limit of the device's motors, ≥ 0
+  core::JointArray rate_Nm_per_s{};                      ///< greatest rate of the whole torque, > 0
 };
 
-/// What the motors get, and its two parts; percept + feedback = motor.
+/// Torque of the motors and its two parts: percept + feedback = motor.
 struct SlewedTorque {
   core::JointArray motor_Nm{}, percept_Nm{}, feedback_Nm{};
 };
 
-/// The last stage before the device: whatever the torque's source, it changes at a bounded rate.
+/// Limits the rate of change of the torque. It is the last stage before the device, whatever the torque's
+/// source.
 ///
-/// Each part moves towards what was asked for at its share of the rate (the caps' proportion, so that from
-/// nothing both reach their caps at the same time). For any input, numbers that are none included, at every
-/// step:
+/// Each part moves towards its requested value at its share of the rate. The shares are in proportion to the
+/// caps, so that from zero both parts reach their caps at the same time. For any input, NaN and infinity
+/// included, at every step:
 /// 1. |motor| ≤ the device's limit; |percept| and |feedback| ≤ their caps.
-/// 2. The percept's power is never positive: separable, on no joint; coupled, in sum. Where the rate alone
-///    would let drag go on that has become a push (the hand has turned round within a few milliseconds), it
-///    falls to zero at once: passivity goes before smoothness, and letting go pushes nobody. Coupled, what
-///    pushes falls as far as the sum asks.
-/// 3. Each part's step is at most its share of rate·dt, but for that fall; so the motor's step is at most
-///    rate·dt and what fell.
-/// A part that is asked for and is no number counts as none. Real-time safe: yes.
+/// 2. The percept's power is never positive: with separable drag on no joint, with coupled drag in the sum.
+///    When the hand turns round within a few milliseconds, the bounded rate alone would leave drag that
+///    pushes. Such drag falls to zero at once: passivity takes precedence over smoothness, and a torque that
+///    vanishes does not push. With coupled drag, the torques of the pushing joints fall only as far as the
+///    sum requires.
+/// 3. Each part changes by at most its share of rate·dt, apart from that fall. So the motor's torque changes
+///    by at most rate·dt plus the fall.
+/// A requested value that is not finite counts as zero. Real-time safe: yes.
 class TorqueSlew {
  public:
   explicit TorqueSlew(const TorqueSlewParameters& parameters);
 
-  /// `velocity`: the master's, of this very tick, rad/s or m/s.
+  /// `velocity`: the master's velocity of the present tick, rad/s or m/s.
   const SlewedTorque& step(const core::JointArray& percept_Nm, const core::JointArray& feedback_Nm,
                            const core::JointArray& velocity, double dt_s) noexcept;
 

@@ -34,7 +34,7 @@ void read_arm_of(const Fields& section, const robot::SerialArm& arm, simulation:
   hand.max_force = by_joint_type(arm, section.value("max_torque_N_m"), section.value("max_force_N"));
 }
 
-/// How a person slows down under load.
+/// Reads how a simulated person slows down under load.
 void read_caution(const Fields& section, simulation::OperatorParameters& person) {
   section.number("yield_share", person.yield_share);
   section.number("stop_share", person.stop_share);
@@ -103,7 +103,7 @@ void read_can(const Fields& section, const robot::SerialArm& arm, Config& config
 }
 
 void read_sequence(const Fields& section, simulation::ReachScriptParameters& script) {
-  section.has("only");  // read with the reaches
+  section.has("only");  // read together with the reaches
   using enum simulation::PerceptSchedule;
   section.choice("percept", script.percept, {{"alternate", kAlternate}, {"on", kOn}, {"off", kOff}});
   section.number("first_wait_s", script.first_wait_s);
@@ -144,7 +144,7 @@ Config load_config(const std::filesystem::path& path, const std::filesystem::pat
   if (config.driver == Driver::kCan || file.has("can")) read_can(file.section("can"), arm, config);
   read_percept(file.section("percept"), arm, config);
   read_feedback(file.section("feedback"), arm, home, config);
-  config.hand.joint_count = arm.joint_count();  // a person's own, unless one is simulated
+  config.hand.joint_count = arm.joint_count();  // used for a person; a simulated operator's is read below
   if (config.driver == Driver::kSim || file.has("operator"))
     read_operator(file.section("operator"), arm, choices.operator_model, config);
   const Fields sequence = file.section("sequence");

@@ -19,54 +19,54 @@
 
 namespace phantom::master_io {
 
-/// Who says that the arm is in contact, for the contact gain.
+/// Source of the contact state that the contact gain uses.
 enum class ContactSource { kSlave, kPhantom, kEither };
 
-/// Name and aim of a reach, for the report.
+/// Name and target object of a reach, for the report.
 struct ReachLabel {
   std::string name, object;
 };
 
-/// Who moves the master.
+/// What moves the master.
 enum class Driver {
-  kSim,   ///< a simulated operator on a simulated device
+  kSim,   ///< a simulated operator with a simulated device
   kDesk,  ///< a person with a stick or keys on a simulated device
-  kCan,   ///< a person who moves a master arm with drives on CAN
+  kCan,   ///< a person with a master arm whose drives are on CAN
 };
 
-/// master_io.yaml, resolved for one arm: everything per joint stands in arrays by joint.
+/// Parameters of master_io.yaml for one arm. Arrays have one value per joint.
 struct Config {
   double period_s = 0.001;
   runtime::LoopScheduling scheduling;
   bool measure_bare_loop = true;
   Driver driver = Driver::kSim;
   DeskConfig desk;
-  std::optional<runtime::DrivesConfig> can;  ///< always there for driver can
+  std::optional<runtime::DrivesConfig> can;  ///< always set for driver can
   teleop::LinkTiming link;
   core::JointArray align_tolerance{};  ///< rad or m
   simulation::MasterPlantParameters device;
-  int command_delay_samples = 1;  ///< from computing a torque to its acting
+  int command_delay_samples = 1;  ///< from computing a torque to its effect
   teleop::PerceptParameters percept;
-  core::JointArray percept_gain{};  ///< G at the start, by joint
+  core::JointArray percept_gain{};  ///< initial G, by joint
   double percept_staleness_s = 0.06;
   teleop::FeedbackParameters feedback;
-  std::vector<teleop::FeedbackLoop> feedback_loops;  ///< by joint, what the feedback must be stable with
-  core::JointArray torque_rate_Nm_per_s{};           ///< at which the motors' torque may change, by joint
+  std::vector<teleop::FeedbackLoop> feedback_loops;  ///< by joint; the feedback must be stable in them
+  core::JointArray torque_rate_Nm_per_s{};           ///< greatest rate of the motors' torque, by joint
   ContactSource contact_source = ContactSource::kEither;
   simulation::OperatorParameters hand;
-  std::string operator_model;  ///< its name; empty: a person moves the master
+  std::string operator_model;  ///< name of the simulated operator; empty: a person moves the master
   simulation::ReachScriptParameters script;
   std::vector<ReachLabel> labels;  ///< per reach of the script
 };
 
-/// What the command line may choose instead of the file; empty: the file's.
+/// Choices on the command line that replace the file's; empty: the file's.
 struct Choices {
   std::string operator_model, law, driver, desk_device;
 };
 
-extern const char* const kParameters;  ///< the shipped master_io.yaml: their table
+extern const char* const kParameters;  ///< the shipped master_io.yaml as table of the parameters
 
-/// Reads and checks the file for `arm`, with the slave's inertia taken at `home`, and the reaches (by default
+/// Reads and checks the file for `arm`, with the slave's inertia at `home`, and the reaches (by default
 /// reaches.yaml beside `cell_file`). Throws ConfigError naming file, line, key, value and what is allowed.
 Config load_config(const std::filesystem::path& file, const std::filesystem::path& cell_file,
                    const robot::SerialArm& arm, const core::JointArray& home, const Choices& choices);

@@ -16,7 +16,7 @@ namespace {
 using robot::by_joint_type;
 using runtime::Fields;
 
-/// Damping that the device renders stably: decides how much of the percept gets through.
+/// Returns the damping that the device renders stably; it bounds the rendered percept.
 core::JointArray damping_limit(const Config& config, const core::JointArray& cap) {
   teleop::DeviceDamping device{.joint_count = config.device.joint_count,
                                .inertia = {},
@@ -28,7 +28,8 @@ core::JointArray damping_limit(const Config& config, const core::JointArray& cap
   return teleop::usable_damping(device);
 }
 
-/// D is scaled as a whole: a joint that may not be damped at all would take the percept from all others.
+/// Refuses coupled drag with an undampable joint: D is scaled as a whole, so the percept would vanish on all
+/// joints.
 void check_coupled(const Fields& section, const robot::SerialArm& arm,
                    const teleop::PerceptParameters& percept) {
   if (percept.mode != teleop::DragMode::kCoupled) return;
@@ -45,7 +46,8 @@ void read_exchange(const Fields& section, const robot::SerialArm& arm, teleop::E
   section.number("force_share", gains.force_share);
 }
 
-/// The guard may add as much damping as the percept may: together they stay within the device's stability.
+/// Lets the guard add as much damping as the percept may; together they stay within the device's stability
+/// limit.
 void read_passivity(const Fields& section, const robot::SerialArm& arm, Config& config) {
   auto& passivity = config.feedback.passivity;
   passivity.joint_count = arm.joint_count();
@@ -81,8 +83,7 @@ void read_inverse_a(const Fields& section, const robot::SerialArm& arm,
   });
 }
 
-/// What the feedback's loop consists of, joint by joint: this device, and the slave as section `slave` has
-/// it.
+/// Returns each joint's feedback loop, made of this device and of the slave that section `slave` describes.
 std::vector<teleop::FeedbackLoop> read_loops(const Fields& slave, const robot::SerialArm& arm,
                                              const core::JointArray& home, const Config& config) {
   teleop::FeedbackLoop as_all{.master_period_s = config.period_s,
@@ -112,7 +113,7 @@ std::vector<teleop::FeedbackLoop> read_loops(const Fields& slave, const robot::S
   return loops;
 }
 
-/// Every law: it may change while running.
+/// Checks every law, because the law may change during operation.
 void check_stability(const Fields& section, const robot::SerialArm& arm,
                      const teleop::FeedbackParameters& feedback) {
   const auto names = runtime::joint_names(arm);

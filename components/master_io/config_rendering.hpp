@@ -7,16 +7,16 @@
 
 namespace phantom::master_io {
 
-/// The sections of master_io.yaml that say what the hand feels. Each throws ConfigError. In this order: what
-/// the device renders stably decides over the percept, and both over the feedback. `config.period_s` must be
-/// there.
+/// Readers of the sections of master_io.yaml that decide what the hand feels. All throw ConfigError. Call
+/// them in this order: the device's stability limits bound the percept, and both bound the feedback.
+/// `config.period_s` must be set before.
 
-/// Section device: inertia, friction, limits, per type of joint and then of single joints.
+/// Reads section device: inertia, friction and limits, per type of joint and then of single joints.
 void read_device(const runtime::Fields& section, const robot::SerialArm& arm, Config& config);
-/// Section percept.
+/// Reads section percept.
 void read_percept(const runtime::Fields& section, const robot::SerialArm& arm, Config& config);
-/// Section feedback, with the slave's position loop, whose inertia is taken at `home`. Refuses every 1/A, of
-/// whatever law, that is not stable with the expected delay.
+/// Reads section feedback, with the slave's position loop, whose inertia is taken at `home`. Refuses every
+/// 1/A, of any law, that is not stable with the expected delay.
 void read_feedback(const runtime::Fields& section, const robot::SerialArm& arm, const core::JointArray& home,
                    Config& config);
 

@@ -134,7 +134,7 @@ struct DdsAdapter::Impl {
     }
   }
 
-  // What this process asks of the others; its own part is done already.
+  // Publishes what this process requests of the others; it has applied its own part already.
   void announce(msg::CommandKind kind, const std::string& issuer, const core::StopReset& names = {}) {
     msg::OperatorCommand sample;
     sample.kind(kind);
@@ -152,8 +152,8 @@ struct DdsAdapter::Impl {
   std::mutex settings_mutex, own_mutex;
   Settings settings;
   std::atomic<teleop::StopId> stop_in_force{0}, slave_stop{0};
-  std::atomic<double> feedback_delay_s{0.0};  // in force in the servo
-  std::mutex mutex;                           // of the next
+  std::atomic<double> feedback_delay_s{0.0};  // delay in force in the servo
+  std::mutex mutex;                           // guards round_trips
   core::DurationHistogram round_trips;
   dds::Participant participant;
   RoundTrip round_trip;

@@ -14,16 +14,16 @@
 
 namespace phantom::master_io {
 
-/// What one tick leaves for the topic master_state, and for who tells how the controller is.
+/// Result of one tick: the sample of topic master_state, and the outputs for the controller's health.
 struct MasterReport : messages::MasterState {
   MasterOutputs outputs;
-  std::uint32_t stop_requests = 0;  ///< of the inbox, that are in force
+  std::uint32_t stop_requests = 0;  ///< those of the inbox that are in force
 
-  /// Takes over what the outputs have for the topic. Real-time safe: yes.
+  /// Copies the outputs' values into the sample. Real-time safe: yes.
   void take(const MasterOutputs& made) noexcept;
 };
 
-/// What comes from the topics, validated. The servo thread is the reader of all.
+/// Validated data from the topics. The servo thread is the reader of all.
 struct Inbox {
   core::Snapshot<SlaveSample> slave;
   core::Snapshot<DragSample> drag;
@@ -32,15 +32,15 @@ struct Inbox {
   core::StopRequests stops;
 };
 
-/// What the adapter holds samples against.
+/// What received samples must match.
 struct Expectations {
-  messages::ArmBounds arm;  ///< that the slave must be
+  messages::ArmBounds arm;  ///< bounds that the slave's arm must have
   teleop::DragMode drag_mode = teleop::DragMode::kSeparable;
   GainRules gains;
 };
 
-/// master_io's ends of the topics. Stamps, and refuses what is invalid or out of order. Never used by the
-/// servo thread.
+/// Connects master_io to the topics. It stamps what it publishes and refuses samples that are invalid or out
+/// of order. Never used by the servo thread.
 class DdsAdapter {
  public:
   /// `settings` are those in force at the start. `inbox` must outlive the adapter. Throws DdsError.
@@ -50,14 +50,16 @@ class DdsAdapter {
 
   void publish(const MasterReport& report);
   void publish_health(const core::Health& health);
-  /// Stops this master at once and asks everyone else to; `issuer` for the logs. Any thread but the servo's.
+  /// Stops this master at once and requests a stop from everyone else. `issuer` is for the logs. May be
+  /// called by any thread but the servo's.
   void emergency_stop(const std::string& issuer);
-  /// Asks everyone else to stop, as this master did. The thread that publishes.
+  /// Requests a stop from everyone else after this master has stopped. Called by the publishing thread.
   void announce_stop(const std::string& issuer);
-  /// Releases the stops that master and slave have in force now, on both sides. As emergency_stop().
+  /// Releases the stops that master and slave have in force now, on both sides. Thread and `issuer` as for
+  /// emergency_stop().
   void reset(const std::string& issuer);
-  /// Times from publishing a master_state until a drag_field that goes back to it arrived; each master_state
-  /// counts once.
+  /// Returns the times from publishing a master_state to receiving a drag_field computed from it. Each
+  /// master_state counts once.
   core::DurationHistogram round_trips() const;
 
  private:

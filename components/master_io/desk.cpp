@@ -26,7 +26,7 @@ const core::JointArray& DeskHand::step(const DeskState& desk, const core::JointA
   if (!desk.alive || bank_count_ == 0) return torque_Nm_;
   const auto& bank = banks_[desk.bank % bank_count_];
   for (std::size_t k = 0; k < kDeskAxes; ++k) {
-    const auto joint = static_cast<std::size_t>(bank[k]);  // −1 wraps far beyond the joints
+    const auto joint = static_cast<std::size_t>(bank[k]);  // −1 wraps to a value far above the joint count
     if (joint < joint_count_) torque_Nm_[joint] += push_[joint] * shaped(desk.axes[k], dead_zone_, exponent_);
   }
   return torque_Nm_;

@@ -6,7 +6,7 @@ namespace phantom::master_io {
 
 void InputDecoder::take(const input_event& event) noexcept {
   if (event.type == EV_ABS) take_axis(event.code, event.value);
-  if (event.type == EV_KEY && event.value != 2) take_key(event.code, event.value == 1);  // 2: repetition
+  if (event.type == EV_KEY && event.value != 2) take_key(event.code, event.value == 1);  // 2: key repetition
 }
 
 void InputDecoder::take_axis(unsigned code, int value) noexcept {

@@ -10,15 +10,15 @@
 
 namespace phantom::master_io {
 
-/// Range of an absolute axis as its device reports it.
+/// Range of an absolute axis as reported by its device.
 struct AxisRange {
   int min = -32768, max = 32767;
 };
 using AxisRanges = std::array<AxisRange, ABS_CNT>;
 
-/// From the kernel's input events to what they mean. Sticks: left x, y and right x, y (ABS_RX/RY, or ABS_Z/RZ
-/// where the device has no RX); shoulder buttons or Tab: other joints; Select, Mode or Esc: emergency stop;
-/// Start or Enter: reset. A keyboard's arrows are the left stick, W A S D the right one. Up is positive.
+/// Decodes the kernel's input events. Sticks: left x, y and right x, y (ABS_RX/RY, or ABS_Z/RZ if the device
+/// has no RX). Shoulder buttons or Tab: other joints. Select, Mode or Esc: emergency stop. Start or Enter:
+/// reset. A keyboard's arrows are the left stick, W A S D the right stick. Up is positive.
 class InputDecoder {
  public:
   InputDecoder(const AxisRanges& ranges, bool right_stick_is_rx) : ranges_(ranges), rx_(right_stick_is_rx) {}
@@ -40,14 +40,14 @@ class InputDecoder {
   DeskEvents events_;
 };
 
-/// The same from the bytes of a terminal, which tells presses but no releases: a press pushes for kPress_s,
-/// and the keyboard's own repetition keeps it up. Esc or Space alone: emergency stop.
+/// Decodes the bytes of a terminal, which reports presses but no releases. A press pushes for kPress_s; the
+/// keyboard's repetition prolongs it. Esc or Space alone: emergency stop.
 class TerminalDecoder {
  public:
   static constexpr double kPress_s = 0.3;
 
   void take(std::string_view bytes, double now_s) noexcept;
-  /// Lets go of what was pressed too long ago.
+  /// Releases keys whose press has expired.
   void release_expired(double now_s) noexcept;
   const DeskState& state() const noexcept { return state_; }
   const DeskEvents& events() const noexcept { return events_; }

@@ -26,7 +26,7 @@ namespace {
 
 constexpr int kPoll_ms = 20;
 
-/// A device file, or the terminal with its settings put back at the end.
+/// A device file, or the terminal, whose settings are restored at the end.
 class OpenDevice {
  public:
   OpenDevice(int fd, bool terminal) : fd_(fd), terminal_(terminal) {
@@ -75,10 +75,10 @@ std::string name_of_device(int fd, const std::string& path) {
 
 int open_device(const std::string& path) {
   const int fd = open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-  return fd >= 0 ? fd : open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);  // no rumble then
+  return fd >= 0 ? fd : open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);  // read-only: no rumble
 }
 
-/// The first gamepad or joystick; −1: none.
+/// Opens the first gamepad or joystick and returns its descriptor; −1: none.
 int find_stick(std::string& path) {
   std::error_code none;
   std::vector<std::string> files;
@@ -98,7 +98,7 @@ int find_stick(std::string& path) {
   return -1;
 }
 
-/// The device's file, and its path; the standard input for a terminal.
+/// Opens the configured device and returns its descriptor and path; for a terminal, the standard input.
 int open_wanted(const std::string& wanted, std::string& path) {
   if (wanted == "terminal") {
     if (isatty(STDIN_FILENO) == 0)
@@ -129,13 +129,13 @@ std::unique_ptr<OpenDevice> open_desk(const std::string& wanted, std::string& na
   return std::make_unique<OpenDevice>(fd, false);
 }
 
-/// The device's own rumble motors, through the kernel's force feedback.
+/// Drives the device's own rumble motors through the kernel's force feedback.
 class Rumble {
  public:
   explicit Rumble(int fd) : fd_(fd) {
     effect_.type = FF_RUMBLE;
     effect_.id = -1;
-    effect_.replay.length = 200;  // ms: a process that dies does not leave it shaking
+    effect_.replay.length = 200;  // ms; if the process dies, the device does not go on shaking
     able_ = ioctl(fd_, EVIOCSFF, &effect_) >= 0;
   }
   bool able() const { return able_; }

@@ -10,29 +10,29 @@
 
 namespace phantom::master_io {
 
-/// Looks whether the device that DeskInput would open is there. Throws core::MissingError as that does.
+/// Checks that the device that DeskInput would open is there. Throws core::MissingError as DeskInput does.
 void check_device(const DeskConfig& config);
 
-/// Reads a stick, gamepad or keyboard on a thread of its own and lets it rumble. Not for the servo thread;
-/// what it reads reaches that through the snapshot.
+/// Reads a stick, gamepad or keyboard on a thread of its own and drives its rumble motors. Not for the servo
+/// thread, which reads the snapshot.
 class DeskInput {
  public:
   struct Listener {
     std::function<void()> on_stop, on_reset;
-    std::function<void(const std::string&)> notice;  ///< something a person should know
+    std::function<void(const std::string&)> notice;  ///< called with what a person should know
   };
 
-  /// Opens the device. `servo_priority`: to which the thread's is relative. Throws core::MissingError naming
-  /// the device if it is not there or may not be read.
+  /// Opens the device. The thread's priority is relative to `servo_priority`. Throws core::MissingError
+  /// naming the device if it is missing or may not be read.
   DeskInput(const DeskConfig& config, core::Snapshot<DeskState>& state, Listener listener,
             int servo_priority);
   ~DeskInput();
 
-  /// Lets the device rumble with strength 0…1, if it can. Any thread but the servo's.
+  /// Sets the rumble's strength, 0…1, if the device can rumble. May be called by any thread but the servo's.
   void rumble(double strength);
-  /// How its thread gets on.
+  /// Returns the progress of the input thread.
   const core::Progress& progress() const;
-  /// What was opened, for the log.
+  /// Returns the name of the opened device, for the log.
   const std::string& name() const;
 
  private:

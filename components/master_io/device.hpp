@@ -9,39 +9,38 @@
 
 namespace phantom::master_io {
 
-/// What a tick is told of the master device.
+/// State of the master device at a tick.
 struct DeviceSense {
-  bool known = true;                                  ///< false: the encoders have not spoken yet
-  core::JointArray position{}, velocity{};            ///< as the encoders say
-  core::JointArray hand_position{}, hand_velocity{};  ///< as a simulated hand feels them
-  bool follows = true;                                ///< its motors do what they are told
-  bool fault = false;                                 ///< they hold or coast until a reset
+  bool known = true;                                  ///< false: the encoders have not reported yet
+  core::JointArray position{}, velocity{};            ///< as measured by the encoders
+  core::JointArray hand_position{}, hand_velocity{};  ///< as felt by a simulated hand
+  bool follows = true;                                ///< its motors follow their commands
+  bool fault = false;                                 ///< its motors hold or coast until a reset
 };
 
-/// What a tick asks of the master device.
+/// Commands of a tick to the master device.
 struct DeviceDemand {
-  core::JointArray motor_Nm{};  ///< of its motors
-  core::JointArray hand_Nm{};   ///< of a simulated hand
+  core::JointArray motor_Nm{};  ///< torque of its motors
+  core::JointArray hand_Nm{};   ///< torque of a simulated hand
   bool power = false;           ///< its drives may have power
-  bool reset = false;           ///< a reset that releases the stop was asked for since the last tick
+  bool reset = false;           ///< a reset that releases the stop was requested since the last tick
 };
 
-/// What the hand holds: a simulated device, or one with drives. sense() and move() belong to the servo
-/// thread, allocate nothing and never wait.
+/// Interface of the device that the hand holds: simulated, or with drives. sense() and move() belong to the
+/// servo thread, allocate no memory and never wait.
 class Device {
  public:
   virtual ~Device() = default;
 
   virtual const DeviceSense& sense() noexcept = 0;
-  /// Lets `dt_s` pass under the demand.
+  /// Advances the device by `dt_s` under the demand.
   virtual void move(const DeviceDemand& demand, double dt_s, core::Nanoseconds now_ns) noexcept = 0;
-  /// The last call, once the servo thread has ended: the motors go on with nothing that they were told
-  /// before.
+  /// Ends the device after the servo thread has ended: the motors stop following earlier commands. It is the
+  /// last call.
   virtual void end(core::Nanoseconds now_ns) noexcept = 0;
-  /// Whether periods that the loop missed must be lived through one by one, for a device whose time is the
-  /// loop's.
+  /// Returns whether missed periods must be simulated one by one, as for a device whose time is the loop's.
   virtual bool makes_up_periods() const noexcept = 0;
-  /// One reader thread, any but the servo's.
+  /// Returns the device's health. Only one thread may call it, and not the servo's.
   virtual core::ActuatorHealth health() = 0;
 };
 
@@ -68,11 +67,11 @@ class SimulatedDevice final : public Device {
   DeviceSense sense_;
 };
 
-/// A device whose motors are drives on CAN in torque mode: their encoders are the master's joints, a person
-/// moves it.
+/// A device whose motors are drives on CAN in torque mode. Their encoders measure the master's joints; a
+/// person moves it.
 class CanDevice final : public Device {
  public:
-  /// `config.can` must be there. One open bus per address.
+  /// `config.can` must be set. `buses`: one open bus per address.
   CanDevice(const Config& config, std::vector<std::unique_ptr<can::CanBus>> buses)
       : drives_(config.can.value().group, config.align_tolerance, std::move(buses)) {}
 

@@ -45,7 +45,7 @@ std::string set_feedback_gain(double inverse_a, std::int32_t joint, const GainRu
   if (!(inverse_a >= 0.0 && inverse_a <= kGreatestInverseA))
     return fmt::format("1/A {} cannot be; allowed: 0 to {}", inverse_a, kGreatestInverseA);
   if (std::string why = wrong_joint(joint, rules); !why.empty()) return why;
-  core::JointArray asked{};  // 0 is stable on the joints that it is not for
+  core::JointArray asked{};  // joints that are not addressed get 0, which is always stable
   set(asked, joint, inverse_a);
   std::string why = teleop::why_feedback_is_unstable(rules.limits, settings.law, asked, rules.contact_ratio,
                                                      round_trip_s, rules.joints);

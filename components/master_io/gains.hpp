@@ -8,7 +8,7 @@
 
 namespace phantom::master_io {
 
-/// What commands that set gains and law are held against.
+/// Rules for commands that set gains and law.
 struct GainRules {
   std::vector<std::string> joints;  ///< their names
   teleop::FeedbackLimits limits;
@@ -17,16 +17,17 @@ struct GainRules {
 
 GainRules gain_rules(const Config& config, const robot::SerialArm& arm);
 
-/// "Of all joints."
+/// Addresses all joints instead of one.
 inline constexpr std::int32_t kAllJoints = -1;
 
-/// Each changes `settings` and returns "", or leaves them as they are and returns why, with what is allowed.
-/// `joint`: from 0, or kAllJoints. Allocate; not for the servo thread.
+/// Each function changes `settings` and returns "", or leaves them unchanged and returns why, with what is
+/// allowed. `joint`: from 0, or kAllJoints. The functions allocate memory; not for the servo thread.
 std::string set_percept_gain(double gain, std::int32_t joint, const GainRules& rules, Settings& settings);
-/// `round_trip_s`: the delay in force. Refuses what is not stable with it, with the joint that bears least.
+/// Refuses gains that are not stable with `round_trip_s`, the delay in force, and names the joint with the
+/// lowest limit.
 std::string set_feedback_gain(double inverse_a, std::int32_t joint, const GainRules& rules,
                               double round_trip_s, Settings& settings);
-/// `law`: number of a BilateralLaw. 1/A becomes the law's own.
+/// `law` is the number of a BilateralLaw. 1/A becomes the value configured for the law.
 std::string set_law(double law, Settings& settings);
 
 }  // namespace phantom::master_io

@@ -53,7 +53,7 @@ int main(int argc, char** argv) {
     const auto cell = runtime::load_cell(deployment.cell);
     const auto model = master_io::load_arm(cell, runtime::arm_name(options.config));
     if (command.given()) {
-      starting.emplace(runtime::kExitFailed);  // a command that is cut short has failed
+      starting.emplace(runtime::kExitFailed);  // a command that is interrupted has failed
       request.joint = master_io::joint_index(model, request.joint_name);
       return static_cast<int>(runtime::exit_code(
           dds::run_operator_request(deployment.network, "master_io command", request, std::cout)));

@@ -13,7 +13,7 @@ double least(const core::JointArray& values, std::size_t count) noexcept {
   return *std::min_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count));
 }
 
-// Whether the slave's answers come: the age of what came before says nothing of the link's delay.
+// Whether the slave's answers arrive; the age of earlier ones does not measure the link's delay.
 bool hears(LinkState state) noexcept {
   return state == LinkState::kReady || state == LinkState::kAligned || state == LinkState::kCoupled;
 }
@@ -59,7 +59,7 @@ MasterOutputs MasterIo::step(const MasterInputs& in, double dt_s) noexcept {
 }
 
 void MasterIo::render_feedback(const MasterInputs& in, double dt_s, MasterOutputs& out) noexcept {
-  // A phantom's contact outlives a percept period, not much more.
+  // Slightly more than a percept period: an older contact of the phantom does not count.
   constexpr double kPhantomStaleness_s = 0.1;
   const bool sensed = contact_source_ != ContactSource::kPhantom && in.slave.contact;
   const bool predicted = contact_source_ != ContactSource::kSlave && in.phantom.contact &&

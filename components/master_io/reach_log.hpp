@@ -11,22 +11,23 @@
 
 namespace phantom::master_io {
 
-/// How one reach went.
+/// Results of one reach.
 struct ReachRecord {
   std::int32_t number = -1;
-  std::size_t index = 0;  ///< which of the configured reaches
+  std::size_t index = 0;  ///< index among the configured reaches
   bool percept = false;
   double start_s = 0.0;
-  double contact_s = -1.0;         ///< since the servo began; −1: none
-  double contact_speed_m_s = 0.0;  ///< of the tool, in the last slave_state before the contact
+  double contact_s = -1.0;         ///< since the servo began; −1: no contact
+  double contact_speed_m_s = 0.0;  ///< speed of the tool in the last slave_state before the contact
   std::uint16_t contact_object = 0;
   double onset_clearance_m =
-      -1.0;  ///< when the percept torque first passed kFelt_Nm; −1: never, or clearance unknown
-  double peak_percept_Nm = 0.0;   ///< greatest on any joint before the contact
-  double peak_operator_Nm = 0.0;  ///< greatest torque of the hand before the contact (constant velocity: MLT)
+      -1.0;  ///< clearance when the percept torque first exceeded kFelt_Nm; −1: never, or clearance unknown
+  double peak_percept_Nm = 0.0;  ///< greatest of any joint before the contact
+  double peak_operator_Nm =
+      0.0;  ///< greatest torque of the hand before the contact (at constant velocity: MLT)
 };
 
-/// What one tick tells the log.
+/// Inputs of the log for one tick.
 struct ReachObservation {
   std::int32_t number = -1;
   std::size_t index = 0;
@@ -34,7 +35,7 @@ struct ReachObservation {
   core::JointArray percept_Nm{}, operator_Nm{};
 };
 
-/// Keeps the session's first reaches, without heap.
+/// Records the session's first reaches without heap allocation.
 class ReachLog {
  public:
   static constexpr std::size_t kCapacity = 512;

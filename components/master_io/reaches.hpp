@@ -16,12 +16,12 @@ struct NamedReach {
   simulation::Reach reach;
 };
 
-/// Reads a reaches file: a list `reaches` of {name, object, from, target}. Joint counts and limits are
-/// checked against `arm`. Throws ConfigError.
+/// Reads a reaches file: a list `reaches` of {name, object, from, target}. Checks joint counts and limits
+/// against `arm`. Throws ConfigError.
 std::vector<NamedReach> load_reaches(const std::filesystem::path& file, const robot::SerialArm& arm);
 
-/// The reaches that the list `only` of `sequence` names, in that order; all if it is absent or empty. Throws
-/// ConfigError naming those there are.
+/// Returns the reaches named by the list `only` of `sequence`, in that order; all if the list is absent or
+/// empty. Throws ConfigError with the known names.
 std::vector<NamedReach> choose_reaches(const runtime::ConfigReader& sequence,
                                        const std::vector<NamedReach>& all);
 

@@ -16,8 +16,8 @@ struct SessionFigures {
   core::DurationHistogram round_trips;
 };
 
-/// Writes master_io.json: loops, round trips, reaches, and the damping that the device's stability allows per
-/// joint.
+/// Writes master_io.json: loops, round trips, reaches, and the damping that the device's stability allows for
+/// each joint.
 void write_report(const std::filesystem::path& file, const SessionFigures& figures, const ReachLog& reaches,
                   const Config& config, const runtime::CellConfig& cell);
 

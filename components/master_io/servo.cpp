@@ -50,14 +50,15 @@ void Servo::read_inbox(core::Nanoseconds now_ns) noexcept {
   if (inputs_.phantom.received_ns != 0) inputs_.phantom_age_s = since_s(inputs_.phantom.received_ns);
 }
 
-// At the desk nothing is pushed before master and slave are coupled. A hand on real drives is its own.
+// The desk pushes nothing before master and slave are coupled. A person on real drives needs no simulated
+// torque.
 const core::JointArray& Servo::hand_torque(bool go, const DeviceSense& sense, double dt_s) noexcept {
   if (driver_ == Driver::kCan) return no_torque_;
   if (driver_ == Driver::kDesk) return desk_hand_.step(go ? desk_now_ : DeskState{}, sense.hand_velocity);
   return hand_.step(sense.hand_position, sense.hand_velocity, go || script_.meeting(), dt_s);
 }
 
-// False if it is not known yet where the device is.
+// Returns false if the device's position is not known yet.
 bool Servo::step(MasterReport& report, double dt_s, core::Nanoseconds now_ns) noexcept {
   const bool go = state_ == teleop::LinkState::kCoupled;
   const bool heard = inputs_.partner_age_s <= staleness_s_;
@@ -95,7 +96,7 @@ void Servo::tick(double dt_s, core::Nanoseconds now_ns) noexcept {
   bool known = false;
   for (int k = 0; k < steps.count; ++k) known = step(report, steps.step_s, now_ns);
   if (!known) return;
-  // Position and velocity that the torques belong to, so that their product is the rendered power.
+  // Position and velocity to which the torques belong, so that torque · velocity is the rendered power.
   report.joint_count = joint_count_;
   report.position = inputs_.position;
   report.velocity = inputs_.velocity;

@@ -11,26 +11,25 @@
 
 namespace phantom::master_io {
 
-/// The servo thread's work: newest inputs from the inbox, script, controller, hand and device, outputs to the
-/// outbox. It never calls DDS, allocates or waits.
+/// Work of the servo thread: reads the newest inputs from the inbox, runs script, controller, hand and
+/// device, and writes the outputs to the outbox. It never calls DDS, allocates memory or waits.
 class Servo {
  public:
-  /// `device`, `inbox` and `stops` must outlive it. `home`: where a simulated hand begins. `seed`: random,
-  /// for the names of stops; `stops`: keeps the stop in force, and has the one of the process before this
-  /// one.
+  /// `device`, `inbox` and `stops` must outlive the servo. `home`: initial pose of a simulated hand. `seed`:
+  /// random, for the ids of stops. `stops` stores the stop in force and holds that of the previous process.
   Servo(const Config& config, const core::JointArray& home, Device& device, Inbox& inbox, std::uint64_t seed,
         teleop::StopStore& stops);
 
-  /// One tick of `dt_s`, a whole multiple of the period, at `now_ns` on the monotonic clock. Periods that the
-  /// loop missed are made up for, up to teleop::kMostMadeUp, so that a simulated hand keeps real time; real
-  /// drives get one command for all of them. Nothing is published before the device is known. Real-time safe:
+  /// Runs one tick of `dt_s`, a whole multiple of the period, at `now_ns` on the monotonic clock. Makes up
+  /// for up to teleop::kMostMadeUp missed periods, so that a simulated hand keeps real time; real drives get
+  /// one command for all of them. Publishes nothing before the device's position is known. Real-time safe:
   /// yes.
   void tick(double dt_s, core::Nanoseconds now_ns) noexcept;
 
-  core::Snapshot<DeskState> desk;                            ///< writer: the desk's input, if there is one
-  core::Snapshot<MasterReport> outbox;                       ///< reader: the thread that publishes
+  core::Snapshot<DeskState> desk;                            ///< written by the desk's input, if there is one
+  core::Snapshot<MasterReport> outbox;                       ///< read by the publishing thread
   runtime::WakeSignal published;                             ///< raised after each tick
-  const ReachLog& reaches() const noexcept { return log_; }  ///< once the servo thread has ended
+  const ReachLog& reaches() const noexcept { return log_; }  ///< valid once the servo thread has ended
 
  private:
   void read_inbox(core::Nanoseconds now_ns) noexcept;

@@ -44,7 +44,7 @@ std::string sentence(const MasterOutputs& now) {
                            teleop::name_of(now.law));
       }
       if (now.feedback_limited) {
-        // Without the figures: they change all the time, and the sentence is told whenever it does.
+        // No figures: they change all the time, and each change would report the sentence again.
         return "1/A is held at what is stable with the link's delay";
       }
       if (now.feedback_damped) return "the slave's feedback is damped: it gave energy that nobody put in";
@@ -53,13 +53,13 @@ std::string sentence(const MasterOutputs& now) {
 }
 
 std::string proposal(teleop::BilateralLaw law) {
-  // Whether the arm is balanced the slave knows; the master proposes for the common case.
+  // Only the slave knows whether the arm is balanced; the proposal assumes the common case.
   const auto set = teleop::percept_set(law, true);
   return fmt::format("law {}: drag {}, tone {}, views {} ({})", teleop::name_of(law), name_of(set.haptic),
                      name_of(set.audio), name_of(set.view), set.reason);
 }
 
-/// Tells people what changed: laws, and a percept or feedback that is held back for stability.
+/// Logs changes of the law, and a percept or feedback that is reduced for stability.
 class Announcer {
  public:
   void look(const MasterOutputs& now, core::Nanoseconds now_ns) {
@@ -82,7 +82,8 @@ class Announcer {
   core::Nanoseconds quiet_until_ns_ = 0, damped_quiet_until_ns_ = 0;
 };
 
-/// How strong what the motors do is felt, 0…1, on the joint where it is strongest.
+/// Returns the strength of the motors' torque, 0…1, on the joint where it is greatest relative to the
+/// percept's cap.
 double felt_share(const MasterOutputs& now, const Config& config) {
   double share = 0.0;
   for (std::size_t j = 0; j < config.device.joint_count; ++j) {
@@ -92,7 +93,7 @@ double felt_share(const MasterOutputs& now, const Config& config) {
   return std::min(share, 1.0);
 }
 
-// The device that the configuration asks for, waiting for its buses; none if a stop was requested meanwhile.
+// Returns the configured device and waits for its buses; null if a stop was requested meanwhile.
 std::unique_ptr<Device> make_device(const ArmModel& model, const Config& config, DdsAdapter& adapter) {
   if (config.driver != Driver::kCan) return std::make_unique<SimulatedDevice>(config, model.home);
   auto buses = runtime::open_buses(*config.can, [&](const std::string& missing) {
@@ -102,7 +103,7 @@ std::unique_ptr<Device> make_device(const ArmModel& model, const Config& config,
   return std::make_unique<CanDevice>(config, std::move(buses));
 }
 
-// The input of who sits at the desk; none for another driver.
+// Returns the input of the operator's desk; null for another driver.
 std::unique_ptr<DeskInput> make_desk(const Config& config, Servo& servo, DdsAdapter& adapter) {
   if (config.driver != Driver::kDesk) return nullptr;
   auto desk = std::make_unique<DeskInput>(
@@ -129,7 +130,7 @@ core::Health health_of(const MasterReport& now, const core::DurationHistogram& t
            {"reach", static_cast<double>(now.reach), ""}}};
 }
 
-// Runs the servo until a stop is requested, and tells that it has ended; returns how its loops ran.
+// Runs the servo until a stop is requested. Returns the statistics of its loops.
 std::vector<core::LoopStatistics> run_servo(const Config& config, Device& device, Servo& servo,
                                             runtime::StopFile& stops, DdsAdapter& adapter) {
   const auto desk = make_desk(config, servo, adapter);

@@ -8,16 +8,16 @@
 
 namespace phantom::simulated_drive {
 
-/// simulated_drive.yaml.
+/// Parameters of simulated_drive.yaml.
 struct Config {
   std::string bus;
   double bit_rate = 1e6;  ///< of a userspace bus
   std::vector<DriveOptions> drives;
 };
 
-extern const char* const kParameters;  ///< the shipped simulated_drive.yaml: their table
+extern const char* const kParameters;  ///< the shipped simulated_drive.yaml as table of the parameters
 
-/// Throws ConfigError naming file, line, key, value and what is allowed.
+/// Reads and checks the file. Throws ConfigError naming file, line, key, value and what is allowed.
 Config load_config(const std::filesystem::path& file);
 
 }  // namespace phantom::simulated_drive

@@ -1,4 +1,4 @@
-// The drive's inner life: what its targets make the motor do.
+// Motion of the drive: how its targets move the motor.
 #include <algorithm>
 #include <cmath>
 
@@ -15,7 +15,7 @@ double joint_to_counts(const MotorParameters& motor, double joint) {
 
 }  // namespace
 
-// A new target is reached in one interpolation period, in a straight line.
+// Interpolates linearly to a new target within one interpolation period.
 void SimulatedDrive::begin_interpolation() {
   const double period_s =
       static_cast<double>(od_.value(0x60C2, 1)) * std::pow(10.0, static_cast<double>(od_.value(0x60C2, 2)));

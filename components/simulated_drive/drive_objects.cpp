@@ -1,4 +1,4 @@
-// The drive's object dictionary, and what writing to it does.
+// The drive's object dictionary, and the effects of writing to it.
 #include <cmath>
 
 #include "components/simulated_drive/simulated_drive.hpp"
@@ -10,7 +10,8 @@ constexpr std::int64_t kOff = 0x80000000;
 
 }  // namespace
 
-// As after NMT reset communication: the profile's objects keep their values.
+// Creates the communication objects, as after NMT reset communication: the profile's objects keep their
+// values.
 void SimulatedDrive::build_communication_objects() {
   const auto node = static_cast<std::int64_t>(options_.node);
   od_.add(0x1000, 0, 4, 0x00020192, false);  // CiA 402, servo drive
@@ -39,7 +40,7 @@ void SimulatedDrive::build_communication_objects() {
 }
 
 void SimulatedDrive::build_profile_objects() {
-  od_.add_text(0x2000, "", true);  // a label that the user may give
+  od_.add_text(0x2000, "", true);  // a label for the user
   od_.add(0x6007, 0, 2, 1, true, false, true);
   od_.limit(0x6007, 0, 0, 3);
   od_.add(0x603F, 0, 2, 0, false, true);
@@ -66,7 +67,7 @@ void SimulatedDrive::build_profile_objects() {
   od_.add(0x6502, 0, 4, 0x380, false);  // cyclic synchronous position, velocity, torque
 }
 
-// A bus carries many times more than one drive needs: the rest is left to the controller's filters.
+// Filters for this drive's frames: a bus carries many times more, which the controller can reject.
 void SimulatedDrive::listen_to_own() {
   const auto node = static_cast<std::uint32_t>(options_.node);
   std::vector<std::uint32_t> ids{0, static_cast<std::uint32_t>(od_.value(0x1005) & 0x7FF), 0x600U + node,
@@ -76,7 +77,7 @@ void SimulatedDrive::listen_to_own() {
   }
   std::vector<can::CanFilter> filters;
   for (const std::uint32_t id : ids) filters.push_back({.id = id, .mask = 0x7FF});
-  static_cast<void>(bus_->set_filters(filters));  // without them everything comes, and is passed over
+  static_cast<void>(bus_->set_filters(filters));  // without filters all frames arrive and are ignored
 }
 
 SimulatedDrive::Pdo SimulatedDrive::pdo(std::uint16_t communication) const {
@@ -92,7 +93,8 @@ SimulatedDrive::Pdo SimulatedDrive::pdo(std::uint16_t communication) const {
   return pdo;
 }
 
-// A PDO's mapping may be changed only while the PDO is off; its count switches it on and is checked.
+// A PDO's mapping may be changed only while the PDO is off. Writing the count enables the mapping and checks
+// it.
 AbortCode SimulatedDrive::check_mapping(std::uint16_t index, std::uint8_t sub, std::uint32_t value) const {
   const auto communication = static_cast<std::uint16_t>(index - 0x200);
   if ((od_.value(communication, 1) & kOff) == 0) return kAbortState;
@@ -120,7 +122,7 @@ AbortCode SimulatedDrive::write_object(std::uint16_t index, std::uint8_t sub,
   }
   const AbortCode code = od_.write(index, sub, bytes);
   if (code == kNoAbort && index == 0x1017) heartbeat_ns_ = now_ns_;
-  // By SDO the controlword acts at once; in operational it is read with every step.
+  // Written by SDO, the controlword acts at once. In operational state it is read in every step.
   if (code == kNoAbort && index == 0x6040 && nmt_ == Nmt::kPreOperational) obey_controlword();
   const bool is_address =
       index == 0x1005 || index == 0x1016 || (index >= 0x1400 && index < 0x1404 && sub == 1);

@@ -19,10 +19,10 @@ struct Entry {
   const char* name;
   ObjectType type = kVar;
   std::vector<const char*>
-      subs;  ///< from sub-index 0, the last one's for all further ones; # stands for the number
+      subs;  ///< from sub-index 0; the last one is that of all further ones, with # as their number
 };
 
-// Names as in CiA 301 and CiA 402.
+// Returns the names given in CiA 301 and CiA 402.
 const std::map<int, Entry>& entries() {
   static const std::vector<const char*> pdo{"Highest sub-index supported", "COB-ID used by PDO",
                                             "Transmission type"};
@@ -82,7 +82,7 @@ std::string print(const char* format, Values... values) {
   return text.data();
 }
 
-// Data types of CiA 301.
+// Returns the data type code of CiA 301.
 int data_type(const Object& object) {
   if (object.any_length || object.bytes.size() > 4) return 0x0009;  // visible string
   switch (object.bytes.size()) {
@@ -95,7 +95,8 @@ int data_type(const Object& object) {
   }
 }
 
-// Of two drives with neighbouring node ids: what differs goes with the id.
+// Returns the default value. It compares drives of two neighbouring node ids: a value that differs depends on
+// the node id.
 std::string default_value(const ObjectDictionary& of_1, const ObjectDictionary& of_2, std::uint32_t key) {
   const auto index = static_cast<std::uint16_t>(key >> 8);
   const auto sub = static_cast<std::uint8_t>(key & 0xFF);
@@ -124,7 +125,7 @@ std::string sub_name(const Entry& entry, std::size_t sub) {
   return name;
 }
 
-// Sections of one index: of the object, and of its sub-indices if it is more than a variable.
+// Returns the sections of one index: the object, and its sub-indices if it is not a plain variable.
 std::string sections(const ObjectDictionary& of_1, const ObjectDictionary& of_2, int index) {
   const auto known = entries().find(index);
   if (known == entries().end()) throw std::logic_error(print("object 0x%04X has no name for the EDS", index));

@@ -6,8 +6,8 @@
 
 namespace phantom::simulated_drive {
 
-/// The electronic data sheet (CiA 306) of a drive with `options`, made from its object dictionary: what
-/// CANopen tools configure it by. Values that go with the node id are told relative to $NODEID.
+/// Returns the electronic data sheet (CiA 306) of a drive with `options`, generated from its object
+/// dictionary, for CANopen tools. Values that depend on the node id are given relative to $NODEID.
 std::string eds_text(const DriveOptions& options);
 
 }  // namespace phantom::simulated_drive

@@ -7,7 +7,7 @@
 
 namespace phantom::simulated_drive {
 
-/// A fault that begins some time after the start, at one drive or at all of them.
+/// A fault that occurs some time after the start, at one drive or at all drives.
 struct TimedFault {
   std::string kind;
   double at_s = 0.0;
@@ -15,11 +15,11 @@ struct TimedFault {
   bool done = false;
 };
 
-/// The kinds, each with what it does: for --help.
+/// Returns the kinds of faults with their effects, for --help.
 std::string fault_help();
 /// Reads KIND@SECONDS or KIND@SECONDS:NODE. Throws ConfigError.
 TimedFault parse_fault(const std::string& text);
-/// Makes the drive do it.
+/// Applies the fault to the drive.
 void apply(const std::string& kind, SimulatedDrive& drive);
 
 }  // namespace phantom::simulated_drive

@@ -41,7 +41,7 @@ void add_options(runtime::Command app, Options& o) {
   app.flag("--serve-only", o.serve_only, "serve the userspace bus, without drives");
 }
 
-// A userspace bus that nobody serves yet is served here.
+// Serves a userspace bus unless another process serves it already.
 std::unique_ptr<simulation::UserBusHub> serve(const std::string& address,
                                               const simulated_drive::Config& config, const Options& o) {
   if (!can::is_user_address(address)) return nullptr;

@@ -6,7 +6,7 @@
 
 namespace phantom::simulated_drive {
 
-/// A person's hand on the joint of a master arm: compliant, it swings to and fro about where the joint began.
+/// A person's compliant hand on the joint of a master arm. It swings about the joint's initial position.
 struct HandParameters {
   double swing_rad = 0.0;  ///< 0: no hand
   double period_s = 12.0;
@@ -14,31 +14,31 @@ struct HandParameters {
   double damping_Nms_per_rad = 2.5;
 };
 
-/// The motor with its gear, encoder and the joint that it turns.
+/// Parameters of the motor, its gear and encoder, and the joint that it drives.
 struct MotorParameters {
   double counts_per_turn = 65536;  ///< encoder, per turn of the motor
   double gear_ratio = 5.0;         ///< motor turns per turn of the joint
   double rated_torque_Nm = 1.0;    ///< of the motor
   double peak_share = 3.0;         ///< greatest torque ÷ rated torque
-  double load_Nm = 0.0;            ///< constant torque on the joint, as a weight gives
+  double load_Nm = 0.0;            ///< constant torque on the joint, like that of a weight
   HandParameters hand;
   simulation::JointMechanics joint{
       .inertia = 0.5, .viscous = 0.2, .coulomb = 0.05, .lower = -10, .upper = 10};
   double start_rad = 0.0;  ///< joint angle at power-up; count 0 is joint angle 0
 };
 
-/// Advances the joint and says what the encoder shows.
+/// Simulates the motor with its joint, and the encoder's counts.
 class Motor {
  public:
   explicit Motor(const MotorParameters& parameters) : parameters_(parameters), q_rad_(parameters.start_rad) {}
 
-  /// `mille`: torque of the motor per mille of rated.
+  /// Advances by dt_s. `mille`: torque of the motor, per mille of the rated torque.
   void step(double mille, double dt_s);
   std::int64_t counts() const;
   double counts_per_s() const;
   double joint_rad() const { return q_rad_; }
   double joint_rad_s() const { return v_rad_s_; }
-  /// Torque per mille that gives the joint one count/s² of acceleration.
+  /// Returns the torque per mille that accelerates the joint by one count/s².
   double mille_per_acceleration() const;
   const MotorParameters& parameters() const { return parameters_; }
 
@@ -51,20 +51,20 @@ class Motor {
   double q_rad_ = 0.0, v_rad_s_ = 0.0, time_s_ = 0.0;
 };
 
-/// What the inner loops are asked for.
+/// Input of the inner control loops.
 struct MotionDemand {
   enum class Kind { kOff, kPosition, kVelocity, kTorque };
   Kind kind = Kind::kOff;
   double position = 0.0;      ///< counts
   double velocity = 0.0;      ///< counts/s, target or feed-forward
-  double offset_mille = 0.0;  ///< torque added, or the target in kTorque
+  double offset_mille = 0.0;  ///< torque offset, or the target in kTorque
 };
 
-/// Cascaded position, velocity and torque loops, as a servo drive has them.
+/// Cascaded position, velocity and torque loops of a servo drive.
 class MotionLoops {
  public:
   explicit MotionLoops(const MotorParameters& parameters) : motor_(parameters) {}
-  /// Returns the torque that was exerted, per mille of rated, within ±`limit_mille`.
+  /// Returns the exerted torque, per mille of the rated torque, within ±`limit_mille`.
   double step(const MotionDemand& demand, double limit_mille, double dt_s);
   void reset() { integral_mille_ = 0.0; }
   const Motor& motor() const { return motor_; }

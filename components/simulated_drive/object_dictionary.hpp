@@ -7,7 +7,7 @@
 
 namespace phantom::simulated_drive {
 
-/// Why an access was refused: the abort codes of CiA 301.
+/// Reasons for refusing an access: abort codes of CiA 301.
 enum AbortCode : std::uint32_t {
   kNoAbort = 0,
   kAbortReadOnly = 0x06010002,
@@ -20,7 +20,7 @@ enum AbortCode : std::uint32_t {
   kAbortState = 0x08000022,
 };
 
-/// The objects of one device: every value with its size, rights and limits.
+/// Object dictionary of one device: every value with its size, access rights and limits.
 class ObjectDictionary {
  public:
   struct Object {
@@ -39,12 +39,12 @@ class ObjectDictionary {
 
   const Object* find(std::uint16_t index, std::uint8_t sub) const;
   AbortCode missing(std::uint16_t index) const;
-  /// All of them, by index · 256 + sub-index.
+  /// Returns all objects, keyed by index · 256 + sub-index.
   const std::map<std::uint32_t, Object>& objects() const { return objects_; }
   std::int64_t value(std::uint16_t index, std::uint8_t sub = 0) const;
-  /// For the device itself: any value, whatever the rights.
+  /// Sets any value without checks, for the device itself.
   void set(std::uint16_t index, std::uint8_t sub, std::int64_t value);
-  /// For the bus: checks rights, length and limits.
+  /// Writes a value for the bus after checking rights, length and limits.
   AbortCode write(std::uint16_t index, std::uint8_t sub, const std::vector<std::uint8_t>& bytes);
 
  private:

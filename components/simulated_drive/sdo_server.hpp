@@ -10,7 +10,7 @@
 
 namespace phantom::simulated_drive {
 
-/// Serves one dictionary by SDO: expedited and segmented, in both directions (CiA 301).
+/// Serves an object dictionary by SDO: expedited and segmented, in both directions (CiA 301).
 class SdoServer {
  public:
   using Message = std::array<std::uint8_t, 8>;
@@ -19,7 +19,7 @@ class SdoServer {
   SdoServer(const ObjectDictionary& dictionary, Write write)
       : dictionary_(dictionary), write_(std::move(write)) {}
 
-  /// The answer to a request; none to an abort.
+  /// Returns the answer to a request; none to an abort.
   std::optional<Message> answer(const Message& request);
   void forget() { transfer_ = Transfer::kNone; }
 

@@ -7,7 +7,7 @@ namespace phantom::simulated_drive {
 namespace {
 
 constexpr double kSubStep_s = 0.00025;
-constexpr double kMostMadeUp_s = 0.05;  // a process that stood still does not relive the time
+constexpr double kMostMadeUp_s = 0.05;  // a process that was suspended does not make up for the time
 
 }  // namespace
 
@@ -63,8 +63,8 @@ void SimulatedDrive::trip(std::uint16_t code) {
   if (state_ == Power::kFault || state_ == Power::kFaultReaction) return;
   const bool moving = state_ == Power::kEnabled || state_ == Power::kQuickStop;
   demand_speed_ = motor().counts_per_s();
-  demand_counts_ = static_cast<double>(motor().counts());  // brakes from where it is, whatever the mode was
-  // Fault reaction option code: 2 brakes on the quick-stop ramp first, else power off at once.
+  demand_counts_ = static_cast<double>(motor().counts());  // brakes from here, whatever the mode was
+  // Fault reaction option code 2 brakes on the quick-stop ramp first; others switch power off at once.
   state_ = moving && od_.value(0x605E) == 2 ? Power::kFaultReaction : Power::kFault;
   od_.set(0x603F, 0, code);
   od_.set(0x1001, 0, 1);
@@ -128,7 +128,7 @@ void SimulatedDrive::take_nmt(std::uint8_t command) {
   }
 }
 
-// Nobody commands any more: as the abort connection option code says.
+// Applies the abort connection option code, because nobody commands the drive any more.
 void SimulatedDrive::leave_operational() {
   if (nmt_ != Nmt::kOperational) return;
   for (auto& latch : latched_) latch.clear();
@@ -211,7 +211,7 @@ std::uint16_t SimulatedDrive::statusword() const {
   return kRemote | kVoltage | 0x08;
 }
 
-// One transition per controlword, as the figure of the state machine has them.
+// Makes one transition per controlword, as in the figure of the state machine.
 void SimulatedDrive::obey_controlword() {
   const auto word = static_cast<std::uint16_t>(od_.value(0x6040));
   const bool reset_edge = (word & 0x80) != 0 && (last_controlword_ & 0x80) == 0;
@@ -246,8 +246,8 @@ void SimulatedDrive::obey_controlword() {
   }
 }
 
-// From enabled into quick stop: `option` as object 0x605A, of which 0 (power off), 2 (ramp, then off) and 6
-// (ramp, then hold) are known.
+// Leaves enabled for quick stop. `option` is the value of object 0x605A, of which 0 (power off), 2 (ramp,
+// then off) and 6 (ramp, then hold) are supported.
 void SimulatedDrive::leave_enabled(std::int64_t option) {
   demand_speed_ = motor().counts_per_s();
   demand_counts_ = static_cast<double>(motor().counts());

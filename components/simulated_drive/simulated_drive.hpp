@@ -16,42 +16,42 @@ namespace phantom::simulated_drive {
 struct DriveOptions {
   int node = 1;
   MotorParameters motor;
-  double following_window_rad = 0.2;  ///< at the joint; beyond it the drive goes into fault
+  double following_window_rad = 0.2;  ///< position error, at the joint, above which the drive goes into fault
   double quick_stop_rad_s2 = 20.0;    ///< deceleration at the joint
   std::string device_name = "Phantom simulated drive";
 };
 
-/// What a drive can be made to do wrong.
+/// Faults that can be injected into a drive.
 struct Misbehaviour {
   bool mute_heartbeat = false;
   bool mute_pdos = false;
-  bool mute_measurement = false;  ///< of its transmit PDOs the second: velocity and torque
+  bool mute_measurement = false;  ///< the second of its transmit PDOs: velocity and torque
   bool mute_sdo = false;
-  std::int8_t shown_mode = 0;      ///< another mode of operation than it has; 0: the true one
-  std::uint8_t cut_pdo_bytes = 0;  ///< its PDOs are so much shorter
+  std::int8_t shown_mode = 0;      ///< displayed mode of operation, if not the true one; 0: the true one
+  std::uint8_t cut_pdo_bytes = 0;  ///< number of bytes by which its PDOs are too short
   bool refuse_enable = false;
   bool refuse_sdo = false;  ///< every write is refused
 };
 
-/// A CiA 402 servo drive as the bus sees one: CiA 301 services, the power state machine, cyclic synchronous
-/// position, velocity and torque, quick stop, faults; with motor, gear, friction and encoder behind it. It
-/// shares no encoding with the master's side. Not real-time safe.
+/// Simulates a CiA 402 servo drive as seen from the bus: CiA 301 services, the power state machine, cyclic
+/// synchronous position, velocity and torque, quick stop and faults, with motor, gear, friction and encoder.
+/// It shares no encoding with the master's side, so that the two check each other. Not real-time safe.
 class SimulatedDrive {
  public:
   SimulatedDrive(const DriveOptions& options, std::unique_ptr<can::CanBus> bus);
 
-  /// Takes what has come, moves the motor on to `now_ns`, sends what is due. Call about every millisecond or
-  /// after the bus has something; the first call is the power-up.
+  /// Processes received frames, advances the motor to `now_ns` and sends what is due. Call it about every
+  /// millisecond or when the bus has received something. The first call is the power-up.
   void step(core::Nanoseconds now_ns);
   void wait(core::Nanoseconds timeout_ns) { bus_->wait(timeout_ns); }
 
-  /// The drive finds a fault in itself (an emergency code of CiA 402).
+  /// Puts the drive into fault, with an emergency code of CiA 402.
   void trip(std::uint16_t emergency_code);
-  /// Sends an emergency message, and goes on.
+  /// Sends an emergency message without going into fault.
   void warn(std::uint16_t emergency_code);
-  /// The logic supply fails and comes back: it boots with everything forgotten but where the motor is.
+  /// Interrupts the logic supply: the drive boots and has lost everything but the motor's position.
   void power_cycle();
-  /// The power stage loses its supply.
+  /// Interrupts the supply of the power stage.
   void cut_power() { state_ = Power::kSwitchOnDisabled; }
   Misbehaviour misbehaviour;
 
@@ -104,10 +104,10 @@ class SimulatedDrive {
   bool booted_ = false;
   core::Nanoseconds now_ns_ = 0, moved_ns_ = 0, heartbeat_ns_ = 0, master_heard_ns_ = -1, off_track_ns_ = -1;
   std::uint16_t last_controlword_ = 0;
-  std::array<std::vector<std::uint8_t>, 4> latched_;  // RPDOs that wait for the next SYNC
-  std::array<int, 4> syncs_{};                        // since each TPDO was sent
+  std::array<std::vector<std::uint8_t>, 4> latched_;  // RPDOs waiting for the next SYNC
+  std::array<int, 4> syncs_{};                        // SYNCs since each TPDO was sent
   double demand_counts_ = 0.0,
-         demand_speed_ = 0.0;  // interpolated position, or the velocity that is ramped down
+         demand_speed_ = 0.0;  // interpolated position; velocity that is ramped down
   double torque_mille_ = 0.0;
   double to_go_s_ = 0.0;
 };

@@ -6,41 +6,41 @@
 
 namespace phantom::slave_io {
 
-/// What a tick of the controller is told of the arm.
+/// State of the arm at a tick of the controller.
 struct ArmSense {
-  bool known = true;            ///< false: the encoders have not spoken yet; nothing else means anything
-  core::JointArray position{};  ///< as the encoders say
+  bool known = true;            ///< false: the encoders have not reported yet, and nothing else is valid
+  core::JointArray position{};  ///< as measured by the encoders
   core::JointArray velocity{};
-  core::JointArray gravity_Nm{};  ///< torques that hold the weight; zero if they are not wanted
-  bool follows = true;            ///< the drives do what they are told
-  bool fault = false;             ///< they hold or coast until a reset
+  core::JointArray gravity_Nm{};  ///< torques that hold the weight; zero if not wanted
+  bool follows = true;            ///< the drives follow their commands
+  bool fault = false;             ///< the drives hold or coast until a reset
 };
 
-/// What a tick of the controller asks of the arm.
+/// Commands of a tick of the controller to the arm.
 struct ArmDemand {
   SlaveOutputs outputs;
   bool stop = false;   ///< a stop is in force
-  bool reset = false;  ///< a reset that releases it was asked for since the last tick
+  bool reset = false;  ///< a reset that releases the stop was requested since the last tick
 };
 
-/// What the servo moves: a simulated arm, or the drives of one. sense(), move() and fill() belong to the
-/// servo thread, allocate nothing and never wait.
+/// Interface of the arm that the servo moves: simulated, or with drives. sense(), move() and fill() belong to
+/// the servo thread, allocate no memory and never wait.
 class ArmDriver {
  public:
   virtual ~ArmDriver() = default;
 
-  /// The newest that is known of the arm.
+  /// Returns the newest known state of the arm.
   virtual const ArmSense& sense() noexcept = 0;
-  /// Lets `dt_s` pass under the demand. `now_ns`: monotonic clock.
+  /// Advances the arm by `dt_s` under the demand. `now_ns`: monotonic clock.
   virtual void move(const ArmDemand& demand, double dt_s, core::Nanoseconds now_ns) noexcept = 0;
-  /// The last call, once the servo thread has ended: the arm goes on with nothing that it was told before.
+  /// Ends the arm after the servo thread has ended: the arm stops following earlier commands. It is the last
+  /// call.
   virtual void end(core::Nanoseconds now_ns) noexcept = 0;
-  /// What this arm has to say in `state`: motion, torques, contact.
+  /// Fills in what this arm reports in `state`: motion, torques, contact.
   virtual void fill(messages::SlaveState& state) const noexcept = 0;
-  /// Whether periods that the loop missed must be lived through one by one, for an arm whose time is the
-  /// loop's.
+  /// Returns whether missed periods must be simulated one by one, as for an arm whose time is the loop's.
   virtual bool makes_up_periods() const noexcept = 0;
-  /// One reader thread, any but the servo's.
+  /// Returns the arm's health. Only one thread may call it, and not the servo's.
   virtual core::ActuatorHealth health() = 0;
 };
 

@@ -44,7 +44,7 @@ void CanArm::fill(messages::SlaveState& state) const noexcept {
   state.position = sense_.position;
   state.velocity = sense_.velocity;
   for (std::size_t j = 0; j < axes_.size(); ++j) {
-    // Where the loop is closed in the drive, its torque is what the drive exerts.
+    // If the position loop is closed in the drive, its torque is the torque that the drive exerts.
     if (axes_[j].mode != can::DriveMode::kTorque)
       state.loop_torque_Nm[j] = exerted_Nm_[j] - sense_.gravity_Nm[j];
     if (!sense_.follows) state.loop_torque_Nm[j] = 0.0;

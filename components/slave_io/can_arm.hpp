@@ -6,13 +6,13 @@
 
 namespace phantom::slave_io {
 
-/// The arm's drives on their CAN buses. Each joint in the mode of its drive: torque (the controller's
-/// position loop), velocity (its reference's speed, corrected by k_p/k_v times the way to it) or position
-/// (its reference). An emergency stop is the drives' quick stop. Nothing touches the arm as far as it knows:
-/// contact, its force and the clearance are reported as unknown.
+/// The arm's drives on their CAN buses. Each joint runs in the mode of its drive: torque (of the controller's
+/// position loop), velocity (the reference's velocity plus k_p/k_v times the position error) or position (the
+/// reference). An emergency stop is the drives' quick stop. This arm cannot sense contact: contact, contact
+/// force and clearance are reported as unknown.
 class CanArm final : public ArmDriver {
  public:
-  /// `config.can` must be there; `model` must outlive it. One open bus per address.
+  /// `config.can` must be set; `model` must outlive the arm. `buses`: one open bus per address.
   CanArm(const ArmModel& model, const Config& config, std::vector<std::unique_ptr<can::CanBus>> buses);
 
   const ArmSense& sense() noexcept override;
@@ -22,7 +22,7 @@ class CanArm final : public ArmDriver {
   bool makes_up_periods() const noexcept override { return false; }
   core::ActuatorHealth health() override { return drives_.health(); }
 
-  const can::DriveGroupReport& drives() const noexcept { return drives_.report(); }  ///< servo thread
+  const can::DriveGroupReport& drives() const noexcept { return drives_.report(); }  ///< for the servo thread
 
  private:
   const ArmModel& model_;

@@ -75,12 +75,12 @@ void read_can(const Fields& section, const robot::SerialArm& arm, Config& config
   }
 }
 
-// A torque acts a SYNC after it was sent, and half a period later on average; what it answers is a SYNC
-// older.
+// A torque takes effect one SYNC after it was sent and acts half a period later on average. The position that
+// it answers is one SYNC old.
 constexpr double kDelayOnCan_periods = 2.5;
 constexpr double kDelaySimulated_periods = 0.5;
 
-// Whether the position loops that run here bear the delay that their rate brings.
+// Checks that the position loops computed here are stable with the delay at their rate.
 void check_loops(const Fields& servo, const robot::SerialArm& arm, const Config& config) {
   const bool on_can = config.driver == Driver::kCan;
   const double delay_periods = on_can ? kDelayOnCan_periods : kDelaySimulated_periods;

@@ -14,18 +14,18 @@
 
 namespace phantom::slave_io {
 
-/// How the arm's skin becomes contact points, and how finely the bodies' distances are known.
+/// Parameters of the contact points on the arm's skin and of the resolution of the bodies' distance fields.
 struct ContactConfig {
   double point_pitch_m = 0.02;
   int max_points = 1000;
-  double touch_voxel_m = 0.008;     ///< of the field close to the surfaces
-  double clearance_voxel_m = 0.02;  ///< of the field farther out
+  double touch_voxel_m = 0.008;     ///< voxel of the field close to the surfaces
+  double clearance_voxel_m = 0.02;  ///< voxel of the field farther out
   double clearance_range_m = 0.13;
 };
 
 enum class Driver { kSimulated, kCan };
 
-/// slave_io.yaml, resolved for one arm: everything per joint stands in arrays by joint.
+/// Parameters of slave_io.yaml for one arm. Arrays have one value per joint.
 struct Config {
   Driver driver = Driver::kSimulated;
   double period_s = 0.001;
@@ -34,17 +34,17 @@ struct Config {
   teleop::LinkTiming link;
   std::array<teleop::JointServoGains, core::kMaxJoints> gains{};
   bool gravity_feed_forward = false;
-  bool force_sensor = false;  ///< the arm measures the forces on it (F_e, laws c and e)
-  core::JointArray align_tolerance{}, align_speed{}, align_range{};  ///< rad, rad/s, rad or m, m/s, m
+  bool force_sensor = false;  ///< the arm measures the external forces on it (F_e, laws c and e)
+  core::JointArray align_tolerance{}, align_speed{}, align_range{};  ///< rad, rad/s, rad; or m, m/s, m
   simulation::SlavePlantParameters plant;
   ContactConfig contact;
-  std::optional<runtime::DrivesConfig> can;  ///< always there for driver can
+  std::optional<runtime::DrivesConfig> can;  ///< always set for driver can
 };
 
-extern const char* const kParameters;  ///< the shipped slave_io.yaml: their table
+extern const char* const kParameters;  ///< the shipped slave_io.yaml as table of the parameters
 
-/// Reads and checks the file for `arm`, whose inertia is taken at `home`. Throws ConfigError naming file,
-/// line, key, value and what is allowed.
+/// Reads and checks the file for `arm`, with its inertia at `home`. Throws ConfigError naming file, line,
+/// key, value and what is allowed.
 Config load_config(const std::filesystem::path& file, const robot::SerialArm& arm,
                    const core::JointArray& home);
 

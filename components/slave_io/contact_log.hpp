@@ -8,21 +8,21 @@
 
 namespace phantom::slave_io {
 
-/// One touch, from first to last.
+/// One contact, from its first tick to its last.
 struct ContactEpisode {
   double start_s = 0.0;  ///< since the servo began
   double duration_s = 0.0;
-  double tool_speed_m_s = 0.0;  ///< in the tick before
+  double tool_speed_m_s = 0.0;  ///< in the tick before the contact
   double peak_force_N = 0.0;
   std::uint16_t object = 0;
-  Eigen::Vector3d point_W_m = Eigen::Vector3d::Zero();  ///< first touched
+  Eigen::Vector3d point_W_m = Eigen::Vector3d::Zero();  ///< the point touched first
 };
 
-/// Keeps the session's first contacts, without heap.
+/// Records the session's first contacts without heap allocation.
 class ContactLog {
  public:
   static constexpr std::size_t kCapacity = 256;
-  /// Touches closer together than this count as one (a tool that chatters on a surface).
+  /// Contacts less than this time apart count as one (a tool that chatters on a surface).
   static constexpr double kSameTouch_s = 0.05;
 
   /// Real-time safe: yes.
@@ -47,7 +47,7 @@ class ContactLog {
   }
 
   std::size_t size() const noexcept { return count_; }
-  std::uint64_t seen() const noexcept { return seen_; }  ///< all of them, also those beyond the capacity
+  std::uint64_t seen() const noexcept { return seen_; }  ///< contacts, also those beyond the capacity
   const ContactEpisode& operator[](std::size_t i) const noexcept { return episodes_[i]; }
 
  private:

@@ -12,29 +12,31 @@
 
 namespace phantom::slave_io {
 
-/// What one tick leaves for the topic slave_state, and for who tells how the controller is.
+/// Result of one tick: the sample of topic slave_state, and the outputs for the controller's health.
 struct SlaveReport : messages::SlaveState {
   SlaveOutputs outputs;
-  std::uint32_t stop_requests = 0;  ///< of the inbox, that are in force
+  std::uint32_t stop_requests = 0;  ///< those of the inbox that are in force
 };
 
-/// What comes from the topics, validated. The servo thread is the reader.
+/// Validated data from the topics. The servo thread is the reader.
 struct Inbox {
   core::Snapshot<MasterSample> master;
   core::StopRequests stops;
 };
 
-/// slave_io's ends of the topics. Stamps, and refuses what is invalid or out of order. Never used by the
-/// servo thread.
+/// Connects slave_io to the topics. It stamps what it publishes and refuses samples that are invalid or out
+/// of order. Never used by the servo thread.
 class DdsAdapter {
  public:
-  /// `arm`: that the master must command. Throws DdsError. `inbox` must outlive the adapter.
+  /// `arm`: bounds of the arm that the master must command. `inbox` must outlive the adapter. Throws
+  /// DdsError.
   DdsAdapter(const core::NetworkOptions& network, const messages::ArmBounds& arm, Inbox& inbox);
   ~DdsAdapter();
 
   void publish(const SlaveReport& report);
   void publish_health(const core::Health& health);
-  /// Asks everyone else to stop, as this slave did; `issuer` for the logs. The thread that publishes.
+  /// Requests a stop from everyone else after this slave has stopped. `issuer` is for the logs. Called by the
+  /// publishing thread.
   void announce_stop(const std::string& issuer);
 
  private:

@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kPrefix = "contact_field-";
 
-// A newer program may build another field from the same bodies.
+// Identifies the executable: a newer program may build another field from the same bodies.
 std::string executable() {
   std::error_code problem;
   const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", problem);

@@ -10,22 +10,22 @@
 
 namespace phantom::slave_io {
 
-/// Distance fields of earlier starts, each in a file of its own beside everything it was made of. A restart
-/// then takes as long as reading them. Another executable, cell or object makes another field. Not
-/// thread-safe. Real-time safe: no.
+/// Stores distance fields of earlier starts, each in a file together with its recipe, so that a restart only
+/// has to read them. Another executable, cell or object has another recipe. Not thread-safe. Real-time safe:
+/// no.
 class FieldCache {
  public:
-  /// What a field is made of, each number in full.
+  /// Returns a text that contains everything a field is computed from, each number in full.
   static std::string recipe(const workspace::GridSpec& grid, const std::vector<voxelise::FieldBody>& bodies,
                             const voxelise::DistanceFieldOptions& options);
 
-  /// Files lie in `folder`, which is made when the first is kept.
+  /// The files are in `folder`, which is created with the first file.
   explicit FieldCache(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
-  /// The field of that recipe; none: it was not kept, or its file is damaged, which is logged.
+  /// Returns the field of that recipe; none if it is not stored, or if its file is damaged, which is logged.
   std::optional<voxelise::DistanceField> find(const std::string& recipe) const;
-  /// Keeps the field and removes all but the kMostKept newest. What goes wrong is logged: the next start is
-  /// slow, nothing else.
+  /// Stores the field and removes all but the kMostKept newest. Failures are logged; they only make the next
+  /// start slow.
   void keep(const std::string& recipe, const voxelise::DistanceField& field) const;
 
   static constexpr std::size_t kMostKept = 6;

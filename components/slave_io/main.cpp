@@ -37,7 +37,7 @@ int main(int argc, char** argv) {
     std::optional<runtime::EndsAtOnce> starting(std::in_place);
     const auto deployment = runtime::load_deployment(options);
     if (command.given()) {
-      starting.emplace(runtime::kExitFailed);  // a command that is cut short has failed
+      starting.emplace(runtime::kExitFailed);  // a command that is interrupted has failed
       return static_cast<int>(runtime::exit_code(
           dds::run_operator_request(deployment.network, "slave_io command", request, std::cout)));
     }

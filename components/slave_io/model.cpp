@@ -58,7 +58,7 @@ FieldWorld::FieldWorld(const runtime::CellConfig& cell, const std::vector<voxeli
 
 double FieldWorld::distance_m(const Eigen::Vector3d& p_W_m) const noexcept {
   const double coarse_m = coarse_.distance_m(p_W_m);
-  // The coarse field may err by a good part of its voxel.
+  // The error of the coarse field is a large part of its voxel.
   if (coarse_m > fine_.outside_m() + coarse_.grid().voxel_size_m) return coarse_m;
   const double fine_m = fine_.distance_m(p_W_m);
   if (std::abs(fine_m) < 0.99 * fine_.outside_m()) return fine_m;
@@ -68,7 +68,7 @@ double FieldWorld::distance_m(const Eigen::Vector3d& p_W_m) const noexcept {
 simulation::ContactQuery FieldWorld::query(const Eigen::Vector3d& p_W_m) const noexcept {
   simulation::ContactQuery found;
   found.distance_m = distance_m(p_W_m);
-  // Where the fine band ends its samples are cut off, and their slope with them.
+  // At the end of the fine band the samples are clipped, so the gradient is wrong there.
   const bool in_fine_band = std::abs(found.distance_m) < 0.6 * fine_.outside_m();
   const Eigen::Vector3d slope = in_fine_band ? fine_.gradient(p_W_m) : coarse_.gradient(p_W_m);
   const double norm = slope.norm();

@@ -25,19 +25,20 @@ struct ArmModel {
   std::vector<robot::LinkSkin> skin;
 };
 
-/// Loads the arm and checks that home fits it. Throws ConfigError.
+/// Loads the arm and its home pose. Throws ConfigError.
 ArmModel load_arm(const runtime::CellConfig& cell, const std::string& arm_name);
 
-/// The real bodies as two distance fields: a fine one close to the surfaces, for touch, and a coarse one for
-/// the clearance farther out. One field for both would take a minute to build.
+/// Holds the real bodies as two distance fields: a fine one close to the surfaces, for contact, and a coarse
+/// one farther out, for the clearance. One fine field for both would take a minute to build.
 class FieldWorld final : public simulation::ContactWorld {
  public:
-  /// Asked every few milliseconds, by several threads at once; "no" ends the work with Ended.
+  /// Returns false to end the building with Ended. Called every few milliseconds by several threads at once.
   using KeepGoing = std::function<bool()>;
   struct Ended {};
 
-  /// Throws ConfigError if the field cannot be built, Ended if it was told to end. Takes 1.3 s of processor
-  /// time for the hot cell, shared by all cores, or 0.1 s if `cache` has it.
+  /// Builds the fields or reads them from `cache`. Throws ConfigError if a field cannot be built, Ended if
+  /// `keep_going` returned false. Takes 1.3 s of processor time for the hot cell, shared by all cores, or 0.1
+  /// s if the fields are in the cache.
   FieldWorld(const runtime::CellConfig& cell, const std::vector<voxelise::FieldBody>& bodies,
              const ContactConfig& config, const KeepGoing& keep_going = {},
              const FieldCache* cache = nullptr);

@@ -8,22 +8,21 @@
 
 namespace phantom::slave_io {
 
-/// The servo thread's work: newest inputs from the inbox, controller, arm, outputs to the outbox. It never
-/// calls DDS, allocates or waits.
+/// Work of the servo thread: reads the newest inputs from the inbox, runs controller and arm, and writes the
+/// outputs to the outbox. It never calls DDS, allocates memory or waits.
 class Servo {
  public:
-  /// `arm`, `inbox` and `stops` must outlive it. `seed`: random, for the names of stops; `stops`: keeps the
-  /// stop in force, and has the one of the process before this one.
+  /// `arm`, `inbox` and `stops` must outlive the servo. `seed`: random, for the ids of stops. `stops` stores
+  /// the stop in force and holds that of the previous process.
   Servo(const ArmModel& model, const Config& config, ArmDriver& arm, Inbox& inbox, std::uint64_t seed,
         teleop::StopStore& stops);
 
-  /// One tick of `dt_s`, a whole multiple of the period, at `now_ns` on the monotonic clock. Periods that the
-  /// loop missed are made up for, up to teleop::kMostMadeUp, so that a simulated arm keeps real time; real
-  /// drives get one command for all of them. Nothing is published before the arm is known. Real-time safe:
-  /// yes.
+  /// Runs one tick of `dt_s`, a whole multiple of the period, at `now_ns` on the monotonic clock. Makes up
+  /// for up to teleop::kMostMadeUp missed periods, so that a simulated arm keeps real time; real drives get
+  /// one command for all of them. Publishes nothing before the arm's position is known. Real-time safe: yes.
   void tick(double dt_s, core::Nanoseconds now_ns) noexcept;
 
-  core::Snapshot<SlaveReport> outbox;  ///< reader: the thread that publishes
+  core::Snapshot<SlaveReport> outbox;  ///< read by the publishing thread
   runtime::WakeSignal published;       ///< raised after each tick
 
  private:

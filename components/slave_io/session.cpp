@@ -70,7 +70,7 @@ void write_report(const std::filesystem::path& file, const std::vector<core::Loo
   stream << report.dump(2) << '\n';
 }
 
-// Runs the servo on `arm` until a stop is requested; returns how its loops ran.
+// Runs the servo on `arm` until a stop is requested. Returns the statistics of its loops.
 std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config& config, ArmDriver& arm,
                                             Inbox& inbox, runtime::StopFile& stops, DdsAdapter& adapter) {
   Servo servo(model, config, arm, inbox, core::random_number(), stops);
@@ -82,7 +82,7 @@ std::vector<core::LoopStatistics> run_servo(const ArmModel& model, const Config&
                                     arm, stops, adapter, runtime::LinkAnnouncer("THE MASTER"), told);
 }
 
-// Null: the process was told to end meanwhile.
+// Returns null if the process has to end meanwhile.
 std::unique_ptr<const FieldWorld> make_world(const runtime::CellConfig& cell, const ContactConfig& config,
                                              const FieldCache& cache) {
   try {
@@ -98,7 +98,7 @@ int run_simulated(const runtime::CellConfig& cell, const ArmModel& model, const 
                   const std::filesystem::path& report_dir) {
   spdlog::info("placing {} objects where they really stand", cell.objects.size());
   const auto begun_ns = core::monotonic_ns();
-  // The others find it meanwhile.
+  // Lets the others find this process while the field is made.
   Inbox inbox;
   DdsAdapter adapter(core::in_haptic_path(network, config.scheduling.servo_priority),
                      messages::bounds_of(model.arm), inbox);

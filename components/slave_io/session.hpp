@@ -9,10 +9,10 @@
 
 namespace phantom::slave_io {
 
-/// Runs the arm on the topics until a stop is requested: builds the world of the simulated arm, or opens the
-/// buses of the drives (waiting for them, see open_buses()), then starts the servo thread, the thread that
-/// publishes its states, and reports health twice a second. The stop in force is kept in `state_dir`. Leaves
-/// slave_io.json in `report_dir` if that is not empty. Returns the exit code.
+/// Runs the arm on the topics until a stop is requested. Builds the world of the simulated arm, or opens the
+/// buses of the drives (waiting for them, see open_buses()). Then starts the servo thread and the publishing
+/// thread, and reports health twice a second. The stop in force is kept in `state_dir`. Writes slave_io.json
+/// to `report_dir` if that is not empty. Returns the exit code.
 int run_session(const runtime::CellConfig& cell, const ArmModel& model, const Config& config,
                 const core::NetworkOptions& network, const std::filesystem::path& state_dir,
                 const std::filesystem::path& report_dir);

@@ -8,10 +8,10 @@
 
 namespace phantom::slave_io {
 
-/// Drives, arm and contact in simulation; keeps the contacts of the session.
+/// Simulates drives, arm and contact, and records the contacts of the session.
 class SimulatedArm final : public ArmDriver {
  public:
-  /// `model` and `world` must outlive it.
+  /// `model` and `world` must outlive the arm.
   SimulatedArm(const ArmModel& model, const Config& config, const simulation::ContactWorld& world);
 
   const ArmSense& sense() noexcept override;
@@ -21,7 +21,7 @@ class SimulatedArm final : public ArmDriver {
   bool makes_up_periods() const noexcept override { return true; }
   core::ActuatorHealth health() override;
 
-  const ContactLog& contacts() const noexcept { return contacts_; }  ///< once the servo thread has ended
+  const ContactLog& contacts() const noexcept { return contacts_; }  ///< after the servo thread has ended
   std::size_t contact_point_count() const noexcept { return plant_.contact_point_count(); }
 
  private:

@@ -15,7 +15,7 @@ core::JointArray limits_of(const robot::SerialArm& arm, double robot::Joint::*li
   return values;
 }
 
-// How long a reference goes on by itself at most: bridges a late sample, not a lost link.
+// Longest time for which the reference continues by itself: bridges a late sample, not a lost link.
 constexpr double kLongestHold_s = 0.003;
 
 bool holds(LinkState state) {
@@ -54,7 +54,7 @@ SlaveOutputs SlaveIo::step(const SlaveInputs& in, double dt_s) noexcept {
   return out;
 }
 
-// A joint that is faster than it may be gets no torque that would make it faster still.
+// A joint above its speed limit gets no torque that would make it faster.
 void SlaveIo::limit_speed(const core::JointArray& v, core::JointArray& drive_Nm) const noexcept {
   for (std::size_t j = 0; j < count_; ++j) {
     if (v[j] > max_speed_[j]) drive_Nm[j] = std::min(drive_Nm[j], 0.0);
@@ -62,7 +62,7 @@ void SlaveIo::limit_speed(const core::JointArray& v, core::JointArray& drive_Nm)
   }
 }
 
-// Moves the reference as the state allows; returns the velocity that goes with it.
+// Moves the reference as the link's state allows. Returns the reference's velocity.
 core::JointArray SlaveIo::lead_reference(const SlaveInputs& in, bool master_near, double dt_s) noexcept {
   core::JointArray v_ref{};
   switch (link_.state()) {
@@ -75,12 +75,12 @@ core::JointArray SlaveIo::lead_reference(const SlaveInputs& in, bool master_near
       if (master_near) limiter_.step(as_far_as_free(in), align_speed_, dt_s);
       break;
     case LinkState::kCoupled: {
-      // Between samples the reference goes on at the master's speed: the two loops run free of each other,
-      // and a reference that waits for the next sample would shake with their phase.
+      // Between samples the reference continues at the master's velocity. The two loops run unsynchronised,
+      // and a reference that waited for the next sample would jitter with their phase.
       core::JointArray target = in.master.position;
       const double hold_s = std::clamp(in.partner_age_s, 0.0, kLongestHold_s);
       for (std::size_t j = 0; j < count_; ++j) {
-        // At a limit the reference stands still, whatever speed the master has.
+        // At a limit the reference stands still, whatever the master's velocity is.
         const bool free = target[j] > lower_[j] && target[j] < upper_[j];
         if (free && std::isfinite(in.master.velocity[j])) {
           v_ref[j] = std::clamp(in.master.velocity[j], -max_speed_[j], max_speed_[j]);
@@ -94,8 +94,8 @@ core::JointArray SlaveIo::lead_reference(const SlaveInputs& in, bool master_near
   return v_ref;
 }
 
-// The master's pose; but a joint that something keeps from following is not pressed harder: nobody feels that
-// now.
+// Returns the master's pose, except for a joint that is blocked: its reference is not moved further ahead,
+// because nobody feels the force in this state.
 core::JointArray SlaveIo::as_far_as_free(const SlaveInputs& in) const noexcept {
   core::JointArray target = in.master.position;
   const core::JointArray& reference = limiter_.reference();
@@ -107,8 +107,8 @@ core::JointArray SlaveIo::as_far_as_free(const SlaveInputs& in) const noexcept {
   return target;
 }
 
-// The first joint whose reference is farther from q than the arm goes by itself, or whose q is no number; −1:
-// none.
+// Returns the first joint whose reference is farther from q than the arm aligns by itself, or whose q is NaN;
+// −1: none.
 std::int8_t SlaveIo::far_joint(const core::JointArray& q) const noexcept {
   for (std::size_t j = 0; j < count_; ++j) {
     if (!(std::abs(q[j] - limiter_.reference()[j]) <= align_range_[j])) return static_cast<std::int8_t>(j);

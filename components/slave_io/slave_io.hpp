@@ -21,26 +21,27 @@ struct SlaveInputs : teleop::SideInputs {
 };
 
 struct SlaveOutputs : teleop::SideOutputs {
-  std::int8_t far_joint = -1;  ///< index of one that is too far from the master's to come by itself; −1: none
+  std::int8_t far_joint =
+      -1;  ///< index of a joint too far from the master's pose to align by itself; −1: none
   teleop::ServoTorque torque;
-  core::JointArray reference{};           ///< what the position loops follow
-  core::JointArray reference_velocity{};  ///< and how fast that moves, as far as the master says so
+  core::JointArray reference{};           ///< target of the position loops
+  core::JointArray reference_velocity{};  ///< velocity of the reference, as far as the master reports it
 };
 
-/// The slave's controller: watches the link, leads the reference, closes the position loops.
+/// The slave's controller: monitors the link, moves the reference, closes the position loops.
 ///
-/// init, degraded, stopped: holds the position it had when it came there. ready, aligned: goes slowly to the
-/// master's pose if that is near, else holds. coupled: follows the master. While the drives do not follow,
-/// the reference is where the arm is, so that nothing jumps when they do. Drives get power once the master is
-/// heard and says that it is not stopped. Joint positions, speeds and torques
-/// stay within the arm's limits whatever arrives.
+/// In states init, degraded and stopped it holds the position at which the state began. In states ready and
+/// aligned it moves slowly to the master's pose if that is near, else it holds. In state coupled it follows
+/// the master. While the drives do not follow, the reference is the arm's position, so that nothing jumps
+/// when they do. The drives get power once the master is heard and reports that it is not stopped. Joint
+/// positions, speeds and torques stay within the arm's limits for any input.
 class SlaveIo {
  public:
-  /// `latch`: with the stop that outlived the process before this one, if there is one.
+  /// `latch` holds the stop that was in force when the previous process ended, if there was one.
   SlaveIo(const robot::SerialArm& arm, const Config& config, const core::JointArray& start_q,
           const teleop::StopLatch& latch);
 
-  /// One tick. Pure; real-time safe: yes.
+  /// Computes one tick. Has no side effects outside this object. Real-time safe: yes.
   SlaveOutputs step(const SlaveInputs& in, double dt_s) noexcept;
 
  private:
