@@ -102,7 +102,7 @@ class BandedDistance {
     LineVector<std::uint8_t> of_closeness;  ///< [k][64]: rank of distance² + k², indexed by closeness
     LineVector<std::uint8_t> classes;       ///< [k][128]: class of square + k², indexed by rank
     LineVector<std::uint8_t> orders;        ///< [64]: indexed by class
-    std::vector<std::uint8_t> reach_of_closeness, reach_of_rank;  ///< greatest k that can matter
+    std::vector<std::uint8_t> reach_of_closeness, reach_of_rank;  ///< how far away (k) a neighbour can matter
   };
 
   // For the kernel.
@@ -114,18 +114,18 @@ class BandedDistance {
   std::vector<std::uint64_t> solid_bits;  // [z]: 64 voxels of a row, for each slice of the surroundings
   std::vector<SolidSpan> solid_in;        // [y]: solid range of the row along x; if empty, its closeness is 0
   BrickBlock last;                        // the block to which `closeness` belongs; nx == 0: none
-  LineVector<std::uint16_t>
-      squares;                     // [y][x] of one z: squared distance along z; padded rows before and after
-  LineVector<std::uint16_t> line;  // [x]: squared distance in the plane y, z; padded before and after
-  std::vector<std::uint8_t> reach_for;  // by square: greatest k that can matter; more is beyond the reach
+  // [y][x] of one z: squared distance along z; padding rows before and after.
+  LineVector<std::uint16_t> squares;
+  LineVector<std::uint16_t> line;       // [x]: squared distance in the plane y, z; padded before and after
+  std::vector<std::uint8_t> reach_for;  // for each square: how far away (k) a neighbour with it can matter
   std::vector<std::uint16_t> least_in_slice;  // for each vector along x: least square of its columns
   LineVector<std::uint8_t> orders;            // [x] of one row
   Ranks ranks;
-  LineVector<std::uint8_t>
-      rank_columns;  // [x][y], four rows: rank in the plane y, z; padded before and after
+  // [x][y], four rows: rank in the plane y, z; padded before and after.
+  LineVector<std::uint8_t> rank_columns;
   std::vector<std::uint32_t> least_ranks;  // one byte for each sixteen columns
-  std::vector<std::uint64_t>
-      in_band;  // [x]: one bit, set if a row's rank is not far; one more word before and after
+  // [x]: one bit, set if a row's rank is not far; one more word before and after.
+  std::vector<std::uint64_t> in_band;
   std::vector<RowsOfColumns> columns;  // for each vector along x, of one slice
   std::vector<RowNote> row_notes;      // [layer of bricks][vector along x][y]
 

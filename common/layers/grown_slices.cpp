@@ -9,7 +9,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "common/layers/grown_slices.cpp"
 #include <hwy/foreach_target.h>  // compiled once for each instruction set
-// must come before highway.h
+// foreach_target.h must come before highway.h.
 #include <hwy/highway.h>
 
 #ifndef PHANTOM_LAYERS_GROWN_SLICES_SLOT

@@ -9,7 +9,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "common/layers/solid_rows.cpp"
 #include <hwy/foreach_target.h>  // compiled once for each instruction set
-// must come before highway.h
+// foreach_target.h must come before highway.h.
 #include <hwy/cache_control.h>
 #include <hwy/highway.h>
 

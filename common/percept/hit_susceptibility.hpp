@@ -67,8 +67,8 @@ struct HitCandidate {
   std::uint32_t link = 0;
   std::uint32_t sensor = 0;
   std::uint16_t object = 0;
-  std::int32_t interest_point =
-      -1;  ///< index of the interest point that this sensor belongs to; −1: the whole skin
+  /// Index of the interest point that this sensor belongs to; −1: the whole skin.
+  std::int32_t interest_point = -1;
   Eigen::Vector3d position_W_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d pgv_W_m = Eigen::Vector3d::Zero();
 };

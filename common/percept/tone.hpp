@@ -34,8 +34,8 @@ struct ToneLaw {
   double rest_gain = 0.08;       ///< amplitude at standstill near an object, 0 < rest ≤ full
   double full_gain = 0.6;        ///< amplitude at full_speed_m_s and above, ≤ 1
   double full_speed_m_s = 0.25;  ///< > 0
-  double loudness_phon =
-      60.0;  ///< loudness level at which all pitches sound equally loud (see loudness_factor); 0: off
+  /// Loudness level at which all pitches sound equally loud (see loudness_factor); 0: off.
+  double loudness_phon = 60.0;
 };
 
 /// A sine tone: frequency and amplitude (1 = full scale).

@@ -1,5 +1,5 @@
 #pragma once
-// The inner loops of skin sensing, in SIMD for whichever instructions the machine has; for SkinSensing alone.
+// Private to skin sensing: its inner loops, in SIMD for the best instruction set of the machine.
 
 #include <cstddef>
 #include <cstdint>

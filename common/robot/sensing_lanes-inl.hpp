@@ -1,5 +1,5 @@
-// The sensing loops' vectors: from points to voxels, from voxels to codes, from codes to viscosities, and the
-// ten sums. Per-target: Highway compiles this once for each instruction set, so the guard toggles.
+// Vector operations of the sensing loops: from points to voxels, to codes, to viscosities, and the ten sums.
+// Per-target: Highway compiles this once for each instruction set, so the guard toggles.
 #if defined(PHANTOM_ROBOT_SENSING_LANES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef PHANTOM_ROBOT_SENSING_LANES_INL_HPP
 #undef PHANTOM_ROBOT_SENSING_LANES_INL_HPP

@@ -1,4 +1,4 @@
-// The quick way for a block of neighbouring points: placed in floats, summed about its centre.
+// The fast path for a block of neighbouring points: positions in floats, sums about the block's centre.
 // Per-target: Highway compiles this once for each instruction set, so the guard toggles.
 #if defined(PHANTOM_ROBOT_SENSING_NEAR_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef PHANTOM_ROBOT_SENSING_NEAR_INL_HPP

@@ -20,8 +20,8 @@ struct Joint {
   std::string name;
   JointType type = JointType::kRevolute;
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit vector, in the joint's frame
-  geometry::Pose
-      X_parent_joint;  ///< joint frame at q = 0 in the previous moving link's frame (fixed joints folded in)
+  /// Joint frame at q = 0 in the previous moving link's frame (fixed joints folded in).
+  geometry::Pose X_parent_joint;
   double lower = 0.0, upper = 0.0;  ///< −∞ and ∞ for a continuous joint
   double max_speed = 0.0, max_effort = 0.0;
 };

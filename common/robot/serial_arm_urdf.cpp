@@ -213,8 +213,8 @@ core::Expected<SerialArm> SerialArm::from_urdf(const std::filesystem::path& urdf
 
     SerialArm arm;
     arm.X_WB_ = X_WB;
-    urdf::LinkConstSharedPtr carried =
-        model->getRoot();         // URDF link whose frame is the current moving link's
+    // URDF link whose frame is the current moving link's.
+    urdf::LinkConstSharedPtr carried = model->getRoot();
     geometry::Pose X_link_frame;  // pose of the chain's latest URDF link in the current moving link
     for (std::size_t i = 0; i <= chain.size(); ++i) {
       // Follow the chain's fixed joints; absorb() makes what they carry part of the link.

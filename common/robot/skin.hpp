@@ -114,8 +114,8 @@ struct SkinLayout {
   /// Index of each link's first cluster sensor; its point sensors come before.
   std::array<std::size_t, core::kMaxJoints + 1> first_cluster{};
   std::vector<double> x_m, y_m, z_m;  ///< in the link's frame
-  std::vector<double>
-      weight;  ///< gain × area in m² (kArea), gain ÷ sensors of the link (kCount), gain (the others)
+  /// Gain × area in m² (kArea), gain ÷ sensors of the link (kCount), gain (the others).
+  std::vector<double> weight;
   std::vector<double> area_m2;             ///< area that the sensor represents, without gain
   std::vector<ClusterSpec> clusters;       ///< kinds of cluster sensors
   std::vector<std::uint8_t> cluster_kind;  ///< for each sensor: 0 for a point, else 1 + index in `clusters`

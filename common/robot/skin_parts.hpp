@@ -1,5 +1,5 @@
 #pragma once
-// How the parts of a skin become sensors; shared by the files that lay out a skin, not meant for others.
+// Private to the files that lay out a skin: turns the parts of a skin into sensors.
 
 #include <algorithm>
 #include <optional>
