@@ -36,7 +36,8 @@ core::Expected<voxelise::SolidVoxels> solid_of(const Body& body, const workspace
                          : voxelise::voxelise(body.mesh_W, grid, clip, options);
 }
 
-/// The voxels that the body takes without its layers. Voxel addresses are 32 bit integers.
+/// Returns the voxels that the body takes without its layers. Refuses a body too far from the origin for 32
+/// bit voxel addresses.
 core::Expected<workspace::VoxelBox> place_of(const Body& body, const workspace::GridSpec& grid) {
   geometry::BoundingBox bounds = body.mesh_W.bounding_box();
   if (!bounds.finite)
@@ -56,7 +57,7 @@ core::Expected<workspace::VoxelBox> place_of(const Body& body, const workspace::
                       std::string("reaches ") + farthest + " m from the origin; is its scale right?");
 }
 
-/// Smallest box (in the solid's own voxels' addresses) that holds all its boundary and interior voxels.
+/// Returns the smallest box, in the solid's voxel addresses, that holds all its boundary and interior voxels.
 workspace::VoxelBox tight_box(const voxelise::SolidVoxels& solid) {
   std::int32_t low[3] = {INT32_MAX, INT32_MAX, INT32_MAX}, high[3] = {-1, -1, -1};
   for (std::int32_t z = 0; z < solid.box.size[2]; ++z) {
@@ -79,7 +80,7 @@ workspace::VoxelBox tight_box(const voxelise::SolidVoxels& solid) {
           {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1}};
 }
 
-/// Times, progress and requests to stop.
+/// Times an activation, reports its progress and asks whether to continue.
 class Steps {
  public:
   explicit Steps(const ActivationOptions& options) : options_(options), start_s_(now_s()) {}
@@ -88,7 +89,7 @@ class Steps {
   void report(double share) const {
     if (options_.on_progress) options_.on_progress(share);
   }
-  /// Tells the share that is done; false if the work shall end here.
+  /// Reports the share of the work done. Returns false if the work must stop.
   bool go_on(double share) const {
     report(share);
     return !options_.keep_going || options_.keep_going();
@@ -101,7 +102,7 @@ class Steps {
 
 const core::Status kStopped{core::ErrorCode::kUnavailable, "activation was stopped"};
 
-constexpr double kVoxelised = 0.3;  // share of the work, error_of
+constexpr double kVoxelised = 0.3;  // share of the work that voxelising takes, estimated
 
 struct SolidCount {
   std::atomic<std::size_t> boundary = 0, interior = 0;
@@ -140,7 +141,7 @@ void count_in(const voxelise::SolidVoxels& solid, const workspace::VoxelBox& par
   });
 }
 
-/// Cuts what an object reaches of a grid into parts of whole bricks.
+/// Divides the part of a grid that an object reaches into parts of whole bricks.
 std::vector<workspace::VoxelBox> parts_of(const workspace::VoxelBox& reached, const workspace::GridSpec& grid,
                                           std::size_t most_voxels) {
   std::array<std::int32_t, 3> first{reached.min.x & -workspace::kBrickEdge,
@@ -179,7 +180,7 @@ class ObjectActivation {
         steps_(steps),
         margin_(-voxelise_clip(grid, body.profile).min.x) {}
 
-  /// `reached`: what the object reaches of the grid.
+  /// Makes all bricks; `reached` is the part of the grid that the object reaches.
   core::Expected<ActivatedObject> all(const workspace::VoxelBox& reached) {
     if (reached.empty()) return finish();
     const std::vector<workspace::VoxelBox> parts = parts_of(reached, grid_, options_.most_voxels_at_once);
@@ -196,7 +197,7 @@ class ObjectActivation {
     }
     return finish();
   }
-  /// The same of a solid that is known as a whole.
+  /// The same for a solid that is known as a whole.
   core::Expected<ActivatedObject> of(const voxelise::SolidVoxels& solid) {
     if (!add(solid, workspace::VoxelBox::of(grid_))) return error_of(body_, kStopped);
     return finish();
@@ -221,13 +222,15 @@ class ObjectActivation {
     report.boundary_voxels += count.boundary;
     report.interior_voxels += count.interior;
     const std::size_t disputed = report.mesh.disputed_voxels;
-    if (!known_ || !solid.box.empty()) report.mesh = solid.report;  // of a part without the mesh it says less
+    // The report of a part without the mesh says less.
+    if (!known_ || !solid.box.empty()) report.mesh = solid.report;
     report.mesh.disputed_voxels = disputed + solid.report.disputed_voxels;
     known_ = true;
     report.layers_s += steps_.now_s() - start_s;
     return true;
   }
-  /// Of all parts, by the share of the one at hand; rises from one to the next without rounding back.
+  /// Returns the share of all parts that is done, from the share of the current part. Rounding never lowers
+  /// it from one part to the next.
   double share_of_all(double share) const { return (part_ + share) / parts_; }
   ActivatedObject finish() {
     object_.bricks = workspace::ObjectBricks(std::move(bricks_));
@@ -239,13 +242,13 @@ class ObjectActivation {
   const ActivationOptions& options_;
   const Steps& steps_;
   std::int32_t margin_;
-  double part_ = 0.0, parts_ = 1.0;  // the one at hand, and how many there are
+  double part_ = 0.0, parts_ = 1.0;  // index of the current part, and number of parts
   bool known_ = false;
   std::vector<workspace::ObjectBricks::Part> bricks_;
   ActivatedObject object_;
 };
 
-/// Checks profile and place; the voxels that the body takes without its layers.
+/// Checks the profile and the place. Returns the voxels that the body takes without its layers.
 core::Expected<workspace::VoxelBox> checked_place(const Body& body, const workspace::GridSpec& grid) {
   if (core::Status checked = workspace::check_profile(body.profile); !checked) return error_of(body, checked);
   auto place = place_of(body, grid);
@@ -253,7 +256,7 @@ core::Expected<workspace::VoxelBox> checked_place(const Body& body, const worksp
   return place;
 }
 
-/// The workspace of one object.
+/// Returns the workspace that holds this object alone.
 workspace::Workspace workspace_of(const Body& body, const workspace::GridSpec& grid,
                                   const ActivatedObject& object, int threads) {
   workspace::Workspace workspace(grid, *workspace::make_palette({body.profile}));
@@ -269,7 +272,7 @@ workspace::GridSpec grid_over(const Eigen::Vector3d& min_m, const Eigen::Vector3
                               double voxel_size_m) {
   workspace::GridSpec grid{min_m, voxel_size_m, {}};
   for (int axis = 0; axis < 3; ++axis) {
-    // The millionth keeps 2.2 m ÷ 5 mm at 440 voxels whatever the quotient's rounding.
+    // The 1e-6 keeps 2.2 m ÷ 5 mm at 440 voxels, however the quotient is rounded.
     grid.size_vox[static_cast<std::size_t>(axis)] =
         static_cast<std::int32_t>(std::ceil((max_m[axis] - min_m[axis]) / voxel_size_m - 1e-6));
   }

@@ -11,7 +11,7 @@
 
 #include "common/workspace/workspace.hpp"
 
-// Compiled once per instruction set; the best one that the machine has is picked when it runs.
+// Compiled once for each instruction set; the best one is chosen at run time.
 #define HWY_WANT_AVX3_DL
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "common/layers/banded_distance.cpp"
@@ -24,7 +24,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace phantom::layers::detail::HWY_NAMESPACE {
 
-/// Squares of the distances of one slice, for a vector of columns. Returns the least of them.
+/// Computes the squared distances of one slice, for a vector of columns. Returns the least of them.
 HWY_INLINE std::uint16_t squares_of_columns(const Extent& e, const BandedDistance& work,
                                             const std::uint8_t* closeness, std::uint16_t* squares) {
   const hn::Rebind<std::uint8_t, decltype(kShorts)> half_bytes;
@@ -40,9 +40,10 @@ HWY_INLINE std::uint16_t squares_of_columns(const Extent& e, const BandedDistanc
   return hn::GetLane(hn::MinOfLanes(kShorts, least));
 }
 
-/// The least of centre + 0 and the neighbours at ±k·stride plus k², k in `offsets` and up to kMoreOffsets
-/// beyond, which changes nothing. Ends as soon as no farther neighbour can be nearer. Saturation keeps what
-/// is too far from wrapping. `squares`: k² as a vector, kLongestVector bytes each.
+/// Returns the least of the centre and the neighbours at ±k·stride plus k², for k in `offsets`. Up to
+/// kMoreOffsets more neighbours are read, which does not change the result. Stops as soon as no farther
+/// neighbour can be nearer. Saturation keeps large sums from wrapping. `squares`: k² as a vector,
+/// kLongestVector bytes each.
 HWY_INLINE hn::Vec<decltype(kShorts)> nearest(const std::uint16_t* centre, std::ptrdiff_t stride,
                                               Offsets offsets, const std::uint16_t* squares) {
   constexpr std::size_t kStep = kLongestVector / sizeof(std::uint16_t);
@@ -65,7 +66,7 @@ HWY_INLINE hn::Vec<decltype(kShorts)> nearest(const std::uint16_t* centre, std::
   return best;
 }
 
-/// Squared distances of row y in the plane y, z; false if all are out of the band.
+/// Computes the squared distances of row y in the plane y, z. Returns false if all are beyond the reach.
 bool distances_along_y(const Extent& e, BandedDistance& work, SolidSpan along_y, std::size_t y) {
   const auto stride = static_cast<std::ptrdiff_t>(e.width);
   const std::uint16_t* row = work.squares.data() + (y + e.reach + kMoreOffsets) * e.width;
@@ -83,7 +84,7 @@ bool distances_along_y(const Extent& e, BandedDistance& work, SolidSpan along_y,
   return !hn::AllTrue(kShorts, hn::Eq(least, far));
 }
 
-/// The least square that a vector of voxels can see, whose first one stands at `centre` of a row; or less.
+/// Returns the least square, or less, that is within reach of a vector of voxels whose first is at `centre`.
 HWY_INLINE std::uint16_t least_around(const std::uint16_t* centre, std::size_t reach) {
   const std::size_t lanes = hn::Lanes(kShorts);
   const std::uint16_t* const end = centre + lanes + reach;
@@ -93,7 +94,7 @@ HWY_INLINE std::uint16_t least_around(const std::uint16_t* centre, std::size_t r
   return hn::GetLane(hn::MinOfLanes(kShorts, least));
 }
 
-/// Orders of a row from its distances in the plane y, z.
+/// Computes the orders of a row from its distances in the plane y, z.
 void orders_along_x(const Extent& e, std::int8_t* const* bricks, BandedDistance& work, SolidSpan along_x) {
   const hn::Rebind<std::uint8_t, decltype(kShorts)> half_bytes;
   constexpr std::size_t kStep = kLongestVector / sizeof(std::uint16_t);
@@ -116,7 +117,7 @@ void orders_along_x(const Extent& e, std::int8_t* const* bricks, BandedDistance&
   }
 }
 
-/// Boundary voxels of a row of orders, which begins at voxel (x, y, z), are marked as such.
+/// Marks the boundary voxels of a row of orders that begins at voxel `first`.
 void mark_boundary(const SolidRows& solid, workspace::Index3 first, std::size_t length,
                    std::uint8_t* orders) {
   const auto boundary = hn::Set(kBytes, static_cast<std::uint8_t>(workspace::kOrderBoundary));
@@ -130,7 +131,7 @@ void mark_boundary(const SolidRows& solid, workspace::Index3 first, std::size_t 
   }
 }
 
-/// Puts a row of orders into the bricks that it crosses; rows begin at the block's first brick.
+/// Writes a row of orders into the bricks that it crosses. The row begins at the block's first brick.
 void put_row(const BrickBlock& block, const std::uint8_t* orders, std::size_t y, std::size_t z) {
   std::int8_t* const* bricks = bricks_at(block, y, z);
   const std::size_t offset =
@@ -142,12 +143,12 @@ void put_row(const BrickBlock& block, const std::uint8_t* orders, std::size_t y,
   }
 }
 
-/// What is solid around a block.
+/// The ranges that hold anything solid around a block.
 struct Surroundings {
   SolidSpan along_x, along_y;
 };
 
-/// Rows that the last block had as well move to their new places. Returns how many.
+/// Moves rows that the previous block had as well to their new positions. Returns how many.
 std::size_t take_over(const Extent& e, const BrickBlock& block, BandedDistance& work) {
   const BrickBlock& last = work.last;
   const bool follows = last.nx == block.nx && last.ny == block.ny && last.nz == block.nz &&
@@ -164,7 +165,7 @@ std::size_t take_over(const Extent& e, const BrickBlock& block, BandedDistance& 
   return 2 * e.reach;
 }
 
-/// Looks at all rows of the surroundings that are new; `notes` is told what distances along z they have.
+/// Computes the new rows of the surroundings, and passes `notes` their distances along z.
 template <class Notes>
 Surroundings load(const Extent& e, const BrickBlock& block, BandedDistance& work, Notes notes) {
   const auto reach = static_cast<std::int32_t>(e.reach);
@@ -186,14 +187,14 @@ Surroundings load(const Extent& e, const BrickBlock& block, BandedDistance& work
   return found;
 }
 
-/// For those who look at the rows themselves.
+/// Notes of kernels that read the rows themselves.
 struct NoNotes {
   static constexpr bool kWanted = false;
   void keep(std::size_t) {}
   void add(std::size_t, std::size_t, std::size_t, std::uint32_t, const std::uint64_t*) {}
 };
 
-/// One slice from distances along z to squares; false if nothing of it is in the band.
+/// Converts one slice of distances along z to squares. Returns false if all are beyond the reach.
 bool load_slice(const Extent& e, BandedDistance& work, std::size_t z) {
   const std::uint16_t far = far_of(e.reach);
   std::uint16_t least_of_all = far;
@@ -207,8 +208,8 @@ bool load_slice(const Extent& e, BandedDistance& work, std::size_t z) {
   return least_of_all < far;
 }
 
-/// Which vectors of columns a layer of bricks needs: those of the bricks wanted and what lies within reach of
-/// them.
+/// Finds the vectors of columns that a layer of bricks needs: those of the wanted bricks and those within
+/// reach of them.
 void find_wanted(const Extent& e, const BrickBlock& block, std::size_t layer, BandedDistance& work) {
   for (RowsOfColumns& columns : work.columns) columns.wanted = false;
   const auto in_layer = static_cast<std::size_t>(block.nx) * static_cast<std::size_t>(block.ny);
@@ -223,15 +224,14 @@ void find_wanted(const Extent& e, const BrickBlock& block, std::size_t layer, Ba
 
 #if HWY_TARGET == HWY_AVX3_DL
 void run_block_in_bytes(const Extent& e, const BrickBlock& block, BandedDistance& work) {
-  for (std::size_t z = 0; z < e.nz;
-       ++z) {  // rows beyond the surroundings, where neighbours are looked at in groups
+  for (std::size_t z = 0; z < e.nz; ++z) {  // padding rows, because neighbours are read in groups
     std::uint8_t* const slice = work.closeness.data() + z * e.slice;
     std::memset(slice, 0, kMoreOffsets * e.length);
     std::memset(slice + (kMoreOffsets + e.rows) * e.length, 0, kMoreOffsets * e.length);
   }
   work.rank_columns.assign(kRowsAtOnce * (kPad + e.length + kPad), work.ranks.far);
   work.least_ranks.assign(e.length / kPad + 4,
-                          0x01010101U * work.ranks.far);  // some more: see least_around()
+                          0x01010101U * work.ranks.far);  // with padding for least_around()
   work.in_band.assign(4 + e.length / kPad, 0);
   const Surroundings around = load(e, block, work, RowNotes(e, work));
   for (std::size_t z = 0; z < e.nz; ++z) {
@@ -252,7 +252,7 @@ void run_block(const BrickBlock& block, BandedDistance& work) {
   if (work.ranks.fit) return run_block_in_bytes(e, block, work);
 #endif
   const std::uint16_t far = far_of(e.reach);
-  work.squares.assign((e.rows + 2 * kMoreOffsets) * e.width, far);  // rows without anything stay far
+  work.squares.assign((e.rows + 2 * kMoreOffsets) * e.width, far);  // empty rows stay far
   work.line.assign(kPad + e.length + kPad, far);
   work.least_in_slice.resize(e.length);
   const auto beyond = static_cast<std::uint8_t>(work.steps().order.back());
@@ -285,7 +285,7 @@ BandedDistance::BandedDistance(const SolidRows& solid, const OrderSteps& steps)
     vectors.insert(vectors.end(), kStep, static_cast<std::uint16_t>(value));
   };
   for (int k = 0; k <= steps.reach + 4; ++k)
-    add(k_squares, std::min(k * k, UINT16_MAX));  // some more: see nearest()
+    add(k_squares, std::min(k * k, UINT16_MAX));  // with padding for nearest()
   for (int least = 0; least <= (steps.reach + 1) * (steps.reach + 1); ++least)
     reach_for.push_back(static_cast<std::uint8_t>(std::sqrt(std::max(0, steps.reach * steps.reach - least))));
   add(changes, steps.order[0]);
@@ -297,7 +297,7 @@ BandedDistance::BandedDistance(const SolidRows& solid, const OrderSteps& steps)
 
 BandedDistance::Ranks::Ranks(const OrderSteps& steps) {
   const int reach = steps.reach;
-  std::vector<int> greatest;  // square of each rank: what separates orders k voxels away
+  std::vector<int> greatest;  // greatest square of each rank: the squares that separate orders k voxels away
   for (const int above : steps.above) {
     for (int k = 0; k * k <= above; ++k) greatest.push_back(above - k * k);
   }

@@ -24,7 +24,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 constexpr hn::ScalableTag<std::uint8_t> kBytes;
 constexpr hn::ScalableTag<std::uint16_t> kShorts;
 constexpr std::size_t kPad = kLongestVector;
-constexpr std::size_t kMoreOffsets = 3;  // neighbours are looked at in groups
+constexpr std::size_t kMoreOffsets = 3;  // neighbours are read in groups of one more
 static_assert(kMoreOffsets < kPad);
 static_assert(kPad == 64, "a word of bits");
 
@@ -41,44 +41,44 @@ struct Extent {
         length((used + kPad - 1) / kPad * kPad),
         width(length + kPad / 2),
         slice(((rows + 2 * kMoreOffsets) * length / kPad | 1) * kPad) {}
-  std::size_t reach, halo;  // along x what lies around begins at a whole brick
+  std::size_t reach, halo;  // along x, the surroundings begin at a whole brick
   std::size_t nx, ny, nz;
-  std::size_t rows;    // along y, with what lies within reach
-  std::size_t used;    // along x, with what lies within reach
-  std::size_t length;  // the same in whole words and vectors
-  // From a row of squares to the next, from a slice of distances along z to the next: odd numbers of cache
-  // lines, so that neighbours do not fall into the same few sets.
+  std::size_t rows;    // along y, including the reach
+  std::size_t used;    // along x, including the halo
+  std::size_t length;  // `used` rounded up to whole words and vectors
+  // Distance from a row of squares to the next, and from a slice of distances along z to the next. Odd
+  // numbers of cache lines keep neighbours from sharing the same few cache sets.
   std::size_t width, slice;
 };
 
-/// First voxel of a row of the block.
+/// Returns the first voxel of a row of the block.
 workspace::Index3 voxel_of(const BrickBlock& block, std::size_t y, std::size_t z) {
   return {block.min.x, block.min.y + static_cast<std::int32_t>(y),
           block.min.z + static_cast<std::int32_t>(z)};
 }
 
-/// Where the orders of the bricks go that a row crosses.
+/// Returns where to write the orders of the bricks that a row crosses.
 std::int8_t* const* bricks_at(const BrickBlock& block, std::size_t y, std::size_t z) {
   return block.bricks.data() +
          ((z / workspace::kBrickEdge) * static_cast<std::size_t>(block.ny) + y / workspace::kBrickEdge) *
              static_cast<std::size_t>(block.nx);
 }
 
-/// How far neighbours are to be looked at: first … last.
+/// The range of neighbour offsets to read, first … last.
 struct Offsets {
   int first, last;
 };
 
-/// From which places of a span a voxel between `from` and `to` can be within reach.
+/// Returns the offsets from the positions of a span that a voxel in `from` … `to` can have within reach.
 Offsets offsets_from(const SolidSpan& span, int from, int to, int reach) {
   return {std::max({1, span.first - to, from - span.last}),
           std::min(reach, std::max(to - span.first, span.last - from))};
 }
 
-/// Squared distance that stands for "farther than the reach".
+/// Squared distance that means "farther than the reach".
 std::uint16_t far_of(std::size_t reach) { return static_cast<std::uint16_t>((reach + 1) * (reach + 1)); }
 
-/// The voxels of a vector that are solid, by 64 bits of which it takes those from x on.
+/// Returns a mask of the solid voxels of a vector, from bit x on.
 HWY_INLINE hn::Mask<decltype(kBytes)> solid_at(const std::uint64_t* bits, std::size_t x) {
   const auto* bytes = reinterpret_cast<const std::uint8_t*>(bits) + x / 8;
 #if HWY_TARGET == HWY_SCALAR
@@ -88,13 +88,13 @@ HWY_INLINE hn::Mask<decltype(kBytes)> solid_at(const std::uint64_t* bits, std::s
 #endif
 }
 
-/// The block's slices that have words of the solid, counted from the block's first slice within reach.
+/// Range of slices for which the solid has words, counted from the first slice of the block's surroundings.
 struct Slices {
   std::size_t first, last;
 };
 
-/// Bits of 64 voxels side by side, one word a slice, from words of 32 voxels. Writes up to a vector more than
-/// asked.
+/// Joins two columns of 32 voxels to words of 64 bits, one word for each slice. Writes up to one vector more
+/// than `count`.
 void join_words(const std::uint32_t* low, const std::uint32_t* high, std::size_t count, std::uint64_t* bits) {
   constexpr hn::ScalableTag<std::uint64_t> kWords;
   constexpr hn::Rebind<std::uint32_t, decltype(kWords)> kHalves;
@@ -106,9 +106,9 @@ void join_words(const std::uint32_t* low, const std::uint32_t* high, std::size_t
   }
 }
 
-/// Distance along z of a vector of lines that begins at x of `bits` (a word for each of the surroundings'
-/// slices), for all slices of the block; note(layer of bricks, a bit for each of its slices with something
-/// in reach) is told each layer, if notes are wanted.
+/// Computes the closeness along z for a vector of lines that begins at bit x of `bits` (one word for each
+/// slice of the surroundings), for all slices of the block. If notes are wanted, calls note(layer of bricks,
+/// a bit for each of its slices with something in reach) for each layer.
 template <bool kNotesWanted, class Note>
 HWY_INLINE void distances_along_lines(const Extent& e, Slices slices, const std::uint64_t* bits,
                                       std::size_t x, std::uint8_t* out, const Note& note) {
@@ -142,9 +142,9 @@ HWY_INLINE void distances_along_lines(const Extent& e, Slices slices, const std:
   }
 }
 
-/// Distance along z of row y of the surroundings, which begins at voxel `first`, for all slices of the block;
-/// says where along x something solid may be. notes.add(vector along x, y, layer, slices in reach, words of
-/// the layer's slices) is told where that is.
+/// Computes the closeness along z for row y of the surroundings, which begins at voxel `first`, for all
+/// slices of the block. Returns the range along x that may be solid. Calls notes.add(vector along x, y,
+/// layer, slices in reach, words of the layer's slices) for each vector in that range.
 constexpr std::int32_t kRowsAhead = 3;
 template <class Notes>
 SolidSpan distances_along_z(const Extent& e, BandedDistance& work, workspace::Index3 first, std::size_t y,

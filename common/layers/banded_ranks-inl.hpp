@@ -13,7 +13,7 @@
 #if HWY_TARGET == HWY_AVX3_DL
 HWY_BEFORE_NAMESPACE();
 namespace phantom::layers::detail::HWY_NAMESPACE {
-// Bytes say it all: squares are told apart only as far as it matters for the order in the end
+// Works in bytes throughout: squares are distinguished only as far as the final order requires
 // (BandedDistance::Ranks).
 
 using Bytes = hn::Vec<decltype(kBytes)>;
@@ -32,10 +32,10 @@ HWY_INLINE std::uint8_t least_of(Bytes bytes) {
       _mm_cvtsi128_si32(_mm_minpos_epu16(_mm_min_epu8(quarter, _mm_srli_epi16(quarter, 8)))));
 }
 
-/// Rows that lie side by side along y are worked on together: those of a tile of the workspace's bricks. What
-/// is looked up and decided once then serves all of them.
+/// Number of neighbouring rows along y that are processed together: the rows of a tile of the workspace's
+/// bricks. Each look-up and decision then serves all of them.
 constexpr std::size_t kRowsAtOnce = 4;
-constexpr std::size_t kLeastOf = 16;  // columns of which the least rank is known
+constexpr std::size_t kLeastOf = 16;  // number of columns that share one least rank
 template <std::size_t kCount>
 using Vectors = Bytes[kCount];
 
@@ -52,9 +52,9 @@ HWY_INLINE Bytes greatest_vector(const Vectors<kCount>& vectors) {
   return greatest;
 }
 
-/// As nearest(), for ranks or classes, in vectors that begin at `centre` and each `next` further on: the
-/// least of `so_far` and what look_up(table of k, better of the neighbours at ±k·stride) says; `bound`: what
-/// the best neighbour of all would be, by table. Tables of kTable bytes, one for each k.
+/// Like nearest(), for ranks or classes, in vectors that begin at `centre` and every `next` after it. Sets
+/// each vector to the least of `so_far` and look_up(table of k, better of the neighbours at ±k·stride).
+/// `bound` is the table index of the best neighbour of all. `tables` holds kTable bytes for each k.
 template <std::size_t kTable, std::size_t kCount, class Better, class LookUp>
 HWY_INLINE void least_of_neighbours(Vectors<kCount>& so_far, const std::uint8_t* centre, std::ptrdiff_t next,
                                     std::ptrdiff_t stride, Offsets offsets, const std::uint8_t* tables,
@@ -77,30 +77,30 @@ HWY_INLINE void least_of_neighbours(Vectors<kCount>& so_far, const std::uint8_t*
   }
 }
 
-/// 64 bits from bit `at` on.
+/// Returns 64 bits from bit `at` on.
 HWY_INLINE std::uint64_t bits_from(const std::uint64_t* words, std::ptrdiff_t at) {
   const std::ptrdiff_t word = at >> 6;
   const int shift = static_cast<int>(at & 63);
   return shift == 0 ? words[word] : words[word] >> shift | words[word + 1] << (64 - shift);
 }
 
-/// How far `length` (≤ 64) places from `at` on are from the nearest bit that is set: 0 if one of them is,
-/// more than 64 if none is that near.
+/// Returns the distance of the range of `length` (≤ 64) positions from `at` on to the nearest bit that is
+/// set. It is 0 if one in the range is set, and more than 64 if none is that near.
 HWY_INLINE int nearest_bit(const std::uint64_t* words, std::size_t at, std::size_t length) {
   const auto from = static_cast<std::ptrdiff_t>(at), to = from + static_cast<std::ptrdiff_t>(length);
   if (bits_from(words, from) << (64 - length) != 0) return 0;
   return std::min(std::countl_zero(bits_from(words, from - 64)), std::countr_zero(bits_from(words, to))) + 1;
 }
 
-/// Puts the ranks of 64 columns in four rows one column after the other, and the least of each sixteen, a
-/// byte each.
+/// Writes the ranks of 64 columns in four rows, column after column, and the least rank of each sixteen
+/// columns, a byte each.
 HWY_INLINE void put_columns(const Vectors<kRowsAtOnce>& rows, Bytes least, std::uint8_t* to,
                             std::uint32_t& least_of_16) {
   const __m512i low_a = _mm512_unpacklo_epi8(rows[0].raw, rows[1].raw),
                 low_b = _mm512_unpacklo_epi8(rows[2].raw, rows[3].raw),
                 high_a = _mm512_unpackhi_epi8(rows[0].raw, rows[1].raw),
                 high_b = _mm512_unpackhi_epi8(rows[2].raw, rows[3].raw);
-  // Of each sixteen columns the first four, the second four, …
+  // The first four columns of each sixteen, the second four, …
   const __m512i fours[4] = {_mm512_unpacklo_epi16(low_a, low_b), _mm512_unpackhi_epi16(low_a, low_b),
                             _mm512_unpacklo_epi16(high_a, high_b), _mm512_unpackhi_epi16(high_a, high_b)};
   const __m512i a = _mm512_shuffle_i32x4(fours[0], fours[1], 0x44),
@@ -120,7 +120,8 @@ HWY_INLINE void put_columns(const Vectors<kRowsAtOnce>& rows, Bytes least, std::
   least_of_16 = static_cast<std::uint32_t>(_mm_cvtsi128_si32(four));
 }
 
-/// Ranks of the rows from y on in the plane y, z; false if all are out of the band.
+/// Computes the ranks of kRowsAtOnce rows from y on in the plane y, z. Returns false if all are beyond the
+/// reach.
 bool ranks_along_y(const Extent& e, BandedDistance& work, std::size_t y, std::size_t z) {
   const BandedDistance::Ranks& ranks = work.ranks;
   const auto stride = static_cast<std::ptrdiff_t>(e.length);
@@ -153,12 +154,12 @@ bool ranks_along_y(const Extent& e, BandedDistance& work, std::size_t y, std::si
   return any != 0;
 }
 
-/// The ranks or orders of a brick's 32 columns in four rows, one column after the other.
+/// Ranks or orders of a brick's 32 columns in four rows, column after column.
 using Columns = Vectors<kRowsAtOnce * workspace::kBrickEdge / kPad>;
 
-/// Puts orders into a brick, from `offset` on.
+/// Writes orders into a brick from `offset` on.
 HWY_INLINE void put_orders(const Columns& orders, std::int8_t* brick, std::size_t offset) {
-  // Rows within a tile, as they stand there: from 4 x + y to 4 y + x.
+  // Transposes each tile's rows to the brick's layout: from 4 x + y to 4 y + x.
   const __m512i turned =
       _mm512_broadcast_i32x4(_mm_setr_epi8(0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15));
   std::int8_t* to = brick + offset;
@@ -174,8 +175,9 @@ HWY_INLINE void put_orders(const Columns& orders, std::int8_t* brick, std::size_
   }
 }
 
-/// The least rank of the columns within reach of a brick's, which begin at `column`; or less. Takes words as
-/// they were written: a vector of them would have to wait for the memory.
+/// Returns the least rank, or less, of the columns within reach of a brick's columns, which begin at
+/// `column`. Reads single words as they were written: loading them as a vector would stall on the pending
+/// stores.
 HWY_INLINE std::uint8_t least_around(const Extent& e, const BandedDistance& work, std::size_t column) {
   const std::size_t first = (column - e.reach) / kLeastOf,
                     last = (column + workspace::kBrickEdge - 1 + e.reach) / kLeastOf;
@@ -188,7 +190,7 @@ HWY_INLINE std::uint8_t least_around(const Extent& e, const BandedDistance& work
       _mm_cvtsi128_si32(_mm_minpos_epu16(_mm_min_epu8(ranks, _mm_srli_epi16(ranks, 8)))));
 }
 
-/// Boundary voxels, of rows that begin at `first`, are marked as such.
+/// Marks the boundary voxels of rows that begin at `first`.
 HWY_INLINE void mark_boundary_columns(const SolidRows& solid, workspace::Index3 first, Columns& orders) {
   std::uint64_t low = 0, high = 0;
   const auto rows = solid.boundary<kRowsAtOnce>(first.x, first.y, first.z);
@@ -201,8 +203,8 @@ HWY_INLINE void mark_boundary_columns(const SolidRows& solid, workspace::Index3 
   orders[1].raw = _mm512_mask_mov_epi8(orders[1].raw, high, boundary);
 }
 
-/// Orders of a brick's columns in the rows that begin at `first`, from the ranks in the plane y, z; false if
-/// all are out of the band.
+/// Computes the orders of a brick's columns in the rows that begin at `first`, from the ranks in the plane y,
+/// z. Returns false if all are beyond the reach.
 HWY_INLINE bool orders_from_ranks(const Extent& e, const BandedDistance& work, std::size_t x,
                                   workspace::Index3 first, Columns& orders) {
   const BandedDistance::Ranks& ranks = work.ranks;
@@ -226,7 +228,8 @@ HWY_INLINE bool orders_from_ranks(const Extent& e, const BandedDistance& work, s
   return true;
 }
 
-/// The rows from y on of one slice, into the bricks; `in_band`: whether any of the slice is.
+/// Writes the orders of a slice's rows from y on into the bricks. `in_band`: whether anything of the slice is
+/// within reach.
 void rows_of_slice(const Extent& e, const BrickBlock& block, std::size_t y, std::size_t z, bool in_band,
                    BandedDistance& work) {
   const bool any = in_band && ranks_along_y(e, work, y, z);
@@ -245,10 +248,10 @@ void rows_of_slice(const Extent& e, const BrickBlock& block, std::size_t y, std:
   }
 }
 
-/// Rows of notes: as many as there may be, in whole vectors.
+/// Number of rows of notes, rounded up to whole vectors.
 std::size_t rows_noted(const Extent& e) { return (e.rows + 15) / 16 * 16; }
 
-/// Notes what rows of distances along z have in reach, as they come.
+/// Notes what the rows of distances along z have in reach, while they are computed.
 class RowNotes {
  public:
   static constexpr bool kWanted = true;
@@ -258,7 +261,7 @@ class RowNotes {
     work.row_notes.resize(e.nz / workspace::kBrickEdge * vectors_ * rows_);
   }
 
-  /// The first `known` rows are those that followed after the first block's rows last time.
+  /// Keeps the notes of the first `known` rows, which were the rows after the previous block's.
   void keep(std::size_t known) {
     for (std::size_t first = 0; first < work_.row_notes.size(); first += rows_) {
       const auto rows = work_.row_notes.begin() + static_cast<std::ptrdiff_t>(first);
@@ -281,7 +284,7 @@ class RowNotes {
   BandedDistance& work_;
 };
 
-/// The greatest closeness of a vector of columns in some rows of a slice.
+/// Returns the greatest closeness of a vector of columns in a range of rows of a slice.
 std::uint8_t greatest_closeness(const Extent& e, const BandedDistance& work, std::size_t x, SolidSpan rows,
                                 std::size_t z) {
   const std::uint8_t* from = work.closeness.data() + z * e.slice + kMoreOffsets * e.length + x;
@@ -291,7 +294,7 @@ std::uint8_t greatest_closeness(const Extent& e, const BandedDistance& work, std
   return static_cast<std::uint8_t>(255 - least_of(hn::Xor(most, hn::Set(kBytes, std::uint8_t{255}))));
 }
 
-/// Looks at the columns of a slice; false if they are all out of the band.
+/// Summarises the columns of a slice. Returns false if they are all beyond the reach.
 bool look_at_columns(const Extent& e, BandedDistance& work, std::size_t z) {
   bool any = false;
   const std::size_t rows = rows_noted(e);
@@ -305,7 +308,7 @@ bool look_at_columns(const Extent& e, BandedDistance& work, std::size_t z) {
     columns.span = {};
     std::uint64_t solid = 0;
     for (std::size_t y = 0; y < rows; y += 16) {
-      // Two bits a row: in reach, solid.
+      // Two bits for each row: in reach, solid.
       const std::uint32_t eight[2] = {_mm512_test_epi32_mask(_mm512_loadu_si512(notes + y), slice),
                                       _mm512_test_epi32_mask(_mm512_loadu_si512(notes + y + 8), slice)};
       const std::uint32_t both = eight[0] | eight[1] << 16;

@@ -6,8 +6,8 @@
 namespace phantom::layers::detail {
 namespace {
 
-/// Gives the voxels of tiles side by side an order: bit 4 t + dx of rows[4 dz + dy] is (dx, dy, dz) of tile
-/// t.
+/// Gives an order to the voxels of neighbouring tiles: bit 4 t + dx of rows[4 dz + dy] is voxel (dx, dy, dz)
+/// of tile t.
 void paint_tiles(const TileRows& rows, std::uint64_t any, std::int8_t order, std::int8_t* tiles) {
   constexpr std::uint32_t kEach = 0x01010101;
   const std::uint32_t four = static_cast<std::uint8_t>(order) * kEach;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Private to this library: an object's bricks made from bits, 64 voxels at a time.
+// Private to this library: builds an object's bricks from bits, 64 voxels at a time.
 
 #include <array>
 #include <cstdint>
@@ -13,21 +13,21 @@ namespace phantom::layers::detail {
 
 using TileRows = std::array<std::uint64_t, 16>;
 
-/// Collects the orders of an object, given as words of bits along x, as bricks of a part of a grid. What lies
-/// outside of the part is left out. Threads may paint at the same time as long as they paint in different
-/// layers of bricks along z.
+/// Collects an object's orders, given as words of bits along x, in the bricks of a part of a grid. Voxels
+/// outside the part are ignored. Threads may paint at the same time if they paint in different layers of
+/// bricks along z.
 class BrickPainter {
  public:
-  /// `part`: its corner is a brick's.
+  /// The corner of `part` must be a brick's corner.
   explicit BrickPainter(const workspace::VoxelBox& part);
 
-  /// Gives the voxels (x + bit, y, z) of 4 × 4 rows an order: rows[4 dz + dy]. `x` is a multiple of 64, y and
-  /// z of 4.
+  /// Gives an order to the voxels (x + bit, y, z) of 4 × 4 rows whose bits are set, with rows[4 dz + dy]. `x`
+  /// must be a multiple of 64, y and z of 4.
   void paint(std::int32_t x, std::int32_t y, std::int32_t z, const TileRows& rows, std::int8_t order);
-  /// The whole brick is interior, and nothing is painted in it. False, and nothing done, if it does not lie
-  /// within the part as a whole.
+  /// Marks a whole brick as interior; nothing else may be painted in it. Does nothing and returns false if
+  /// the brick does not lie wholly within the part.
   bool fill_interior(workspace::BrickKey key);
-  /// What was painted; the painter is empty then.
+  /// Returns the painted bricks and leaves the painter empty.
   workspace::ObjectBricks finish();
 
  private:

@@ -1,4 +1,4 @@
-// Private to this library: bytes looked up in a table of 256. Compiled once per instruction set.
+// Private to this library: looks bytes up in a table of 256. Compiled once for each instruction set.
 
 #if defined(PHANTOM_LAYERS_BYTE_LOOKUP_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef PHANTOM_LAYERS_BYTE_LOOKUP_INL
@@ -21,7 +21,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 constexpr hn::ScalableTag<std::uint8_t> kBytes;
 using Bytes = hn::Vec<decltype(kBytes)>;
 
-/// A table as rows of 16 that one instruction looks up; rows of nothing but 0 are left out.
+/// A table in rows of 16, each looked up by one instruction. Rows that hold only 0 are left out.
 class ByteLookup {
  public:
   /// Keeps a pointer to the 256 bytes.

@@ -15,29 +15,30 @@ namespace {
 
 constexpr std::int32_t kWord = 64, kTile = 4;
 
-/// Square of the radius that an element's cells may have: (m + ½)² = m² + m + ¼, of which integers see m² +
-/// m.
+/// Returns the greatest squared radius of an element's cells. For (m + ½)² = m² + m + ¼, integers only need
+/// m² + m.
 long long greatest_square(workspace::ShapingElement element, int m) {
   return element == workspace::ShapingElement::kSphere ? static_cast<long long>(m) * m
                                                        : static_cast<long long>(m) * m + m;
 }
 
-/// Where the tile that holds `at` ends, at most at `end`; both are in a box whose corner is at `min`.
+/// Returns the end of the tile that holds `at`, but at most `end`; all are in a box whose corner is at `min`.
 constexpr std::int32_t end_of_tile(std::int32_t at, std::int32_t min, std::int32_t end) {
   return std::min(end, ((at + min) | (kTile - 1)) + 1 - min);
 }
 
-/// Where there is anything that the layers within `part` come from, the layers themselves reaching up to
-/// `reach`: within reach, the solid; and between that and them, the layers that others follow. Not those that
-/// are beyond both along an axis: whatever follows them follows its neighbour towards the solid as well, for
-/// an element holds with a cell all those nearer to its middle along an axis.
+/// Returns the box of everything from which the layers within `part` grow, for layers that reach up to
+/// `reach`. It holds the solid within reach, and between the solid and the part the layers that others grow
+/// from. Layers beyond both along an axis are not needed. A voxel that grows from one of them also grows from
+/// its neighbour towards the solid, because an element that contains a cell also contains all cells nearer to
+/// its middle along an axis.
 workspace::VoxelBox needed_box(const workspace::VoxelBox& solid, const workspace::VoxelBox& part, int reach) {
   const workspace::VoxelBox laid = solid.grown(reach).intersection(part);
   return laid.empty() ? workspace::VoxelBox{} : laid.hull(solid.intersection(part.grown(reach)));
 }
 
-/// The box in which layers are laid: whole words along x, whole layers of bricks along z for the threads to
-/// share.
+/// Returns the box in which layers are laid: whole words along x, and along z whole layers of bricks, which
+/// the threads share.
 workspace::VoxelBox work_box(const workspace::VoxelBox& reached) {
   workspace::VoxelBox box = reached;
   box.min.x = reached.min.x & ~(kWord - 1);
@@ -45,7 +46,7 @@ workspace::VoxelBox work_box(const workspace::VoxelBox& reached) {
   return box;
 }
 
-/// The box, its lower corner moved to a brick's (which part's is).
+/// Returns the box with its lower corner moved to a brick's corner, as that of `part` is.
 workspace::VoxelBox whole_bricks(const workspace::VoxelBox& box, const workspace::VoxelBox& part) {
   workspace::VoxelBox whole = box;
   whole.min = {workspace::brick_along(box.min.x) * workspace::kBrickEdge,
@@ -78,18 +79,18 @@ class Growth {
     front_ = detail::MarkedBits(std::move(boundary));
   }
 
-  /// The next layer: what the element, centred on every voxel of the front, holds of free space.
+  /// Grows the next layer: the free voxels in the element centred on every voxel of the front.
   void grow(const detail::Element& element, std::int8_t order) {
     for_slabs([&](const Slab& slab) { grow(element, slab, order); });
     std::swap(front_, next_);
   }
-  /// The front becomes the whole solid.
+  /// Makes the whole solid the front.
   void start_from_solid() { front_ = detail::MarkedBits(filled_); }
   workspace::ObjectBricks finish() { return painter_.finish(); }
 
  private:
   struct Slab {
-    std::int32_t from_z, to_z;  // in the box
+    std::int32_t from_z, to_z;  // relative to the box
   };
   template <class Work>
   void for_slabs(const Work& work) {
@@ -115,7 +116,7 @@ class Growth {
   std::vector<Slab> slabs_;
 };
 
-/// What the box holds of a volume of bits.
+/// Copies the part of a volume of bits that lies in the box.
 void Growth::take(const workspace::BitVolume& bits, const workspace::VoxelBox& from,
                   workspace::BitVolume& to) const {
   const std::int32_t dx = from.min.x - box_.min.x;
@@ -138,7 +139,7 @@ void Growth::take(const workspace::BitVolume& bits, const workspace::VoxelBox& f
   }
 }
 
-/// Boundary and interior (what else is in filled_) into the bricks.
+/// Paints boundary and interior (everything else in filled_) into the bricks.
 void Growth::paint_solid(const workspace::BitVolume& boundary) {
   for_slabs([&](const Slab& slab) {
     for (std::int32_t y = 0; y < box_.size[1];) {
@@ -151,7 +152,7 @@ void Growth::paint_solid(const workspace::BitVolume& boundary) {
   });
 }
 
-/// The same for a row of bricks. Bricks that are interior throughout are not painted voxel by voxel.
+/// The same for a row of bricks. Bricks wholly in the interior are not painted voxel by voxel.
 void Growth::paint_solid(const workspace::BitVolume& boundary, const Slab& slab, std::int32_t from_y,
                          std::int32_t to_y) {
   const bool all_rows =
@@ -182,8 +183,8 @@ void Growth::paint_solid(const workspace::BitVolume& boundary, const Slab& slab,
   }
 }
 
-/// Gives an order to a word's voxels in rows of one layer of tiles, [from_y, to_y) × [from_z, to_z), that are
-/// set and wanted.
+/// Gives an order to the voxels of a word that are set and wanted, in the rows [from_y, to_y) × [from_z,
+/// to_z) of one layer of tiles.
 void Growth::paint_tiles(const workspace::BitVolume& bits, std::size_t word, std::int32_t from_y,
                          std::int32_t to_y, std::int32_t from_z, std::int32_t to_z, std::int8_t order,
                          std::uint64_t wanted) {
@@ -216,7 +217,7 @@ void Growth::grow(const detail::Element& element, const Slab& slab, std::int8_t 
   }
 }
 
-/// What is new in grown slices, of one layer of tiles, is the next front.
+/// Makes the new voxels of grown slices, of one layer of tiles, the next front.
 void Growth::settle(const detail::GrownSlices& grown, std::int32_t from_z, std::int32_t to_z,
                     std::int8_t order) {
   for (std::int32_t y = 0; y < box_.size[1]; y = end_of_tile(y, box_.min.y, box_.size[1]))

@@ -9,7 +9,7 @@
 namespace phantom::layers {
 namespace {
 
-/// How far out a voxel lies: 0 the body, 1 the guard, 1 + i layer i, beyond all of them free space.
+/// Returns how far out a voxel lies: 0 the body, 1 the guard, 1 + i layer i; free space is beyond them all.
 int rank_of(std::int8_t order, int layers) {
   if (order == workspace::kOrderFree) return layers + 2;
   if (order == workspace::kOrderGuard) return 1;
@@ -55,7 +55,7 @@ struct Sums {
 
 using LayerSums = std::array<Sums, kSides>;
 
-/// All faces between the voxels of one slice and their neighbours at lower addresses.
+/// Visits all faces between the voxels of one slice and their neighbours at lower addresses.
 class SliceFaces {
  public:
   SliceFaces(const detail::TriangleTree& tree, const workspace::Workspace& workspace,
@@ -78,7 +78,7 @@ class SliceFaces {
  private:
   void face(int a, int b, const Eigen::Vector3d& middle) {
     if (a == b) return;
-    // It is the outer face of every layer that one side still belongs to and the other does not.
+    // This is the outer face of every layer to which one side belongs and the other does not.
     const int inner = std::max(1, std::min(a, b)),
               outer = std::min(std::max(a, b), static_cast<int>(offsets_.size()));
     if (inner >= outer) return;

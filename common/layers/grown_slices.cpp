@@ -8,15 +8,15 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "common/layers/grown_slices.cpp"
-#include <hwy/foreach_target.h>  // once per instruction set
-// (keep this order)
+#include <hwy/foreach_target.h>  // compiled once for each instruction set
+// foreach_target.h must come before highway.h.
 #include <hwy/highway.h>
 
 #ifndef PHANTOM_LAYERS_GROWN_SLICES_SLOT
 #define PHANTOM_LAYERS_GROWN_SLICES_SLOT
 namespace phantom::layers::detail {
 
-/// Where a slice is gathered; null if it is not wanted.
+/// Where to add up a slice; null if it is not wanted.
 struct GrownSlot {
   std::uint64_t* words;
   std::uint8_t* written;
@@ -29,8 +29,8 @@ HWY_BEFORE_NAMESPACE();
 namespace phantom::layers::detail::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Writes the row widened by 0…m voxels on both sides to wide, wide + stride, … Before and behind the row are
-/// zeros, one word more than m voxels fill.
+/// Writes the row widened by 0…m voxels on both sides to wide, wide + stride, … The row must have zeros
+/// before and after it, one word more than m voxels fill.
 void Widen(const std::uint64_t* row, std::size_t words, int m, std::uint64_t* wide, std::size_t stride) {
   const hn::CappedTag<std::uint64_t, kGroup> d;
   for (std::size_t i = 0; i < words; i += hn::Lanes(d)) {
@@ -53,7 +53,7 @@ void Widen(const std::uint64_t* row, std::size_t words, int m, std::uint64_t* wi
   }
 }
 
-/// Adds what the element holds of row y, of `words` words, to slots[m + dz], −m ≤ dz ≤ m.
+/// Adds the element's voxels around row y, which has `words` words, to slots[m + dz], −m ≤ dz ≤ m.
 void AddRow(const std::uint64_t* from, const std::vector<std::vector<std::ptrdiff_t>>& offsets,
             const GrownSlot* slots, std::size_t y, std::size_t words) {
   const hn::CappedTag<std::uint64_t, kGroup> d;
@@ -88,11 +88,11 @@ HWY_EXPORT(AddRow);
 
 namespace {
 
-/// Words of a row in whole groups.
+/// Rounds the words of a row up to whole groups.
 std::size_t padded(std::size_t words) { return (words + kGroup - 1) / kGroup * kGroup; }
 
-/// Words from one slice to the next. Slices a power of two apart would have each row's words of all slices
-/// compete for the same places of the processor's caches, and wait for one another's writes.
+/// Returns the words from one slice to the next. If slices were a power of two apart, a row's words of all
+/// slices would compete for the same cache sets and wait for each other's writes.
 std::size_t apart(std::size_t slice_words, std::size_t slices) {
   constexpr std::size_t kPage = 4096 / sizeof(std::uint64_t);
   const std::size_t shift = std::max(kGroup, kPage / slices / kGroup * kGroup);
@@ -164,7 +164,7 @@ bool WidenedSlice::load(const MarkedBits& bits, std::int32_t z) {
     const std::size_t first = y - std::min(y, m), last = std::min(near_.size() - 1, y + m);
     std::memset(&near_[first], 1, last - first + 1);
   }
-  // Only now, so that no row is read while it is on its way to memory.
+  // Widening only starts here, so that no row is read while its stores are still pending.
   const auto widen = HWY_DYNAMIC_DISPATCH(Widen);
   for (const std::size_t y : loaded_) {
     widen(padded_row(y), stride_, m_, place(y), stride_);

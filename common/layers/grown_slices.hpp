@@ -14,8 +14,8 @@
 
 namespace phantom::layers::detail {
 
-/// An element as rows along x: cells −half…half at dy, by |dz|. All elements are the same both ways along
-/// each axis.
+/// One row along x of an element: cells −half…half at dy. Rows are grouped by |dz|. All elements are
+/// symmetric along each axis.
 struct ElementRow {
   int dy, half;
 };
@@ -25,22 +25,22 @@ struct Element {
 };
 Element element_of(workspace::ShapingElement shape, int m);
 
-/// Words of a row that are worked on together: rows are padded to them.
+/// Number of words of a row that are processed together; rows are padded to multiples of it.
 inline constexpr std::size_t kGroup = 8;
 using Words = hwy::AlignedFreeUniquePtr<std::uint64_t[]>;
 
-/// Bits, and which of their rows hold any: most hold nothing, and are not looked at.
+/// A volume of bits that records which of its rows hold any. Most rows are empty, and are skipped.
 class MarkedBits {
  public:
-  /// All 0.
+  /// Creates a volume of zeros.
   explicit MarkedBits(const std::array<std::int32_t, 3>& size);
-  /// The same bits; finds out which rows hold any.
+  /// Takes existing bits and finds out which rows hold any.
   explicit MarkedBits(workspace::BitVolume bits);
 
   const workspace::BitVolume& bits() const { return bits_; }
   std::uint64_t* row(std::int32_t y, std::int32_t z) { return bits_.row(y, z); }
   const std::uint64_t* row(std::int32_t y, std::int32_t z) const { return bits_.row(y, z); }
-  /// Whether a row holds any. Who writes bits keeps it so.
+  /// Whether a row holds any bit. Code that writes bits must keep this up to date.
   std::uint8_t& any(std::int32_t y, std::int32_t z) { return any_[index(y, z)]; }
   bool any(std::int32_t y, std::int32_t z) const { return any_[index(y, z)] != 0; }
 
@@ -53,25 +53,25 @@ class MarkedBits {
   std::vector<std::uint8_t> any_;
 };
 
-/// Every row of a slice widened along x by 0…m voxels on both sides; rows that hold nothing are 0.
+/// Every row of a slice widened along x by 0…m voxels on both sides. Rows without bits are 0.
 class WidenedSlice {
  public:
-  /// For slices of `rows` rows of `words` words.
+  /// Allocates memory for slices of `rows` rows of `words` words.
   WidenedSlice(const Element& element, std::int32_t rows, std::size_t words);
 
-  /// False if the slice is empty.
+  /// Loads slice z. Returns false if it is empty.
   bool load(const MarkedBits& bits, std::int32_t z);
 
   int m() const { return m_; }
-  /// Calls work(y, words) for the rows y that the element, centred on the slice's voxels, may reach. What it
-  /// holds there are the words that begin at offsets() from `words`.
+  /// Calls work(y, words) for the rows y that the element, centred on the slice's voxels, may reach. The
+  /// words that it contains there begin at offsets() from `words`.
   template <class Work>
   void for_rows_near(const Work& work) const {
     for (std::size_t y = 0; y < near_.size(); ++y) {
       if (near_[y] != 0) work(y, place(y));
     }
   }
-  /// By |dz|: one offset for every row of the element.
+  /// By |dz|: one offset for each row of the element.
   const std::vector<std::vector<std::ptrdiff_t>>& offsets() const { return offsets_; }
 
  private:
@@ -80,31 +80,31 @@ class WidenedSlice {
   }
 
   int m_;
-  std::size_t row_words_, stride_;   // of a row, and from one to the next
-  std::size_t padding_;              // words of 0 before and behind every row of rows_
+  std::size_t row_words_, stride_;   // of a row, and from one row to the next
+  std::size_t padding_;              // words of 0 before and after every row of rows_
   std::size_t place_words_;          // of m + 1 rows
-  std::vector<std::size_t> loaded_;  // rows that hold any
+  std::vector<std::size_t> loaded_;  // rows that hold any bit
   std::vector<std::uint8_t> near_;   // by row
   Words rows_;                       // [row][word], padded
-  Words words_;                      // [place][half][word]: rows, and m more before and behind
+  Words words_;                      // [place][half][word]: all rows, and m more before and after
   std::vector<std::vector<std::ptrdiff_t>> offsets_;  // by |dz|
 };
 
-/// What the element, centred on the voxels of slices, holds of the slices around: of as many at a time as it
-/// spans, and a few more.
+/// What the element, centred on the voxels of slices, contains in the slices around them. Holds as many
+/// slices at a time as the element spans, and a few more.
 class GrownSlices {
  public:
-  /// For 2 m + 1 + `more` slices of `rows` rows of `words` words.
+  /// Allocates memory for 2 m + 1 + `more` slices of `rows` rows of `words` words.
   GrownSlices(int m, std::int32_t more, std::int32_t rows, std::size_t words);
 
-  /// Adds what the element, centred on the voxels of slice z, holds of slices [from, to).
+  /// Adds what the element, centred on the voxels of slice z, contains in slices [from, to).
   void add(const WidenedSlice& slice, std::int32_t z, std::int32_t from, std::int32_t to);
-  /// A row; null if nothing was added.
+  /// Returns a row, or null if nothing was added to it.
   const std::uint64_t* row(std::int32_t y, std::int32_t z) const {
     const std::size_t slot = slot_of(z), at = static_cast<std::size_t>(y);
     return written_[slot * row_count_ + at] == 0 ? nullptr : words_.get() + slot * slot_words_ + at * stride_;
   }
-  /// Makes room for another slice.
+  /// Clears slice z to make room for another one.
   void clear(std::int32_t z);
 
  private:

@@ -3,7 +3,8 @@
 namespace phantom::layers {
 namespace {
 
-/// All that is not interior, as a solid of its own: its layers are those inside the body.
+/// Returns everything that is not interior as a solid of its own. Its outer layers are the body's inner
+/// layers.
 voxelise::SolidVoxels hollow(const voxelise::SolidVoxels& solid) {
   voxelise::SolidVoxels rest;
   rest.box = solid.box;
@@ -35,7 +36,7 @@ void lay_inside(const voxelise::SolidVoxels& solid, const workspace::LayerProfil
     const std::int8_t* depth = layers.orders(key);
     const std::int8_t* present = bricks.orders(key);
     if (present == nullptr) continue;
-    std::int8_t* orders = nullptr;  // the brick is only copied if something changes
+    std::int8_t* orders = nullptr;  // the brick is copied only if something changes
     for (std::size_t i = 0; i < workspace::kBrickVoxels; ++i) {
       if (depth[i] < 1 || depth[i] > workspace::kMaxLayers || present[i] != workspace::kOrderInterior)
         continue;

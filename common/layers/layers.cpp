@@ -39,7 +39,7 @@ OrderSteps steps_of(const workspace::LayerProfile& profile) {
 
 enum class Need : std::uint8_t { kNothing, kOrders, kInterior };
 
-/// What there is to do: per brick of a box of bricks.
+/// What to do for each brick of a box of bricks.
 struct Plan {
   workspace::BrickKey min;
   std::array<std::int32_t, 3> size{};
@@ -69,7 +69,7 @@ struct Bounds {
       high[axis] = first[axis] + 31 - std::countl_zero(bits[axis]);
     }
   }
-  /// Squared distance to the nearest voxel of a brick.
+  /// Returns the squared distance to the nearest voxel of a brick.
   std::int64_t square_to(workspace::BrickKey key) const {
     const std::array<std::int32_t, 3> brick{key.x * workspace::kBrickEdge, key.y * workspace::kBrickEdge,
                                             key.z * workspace::kBrickEdge};
@@ -130,7 +130,8 @@ Plan plan_for(const Cells& cells, int reach, const workspace::VoxelBox& part,
   return plan;
 }
 
-/// Bricks that are computed together: they share what lies around them, so more at once for a longer reach.
+/// Number of bricks that are computed together. They share their surroundings, so a longer reach calls for
+/// more.
 struct BlockShape {
   std::int32_t along_x, across;
 };
@@ -139,14 +140,14 @@ BlockShape shape_for(int reach) {
   return {kAlong, reach <= 32 ? 1 : reach <= 96 ? 2 : 4};
 }
 
-/// Blocks of one thread, one after the other along y: each takes over some of what the last one found out.
+/// Blocks of one thread, in sequence along y. Each reuses some results of the previous one.
 struct Task {
   workspace::BrickKey min;
   std::int32_t nx, ny, nz;           // bricks of a block
-  std::vector<std::int32_t> blocks;  // along y, rising: those with bricks that need orders
+  std::vector<std::int32_t> blocks;  // along y, rising: only those with bricks that need orders
 };
 
-/// Blocks of the bricks [from_x, to_x) of layers z…z + nz − 1, or none.
+/// Returns the blocks of bricks from `min` to `to_x` in nz layers; the task may have none.
 Task task_of(Plan& plan, workspace::BrickKey min, std::int32_t to_x, std::int32_t nz, std::int32_t across) {
   Task task{min, 0, across, nz, {}};
   std::int32_t first_x = to_x, last_x = min.x - 1;
@@ -179,7 +180,7 @@ std::vector<Task> tasks_of(Plan& plan, BlockShape shape) {
   return tasks;
 }
 
-/// Voxels of the last bricks that lie beyond the grid are free.
+/// Makes the voxels of the last bricks that lie beyond the grid free.
 void cut_off(const workspace::VoxelBox& part, workspace::BrickKey key, std::int8_t* orders) {
   const workspace::VoxelBox whole = workspace::box_of(key), inside = whole.intersection(part);
   if (inside.size == whole.size) return;

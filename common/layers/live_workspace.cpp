@@ -28,10 +28,10 @@ void append(std::vector<workspace::BrickKey>& to, const std::vector<workspace::B
   to.insert(to.end(), keys.begin(), keys.end());
 }
 
-/// Some bricks to spare: an array that must grow for a change moves all that is in it.
+/// Adds some spare bricks, because an array that grows moves all of its content.
 std::size_t with_room(std::size_t bricks) { return bricks + bricks / 8 + 64; }
 
-/// The options for one of several bodies, its progress being a part of the whole's.
+/// Returns the options for one of several bodies; its progress is a part of the total.
 ActivationOptions part_of(const ActivationOptions& whole, std::size_t index, std::size_t count) {
   ActivationOptions part = whole;
   if (whole.on_progress) {
@@ -132,7 +132,7 @@ core::Expected<WorkspaceChange> LiveWorkspace::apply(Objects next, std::vector<w
     workspace_ = std::move(recoded);
     reserved_bricks_ = with_room(all.size());
   } else {
-    reserve_for(touched);  // the last thing that can fail
+    reserve_for(touched);  // the last step that can fail
     merge(next, touched, workspace_, options.threads);
   }
   objects_ = std::move(next);
@@ -146,7 +146,7 @@ void LiveWorkspace::merge(const Objects& objects, std::span<const workspace::Bri
                           workspace::Workspace& workspace, int threads) const {
   std::vector<workspace::CodeTable> codes;
   std::vector<MergeEntry> entries;
-  codes.reserve(objects.size());  // entries point to them
+  codes.reserve(objects.size());  // entries point to them, so they must not move
   for (const auto& [id, object] : objects) {
     codes.push_back(workspace::code_table(object.profile, workspace.palette()));
     entries.push_back({object.bricks.get(), id, &codes.back(),
@@ -155,7 +155,7 @@ void LiveWorkspace::merge(const Objects& objects, std::span<const workspace::Bri
   merge_bricks(law_, entries, keys, workspace, threads);
 }
 
-/// Room for those bricks of `keys` that are not there yet.
+/// Reserves room for the bricks of `keys` that do not exist yet.
 void LiveWorkspace::reserve_for(std::span<const workspace::BrickKey> keys) {
   const auto is_new = [this](workspace::BrickKey key) { return !workspace_.has_brick(key); };
   const std::size_t count =

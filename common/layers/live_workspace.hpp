@@ -14,58 +14,58 @@
 
 namespace phantom::layers {
 
-/// What a change of the workspace did.
+/// The effect of a change of the workspace.
 struct WorkspaceChange {
-  std::uint64_t version = 0;                 ///< the version that has it
-  std::vector<workspace::BrickKey> changed;  ///< bricks whose content is new, rising
-  std::vector<workspace::BrickKey> removed;  ///< bricks that exist no more, rising
-  std::vector<BodyReport> reports;           ///< of the bodies that were activated for it
-  bool palette_changed = false;              ///< codes mean other viscosities: `changed` may be all bricks
-  double merge_s = 0.0;                      ///< by the options' stopwatch
+  std::uint64_t version = 0;                 ///< version of the workspace with the change
+  std::vector<workspace::BrickKey> changed;  ///< bricks with new content, in rising order
+  std::vector<workspace::BrickKey> removed;  ///< bricks that no longer exist, in rising order
+  std::vector<BodyReport> reports;           ///< of the bodies that the change activated
+  bool palette_changed = false;              ///< codes mean other viscosities, so `changed` may be all bricks
+  double merge_s = 0.0;                      ///< measured by the options' stopwatch
 };
 
-/// A body to be added; outlives the call only.
+/// A body to add. It need only live as long as the call.
 struct LiveBody {
   const Body* body = nullptr;
-  std::int64_t priority = 0;  ///< for MergeLaw::kObjectPriority: the greater prevails
+  std::int64_t priority = 0;  ///< for MergeLaw::kObjectPriority: the greater wins
 };
 
-/// A workspace whose objects come, move and go (spec 1.6). Keeps each object's own voxels beside the merged
-/// ones, so that a change costs the activation of one object and a new merge of the bricks that it left and
-/// entered.
+/// A workspace whose objects are added, moved and removed (spec 1.6). Keeps each object's own voxels besides
+/// the merged ones. So a change costs the activation of one object, and a new merge of the bricks that it
+/// left and entered.
 ///
-/// The workspace is always what the objects that are in it now make, activated all at once: no change leaves
-/// a trace. So its palette is theirs; an object that brings a μ of its own, or takes it away, shifts the
-/// codes of the others, and all bricks that hold a shifted code change with it.
+/// The workspace always equals the result of activating its present objects all at once: no change leaves a
+/// trace. So its palette is that of the present objects. An object that adds or removes a μ shifts the codes
+/// of the others, and all bricks that hold a shifted code change with it.
 ///
-/// Every call either succeeds as a whole or returns a Status (its message names the object) with everything
-/// as before. Not thread-safe, not real-time safe.
+/// Every call either succeeds as a whole, or returns a Status whose message names the object and leaves
+/// everything as before. Not thread-safe, not real-time safe.
 class LiveWorkspace {
  public:
-  /// Empty, of version 0.
+  /// Creates an empty workspace of version 0.
   LiveWorkspace(const workspace::GridSpec& grid, MergeLaw law) : law_(law), workspace_(grid, {0.0F}) {}
 
-  /// Called after each body with what was found about it and how many are done.
+  /// Called after each body with its report and the number of bodies done.
   using OnBody = std::function<void(const Body& body, const BodyReport& report, std::size_t done)>;
 
   /// Adds all of the bodies, or none. Refuses ids that are 0, 65535 or taken, and a version that does not
-  /// rise.
+  /// increase.
   core::Expected<WorkspaceChange> add(std::span<const LiveBody> bodies, std::uint64_t version,
                                       const ActivationOptions& options = {}, const OnBody& on_body = {});
-  /// Puts `body` in place of the object with its id: at another pose, or of another shape or profile. With
-  /// MergeLaw::kLatestObject it is the latest from then on.
+  /// Replaces the object that has the id of `body`, with another pose, shape or profile. With
+  /// MergeLaw::kLatestObject it becomes the latest.
   core::Expected<WorkspaceChange> move(const Body& body, std::uint64_t version,
                                        const ActivationOptions& options = {});
   core::Expected<WorkspaceChange> remove(std::uint16_t id, std::uint64_t version,
                                          const ActivationOptions& options = {});
 
   const workspace::Workspace& workspace() const { return workspace_; }
-  /// The workspace alone, for who wants no more changes.
+  /// Moves the workspace out, for callers that need no more changes.
   workspace::Workspace take() && { return std::move(workspace_); }
-  /// workspace().content_hash(), without a look at the voxels.
+  /// Equals workspace().content_hash(), without reading the voxels.
   std::uint64_t content_hash() const { return content_hash_; }
   std::size_t object_count() const { return objects_.size(); }
-  /// Memory of the objects' own voxels, besides the workspace's.
+  /// Memory of the objects' own voxels, not counting the workspace's.
   std::size_t object_bytes() const;
 
  private:
@@ -73,7 +73,7 @@ class LiveWorkspace {
     std::shared_ptr<const workspace::ObjectBricks> bricks;
     workspace::LayerProfile profile;
     std::int64_t priority = 0;
-    std::int64_t latest = 0;  ///< when it came or was moved last: rising numbers
+    std::int64_t latest = 0;  ///< rising number, given when it was added or last moved
   };
   using Objects = std::map<std::uint16_t, Object>;
 

@@ -11,7 +11,8 @@
 namespace phantom::layers {
 namespace {
 
-/// The strongest first: what a later one claims must be free, or of a higher μ and the same rank.
+/// Sorts by strength, the strongest first. A later entry gets only voxels that are free, or in which its μ is
+/// higher at the same rank.
 std::vector<MergeEntry> by_strength(MergeLaw law, std::span<const MergeEntry> entries) {
   std::vector<MergeEntry> sorted(entries.begin(), entries.end());
   if (law == MergeLaw::kHighestViscosity) {
@@ -29,7 +30,8 @@ struct Claim {
   const MergeEntry* entry;
 };
 
-/// Who claims what: claims[first[i]] … claims[first[i + 1] − 1] are those on keys[i], the strongest first.
+/// The claims on each brick: claims[first[i]] … claims[first[i + 1] − 1] are those on keys[i], the strongest
+/// first.
 struct Claims {
   std::vector<Claim> claims;
   std::vector<std::size_t> first;
@@ -52,12 +54,12 @@ Claims claims_on(std::span<const workspace::BrickKey> keys, const std::vector<Me
   return claims;
 }
 
-/// Whether the brick is one object's interior and needs no memory of its own.
+/// Returns whether the brick is one object's interior and needs no memory of its own.
 bool interior_alone(workspace::BrickKey key, std::span<const Claim> claims) {
   return claims.size() == 1 && claims[0].entry->bricks->is_interior(key);
 }
 
-/// Bricks of their own memory at most; all that are one object's interior share one's.
+/// Returns the greatest number of bricks with their own memory. All bricks inside one object share one.
 std::size_t most_made(std::span<const workspace::BrickKey> keys, const Claims& claims) {
   std::size_t own = 0;
   std::set<std::uint16_t> filled;
@@ -72,14 +74,14 @@ std::size_t most_made(std::span<const workspace::BrickKey> keys, const Claims& c
   return own + filled.size();
 }
 
-/// Where a brick is merged: nowhere if it is filled already; without labels if it shares its only object's.
+/// Where to merge a brick: all null if it is filled already; no labels if it shares those of its only object.
 struct Room {
   std::uint8_t* mu_code = nullptr;
   std::int8_t* order = nullptr;
   std::uint16_t* object = nullptr;
 };
 
-/// Gives every brick the memory that it needs, filled where that is all there is to it.
+/// Gives every brick the memory that it needs. Bricks that need no merge are filled here.
 std::vector<Room> make_room(std::span<const workspace::BrickKey> keys, const Claims& claims,
                             workspace::Workspace& workspace) {
   for (const workspace::BrickKey key : keys) workspace.remove_brick(key);
@@ -106,13 +108,13 @@ std::vector<Room> make_room(std::span<const workspace::BrickKey> keys, const Cla
   return rooms;
 }
 
-/// One thread's work space: codes that claims of a greater rank have set; they stay.
+/// One thread's work space: codes set by claims of a greater rank, which later claims cannot change.
 using Settled = std::array<std::uint8_t, workspace::kBrickVoxels>;
 
 void merge_brick(std::span<const Claim> claims, const Room& brick, Settled& kept) {
   const MergeEntry& first = *claims[0].entry;
   detail::codes_of(*first.codes, claims[0].orders, first.id, brick.mu_code, brick.object);
-  if (claims.size() == 1) return;  // it shares the object's orders
+  if (claims.size() == 1) return;  // the brick shares the object's orders
   std::memcpy(brick.order, claims[0].orders, workspace::kBrickVoxels);
   const std::uint8_t* settled = nullptr;
   for (std::size_t c = 1; c < claims.size(); ++c) {

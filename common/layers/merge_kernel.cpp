@@ -1,6 +1,6 @@
 #include "common/layers/merge_kernel.hpp"
 
-// Compiled once per instruction set; the best one that the machine has is picked when it runs.
+// Compiled once for each instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "common/layers/merge_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -19,7 +19,8 @@ HWY_INLINE Bytes load(const std::int8_t* from) {
 constexpr hn::ScalableTag<std::uint16_t> kShorts;
 constexpr hn::Rebind<std::uint8_t, decltype(kShorts)> kHalfBytes;
 
-/// Calls put(place, mask of the object ids from there on) for a vector of bytes that are chosen if not 0.
+/// Calls put(index, mask of the object ids from there on) for a vector of bytes; a byte is chosen if it is
+/// not 0.
 template <class Put>
 HWY_INLINE void for_ids(Bytes chosen, const Put& put) {
   HWY_ALIGN std::uint8_t bytes[HWY_MAX_BYTES];

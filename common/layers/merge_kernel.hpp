@@ -7,12 +7,13 @@
 
 namespace phantom::layers::detail {
 
-/// μ codes of kBrickVoxels orders; `objects` (may be null): `id` where there is one, else 0.
+/// Looks up the μ codes of kBrickVoxels orders. If `objects` is not null, sets it to `id` where there is a
+/// code, else to 0.
 void codes_of(const workspace::CodeTable& table, const std::int8_t* orders, std::uint16_t id,
               std::uint8_t* codes, std::uint16_t* objects);
 
-/// Takes the voxels in which an object's code is above that which is there, unless `settled` (may be null)
-/// has one there.
+/// Takes the voxels in which an object's code is higher than the present one, except those with a code in
+/// `settled` (may be null).
 void claim(const workspace::CodeTable& table, const std::int8_t* orders, std::uint16_t id,
            const std::uint8_t* settled, std::uint8_t* codes, std::int8_t* winners, std::uint16_t* objects);
 

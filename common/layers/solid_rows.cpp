@@ -8,8 +8,8 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "common/layers/solid_rows.cpp"
-#include <hwy/foreach_target.h>  // once per instruction set
-// (keep this order)
+#include <hwy/foreach_target.h>  // compiled once for each instruction set
+// foreach_target.h must come before highway.h.
 #include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
@@ -26,8 +26,8 @@ using Words = hn::CappedTag<std::uint64_t, SolidRows::kTile / 2>;
 constexpr Words kWords;
 constexpr std::size_t kTileWords = SolidRows::kTile / 2;  // of 64 bits
 
-/// The words of a row of 64 bits each, which begins `shift` bits later; zero beyond its ends. `at`: from its
-/// first word on, in the volume.
+/// Returns words of 64 bits of a row that begins `shift` bits later, with zeros beyond its ends. `at`: index
+/// in the volume of the row's first word; `part`: index of the first wanted word in the row.
 HWY_INLINE hn::Vec<Words> words_at(const SolidRows::TileSource& from,
                                    const workspace::LargeVector<std::uint64_t>& volume, std::size_t at,
                                    std::size_t part) {
@@ -40,7 +40,7 @@ HWY_INLINE hn::Vec<Words> words_at(const SolidRows::TileSource& from,
     earlier = hn::IfThenElseZero(hn::FirstN(kWords, left == 0 && part > from.words ? 0 : left + 1),
                                  hn::LoadU(kWords, words - 1));
     if (!before) earlier = hn::IfThenElse(hn::FirstN(kWords, 1), hn::Zero(kWords), earlier);
-  } else {  // the volume itself ends here
+  } else {  // near the volume's ends
     alignas(64) std::uint64_t row[kTileWords + 1] = {};
     for (std::size_t i = 0; i < std::min(left, lanes); ++i) row[i + 1] = volume[at + part + i];
     if (before && part <= from.words) row[0] = volume[at + part - 1];
@@ -51,7 +51,7 @@ HWY_INLINE hn::Vec<Words> words_at(const SolidRows::TileSource& from,
                 hn::ShiftRight<1>(hn::ShiftRightSame(earlier, 63 - from.shift)));
 }
 
-/// Words of 32 bits, two in each of 64.
+/// Loads words of 32 bits, two in each word of 64 bits.
 HWY_INLINE hn::Vec<Words> load_pairs(const std::uint32_t* words) {
 #if HWY_TARGET == HWY_SCALAR
   std::uint64_t pair;
@@ -71,8 +71,8 @@ HWY_INLINE void store_pairs(hn::Vec<Words> pairs, std::uint32_t* words) {
 #endif
 }
 
-/// Takes a tile's words [slice][column] and puts them where they belong, those of a column one after the
-/// other; `in_slice`: gathers what each slice has, [slice][column].
+/// Transposes a tile's words [slice][column] to columns, in which words follow each other along z. Also
+/// collects in `in_slice` [slice][column] what each slice has.
 void TakeTile(const SolidRows::TileSource& from, SolidRows::Tile& tile, std::size_t deep, std::size_t wide,
               std::uint32_t* to, std::size_t column_words, std::uint32_t* in_slice) {
   constexpr std::size_t kTile = SolidRows::kTile;
@@ -115,7 +115,7 @@ void TakeTile(const SolidRows::TileSource& from, SolidRows::Tile& tile, std::siz
                  low_ce = hn::BitCast(pairs, hn::InterleaveLower(d, c, e)),
                  high_ab = hn::BitCast(pairs, hn::InterleaveUpper(d, a, b)),
                  high_ce = hn::BitCast(pairs, hn::InterleaveUpper(d, c, e));
-      // Of each four columns the first, the second, … with four slices each.
+      // The first, second, … of each four columns, with four slices each.
       alignas(64) std::uint32_t columns[4][kTile];
       hn::Store(hn::BitCast(d, hn::InterleaveLower(pairs, low_ab, low_ce)), d, columns[0]);
       hn::Store(hn::BitCast(d, hn::InterleaveUpper(pairs, low_ab, low_ce)), d, columns[1]);
@@ -170,12 +170,12 @@ SolidRows::SolidRows(const voxelise::SolidVoxels& solid, int threads)
                      [&](std::size_t layer, std::size_t) { take_layer(static_cast<std::int32_t>(layer)); });
 }
 
-/// Rows of a tile that begins with these; asks the memory for those of a later tile.
+/// Returns the rows of a tile that begins at these indices. They include the rows of a later tile to
+/// prefetch.
 SolidRows::TileSource SolidRows::tile_source(std::size_t y, std::size_t z, std::size_t first_column) const {
   const std::size_t row = solid_.boundary.words_per_row(), rows = static_cast<std::size_t>(box_.size[1]),
                     first = first_column / 2;
-  constexpr std::size_t kAhead =
-      6;  // rows; the next slice is too far away for the processor to see what comes
+  constexpr std::size_t kAhead = 6;  // rows; the next slice is too far away for the hardware prefetcher
   const std::size_t at = (z * rows + y) * row + first;
   return {&solid_.boundary.words(),
           &solid_.inside.words(),
@@ -187,7 +187,7 @@ SolidRows::TileSource SolidRows::tile_source(std::size_t y, std::size_t z, std::
           first > 0};
 }
 
-/// Takes a layer of bricks, in tiles of columns and slices of one y.
+/// Processes a layer of bricks, in tiles of columns and slices of one y.
 void SolidRows::take_layer(std::int32_t layer) {
   const std::int32_t from_z = std::max(box_.min.z, (cells_.min.z + layer) * workspace::kBrickEdge);
   const std::int32_t to_z =
@@ -229,7 +229,7 @@ void SolidRows::take_layer(std::int32_t layer) {
   settle_cells(layer, to_z - from_z == workspace::kBrickEdge, inner);
 }
 
-/// What is left to be said of a layer's cells; `inner`: by y and column, where all slices are interior.
+/// Completes a layer's cells. `inner`: for each y and column, the voxels that are interior in all slices.
 void SolidRows::settle_cells(std::int32_t layer, bool whole_along_z,
                              const std::vector<std::uint32_t>& inner) {
   const auto columns = static_cast<std::size_t>(cells_.size[0]);

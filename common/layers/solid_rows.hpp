@@ -1,6 +1,6 @@
 #pragma once
 
-// Private to this library: a solid's voxels in the form in which layers are laid around it.
+// Private to this library: a solid's voxels in the form from which layers are computed.
 
 #include <hwy/cache_control.h>
 
@@ -15,61 +15,61 @@
 
 namespace phantom::layers::detail {
 
-/// What cubes of a brick's size hold of the solid, at bricks' places (which may lie beyond the grid). One
-/// entry per cube, x fastest.
+/// What cells of a brick's size, aligned with bricks, hold of the solid; they may lie beyond the grid. One
+/// entry for each cell, x fastest.
 struct Cells {
   std::size_t index(std::int32_t x, std::int32_t y, std::int32_t z) const {
     return (static_cast<std::size_t>(z) * static_cast<std::size_t>(size[1]) + static_cast<std::size_t>(y)) *
                static_cast<std::size_t>(size[0]) +
            static_cast<std::size_t>(x);
   }
-  /// Per axis: bit i is set if something is solid where the coordinate's last 5 bits are i.
+  /// For each axis, bit i is set if the cell holds a solid voxel whose coordinate's last 5 bits are i.
   struct Bits {
     std::uint32_t x = 0, y = 0, z = 0;
-    bool interior = false;  ///< throughout
+    bool interior = false;  ///< the whole cell
   };
 
-  workspace::Index3 min;  // a brick's address
+  workspace::Index3 min;  // brick address of the first cell
   std::array<std::int32_t, 3> size{};
   std::vector<Bits> bits;
 };
 
-/// A solid's voxels (boundary or interior) as columns of bits: 32 voxels along x, one word; words one after
-/// the other along z, then along y, so that what is looked at together stands together. Columns begin where
-/// bricks do.
+/// A solid's voxels (boundary or interior) as columns of bits. A word holds 32 voxels along x. Words follow
+/// each other along z, then along y, so that words used together are close in memory. Columns begin where
+/// bricks begin.
 class SolidRows {
  public:
-  /// Keeps a reference to the solid.
+  /// Keeps a reference to `solid`.
   SolidRows(const voxelise::SolidVoxels& solid, int threads);
 
   static constexpr std::size_t kReadBeyond = 8;
 
   static constexpr std::size_t kTile = 16;  // columns and slices: a cache line of either
-  /// Words of one y.
+  /// The words of kTile columns and slices at one y.
   struct Tile {
     alignas(64) std::uint32_t solid[kTile][kTile];  ///< [slice][column]
     alignas(64) std::uint32_t inner[kTile];         ///< [column]: interior in all slices
     alignas(64) std::uint32_t any[kTile];           ///< [column]: solid in any slice
   };
 
-  /// Where a tile's words come from: rows of bits, 64 a word.
+  /// Where a tile's words come from: rows of bits, 64 in a word.
   struct TileSource {
     const workspace::LargeVector<std::uint64_t>*boundary, *inside;
-    std::size_t at;     ///< word of the tile's first slice in both volumes
-    std::size_t ahead;  ///< the same of a tile to come
-    std::size_t layer;  ///< words from a slice to the next
-    std::size_t words;  ///< left of a row from there on; none if it ended before
-    int shift;          ///< bits by which a row begins behind its column's first
-    bool follows;       ///< whether the row has words before
+    std::size_t at;     ///< index of the word of the tile's first slice, in both volumes
+    std::size_t ahead;  ///< the same for a later tile
+    std::size_t layer;  ///< words from one slice to the next
+    std::size_t words;  ///< left in the row from `at` on; 0 if it ended before
+    int shift;          ///< bits between the start of the column and the start of the row
+    bool follows;       ///< whether the row has words before `at`
   };
 
-  /// What there is at one y, for slices within a range.
+  /// The words at one y, for slices within a range.
   struct Lines {
     std::int32_t first = 0,
                  last = 0;  ///< slices that have words, in addresses of the grid; all others are free
     std::size_t place = 0, united = 0, layers = 0;
   };
-  /// For slices within [from, to).
+  /// Returns the words at `y` for slices within [from, to).
   Lines lines(std::int32_t y, std::int32_t from, std::int32_t to) const noexcept {
     const std::int32_t in_y = y - box_.min.y;
     const std::int32_t first = std::max(from, box_.min.z), last = std::min(to, box_.min.z + box_.size[2]);
@@ -81,21 +81,21 @@ class SolidRows {
             row * static_cast<std::size_t>(cells_.size[2]) + static_cast<std::size_t>(layer),
             static_cast<std::size_t>(((last - 1) >> 5) - (first >> 5) + 1)};
   }
-  /// Words of the lines, one a slice, for the column of bricks `x`. kReadBeyond words more may be read,
-  /// whatever they are.
+  /// Returns the words of the lines, one for each slice, in the column of bricks `x`. kReadBeyond more words
+  /// may be read; their values are arbitrary.
   const std::uint32_t* words(const Lines& lines, std::int32_t x) const noexcept {
     const std::int32_t column = x - cells_.min.x;
     return column < 0 || column >= cells_.size[0]
                ? free_.data()
                : words_.data() + static_cast<std::size_t>(column) * column_words_ + lines.place;
   }
-  /// Asks the memory for the same words. (Where it is not inlined, GCC takes it for a function without
-  /// effect.)
+  /// Prefetches the same words. (If this is not inlined, GCC removes it as a function without effect.)
   HWY_INLINE void prefetch(const Lines& lines, std::int32_t x) const noexcept {
     const std::uint32_t* const from = words(lines, x);
     for (std::int32_t i = 0; i < lines.last - lines.first; i += 16) hwy::Prefetch(from + i);
   }
-  /// What is solid in any of the slices, and perhaps in others of the same layers of bricks.
+  /// Returns the voxels along x that are solid in any of the slices, or perhaps in other slices of the same
+  /// layers of bricks.
   std::uint32_t united(const Lines& lines, std::int32_t x) const noexcept {
     const std::int32_t column = x - cells_.min.x;
     if (column < 0 || column >= cells_.size[0]) return 0;
@@ -105,7 +105,7 @@ class SolidRows {
     for (std::size_t i = 0; i < lines.layers; ++i) all |= layer[i];
     return all;
   }
-  /// 64 voxels of the boundary from x on, in kCount rows from y on.
+  /// Returns 64 voxels of the boundary from x on, in kCount rows from y on.
   template <std::size_t kCount>
   std::array<std::uint64_t, kCount> boundary(std::int32_t x, std::int32_t y, std::int32_t z) const noexcept {
     std::array<std::uint64_t, kCount> bits{};

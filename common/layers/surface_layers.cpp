@@ -45,19 +45,19 @@ struct Cube {
   Eigen::Vector3d centre_vox() const {
     return Eigen::Vector3d(min.x, min.y, min.z) + Eigen::Vector3d::Constant(0.5 * edge);
   }
-  /// From its centre to the farthest centre of a voxel in it.
+  /// Returns the distance from the cube's centre to the farthest voxel centre in it.
   double radius_vox() const { return std::sqrt(3.0) * 0.5 * (edge - 1); }
 };
 
-/// Fills one brick. The distance changes by no more than the way between two points, so that a cube whose
-/// centre is far enough from every border between two layers lies in one of them altogether; others are
-/// halved.
+/// Fills one brick. Between two points, the distance to the surface changes by at most the distance between
+/// them. So if the distance of a cube's centre is far enough from every limit between two layers, the whole
+/// cube lies in one layer. Other cubes are halved along each axis.
 class BrickOfSurface {
  public:
   BrickOfSurface(const detail::TriangleTree& tree, const Bands& bands, const voxelise::SolidVoxels& solid)
       : tree_(tree), bands_(bands), solid_(solid) {}
 
-  /// Null if the surface is too far away.
+  /// Returns null if the surface is too far away.
   std::unique_ptr<std::int8_t[]> operator()(workspace::BrickKey key) {
     orders_.reset();
     const Cube brick{workspace::box_of(key).min, workspace::kBrickEdge};
@@ -68,7 +68,7 @@ class BrickOfSurface {
   }
 
  private:
-  static constexpr double kRounding = 1e-6;  // voxels; far above that of double precision
+  static constexpr double kRounding = 1e-6;  // in voxels; far above the rounding of double precision
 
   void fill(const Cube& cube, const detail::NearestPoint& nearest) {
     const double radius = cube.radius_vox() + kRounding, distance = nearest.distance_vox;
@@ -80,11 +80,11 @@ class BrickOfSurface {
       const Cube eighth{{cube.min.x + (part & 1) * half, cube.min.y + (part >> 1 & 1) * half,
                          cube.min.z + (part >> 2) * half},
                         half};
-      if (is_solid(eighth)) continue;  // settled later
+      if (is_solid(eighth)) continue;  // settle() sets these voxels
       fill(eighth, tree_.nearest_with_guess(eighth.centre_vox(), nearest.triangle));
     }
   }
-  /// Whether every voxel is interior or boundary, as far as small cubes go.
+  /// Returns whether every voxel of a small cube is interior or boundary; false for larger cubes.
   bool is_solid(const Cube& cube) const {
     if (cube.edge > 4) return false;
     const workspace::VoxelBox& box = solid_.box;
@@ -127,7 +127,7 @@ bool contains(const workspace::VoxelBox& box, workspace::Index3 v) {
          v.y < box.min.y + box.size[1] && v.z < box.min.z + box.size[2];
 }
 
-/// The solid's voxels, and what lies beyond the part, over what the distance said.
+/// Overwrites the orders of the solid's voxels and of voxels beyond the part.
 void settle(const voxelise::SolidVoxels& solid, const workspace::VoxelBox& part, workspace::BrickKey key,
             std::unique_ptr<std::int8_t[]>& orders) {
   bool any = false;
@@ -191,7 +191,7 @@ workspace::ObjectBricks surface_bricks(const geometry::TriangleMesh& mesh_W,
       auto orders = brick(key);
       settle(solid, part, key, orders);
       if (!orders) continue;
-      if (all_interior(orders.get())) orders.reset();  // one block of memory for all such bricks
+      if (all_interior(orders.get())) orders.reset();  // all such bricks share one block of memory
       parts[row].push_back({key, std::move(orders)});
     }
     const std::size_t now = ++done;

@@ -7,7 +7,7 @@
 namespace phantom::layers::detail {
 namespace {
 
-/// The box of float numbers around corners of double precision: rounded outwards, so that nothing is cut off.
+/// Returns the float box around corners of double precision, rounded outwards so that nothing is cut off.
 geometry::BoundingBox box_around(const std::array<Eigen::Vector3d, 3>& corners) {
   geometry::BoundingBox box;
   for (const Eigen::Vector3d& corner : corners) box.extend(corner.cast<float>());
@@ -49,7 +49,7 @@ NearestPoint TriangleTree::nearest_with_guess(const Eigen::Vector3d& p_vox, std:
 }
 
 NearestPoint TriangleTree::search(const Eigen::Vector3d& p_vox, double limit_vox, NearestPoint best) const {
-  constexpr double kRounding = 1.0 + 1e-12;  // never cut off what is as near
+  constexpr double kRounding = 1.0 + 1e-12;  // keeps points that are equally near
   double least = limit_vox * limit_vox * kRounding;
   tree_.near(p_vox, least, [&](std::uint32_t triangle) {
     const NearestPoint there = on_triangle(p_vox, triangle);

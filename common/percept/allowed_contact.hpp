@@ -6,17 +6,17 @@
 
 namespace phantom::percept {
 
-/// Objects that the arm, or one of its links, is meant to touch: their fluid counts as free space there, for
-/// drag and for alerts, because intended contact must not be fought. Where fluids overlap a voxel belongs to
-/// the object of greater μ alone: the fluid of another object that such a voxel hides is muted with it.
-/// Bounded; copying takes no heap.
+/// Objects that the arm, or one of its links, may touch. Their fluid counts as free space there, for drag and
+/// for alerts, so that intended contact is not resisted. Where fluids overlap, a voxel belongs only to the
+/// object of greater μ. Muting that object also mutes the fluid of the other object in the voxel. Bounded;
+/// copying uses no heap.
 class AllowedContact {
  public:
   static constexpr std::size_t kMost = 16;
-  static constexpr std::size_t kWholeArm =
-      0;  ///< as link: the base does not move, so that its number is free
+  /// Link number that means the whole arm; it is free because link 0, the base, does not move.
+  static constexpr std::size_t kWholeArm = 0;
 
-  /// Mutes `object` (1 or more) on link `link`, or on the whole arm. False if there is no place left.
+  /// Mutes `object` (1 or more) on link `link`, or on the whole arm. Returns false if there is no room.
   bool add(std::uint16_t object, std::size_t link) noexcept {
     if (count_ == kMost) return false;
     entries_[count_++] = {object, link};
@@ -25,13 +25,13 @@ class AllowedContact {
   std::size_t size() const noexcept { return count_; }
   friend bool operator==(const AllowedContact&, const AllowedContact&) = default;
 
-  /// Calls visit(object, link) for each.
+  /// Calls visit(object, link) for each entry.
   template <class Visit>
   void for_each(Visit&& visit) const {
     for (std::size_t i = 0; i < count_; ++i) visit(entries_[i].object, entries_[i].link);
   }
 
-  /// Whether anything is muted on this link: if not, no voxel's object need be looked at.
+  /// Returns whether anything is muted on this link. If not, the voxels' objects need not be looked up.
   bool concerns(std::size_t link) const noexcept {
     for (std::size_t i = 0; i < count_; ++i) {
       if (entries_[i].link == kWholeArm || entries_[i].link == link) return true;

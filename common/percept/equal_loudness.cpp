@@ -10,9 +10,9 @@ namespace {
 /// A row of table 1 of ISO 226:2003.
 struct Row {
   double frequency_Hz;
-  double exponent;      // α_f, of loudness perception
+  double exponent;      // α_f, exponent of loudness perception
   double transfer_dB;   // L_U, linear transfer function normalised at 1 kHz
-  double threshold_dB;  // T_f, of hearing
+  double threshold_dB;  // T_f, threshold of hearing
 };
 constexpr std::array<Row, 29> kTable{{
     {20, 0.532, -31.6, 78.5},    {25, 0.506, -27.2, 68.7},   {31.5, 0.480, -23.0, 59.5},

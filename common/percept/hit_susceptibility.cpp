@@ -70,8 +70,7 @@ AlertEvents HitMonitor::step(const std::optional<HitCandidate>& candidate, doubl
   if (active_) {
     const bool elsewhere = candidate->link != active_->at.link || candidate->object != active_->at.object;
     const bool graver = rule_ == HitRule::kVeryClose && active_->rule != HitRule::kVeryClose;
-    // Another place must be threatened in its own right, not only by the lowered limit of the alert that is
-    // up.
+    // A new place must exceed the full limit, not only the limit that the present alert lowers.
     const bool in_its_own_right = assess_hit(candidate->situation, thresholds_) != HitRule::kNone;
     if (!graver && !(elsewhere && in_its_own_right)) return events;
   }

@@ -19,7 +19,7 @@ std::string number(double value) {
 
 bool positive(double value) { return std::isfinite(value) && value > 0.0; }
 
-/// `gamma` over gaps of the given widths, from the object outwards.
+/// Returns γ at `distance` from the object, over gaps of the given widths, from the object outwards.
 double gamma_along(const std::vector<double>& widths, const std::vector<double>& gamma, double distance,
                    MpcTransition transition) {
   double from = 0.0;

@@ -5,8 +5,8 @@
 namespace phantom::percept {
 namespace {
 
-/// Sum of offsets of the voxels that hold one extreme code; whole numbers, so that equal zones cancel
-/// exactly.
+/// Sum of the offsets of the voxels that hold one extreme code. Integers make the offsets of equal zones
+/// cancel exactly.
 struct Extreme {
   int code;
   std::int64_t x = 0, y = 0, z = 0, count = 0;

@@ -58,7 +58,8 @@ Tone tone_of(const ToneLaw& law, double closeness, double speed_m_s) noexcept {
 
 ToneSynthesizer::ToneSynthesizer(double sample_rate_Hz, double smoothing_s, double alarm_gain)
     : sample_rate_Hz_(sample_rate_Hz),
-      share_(1.0 - std::exp(-2.0 / (smoothing_s * sample_rate_Hz))),  // half of the smoothing in each filter
+      share_(1.0 -
+             std::exp(-2.0 / (smoothing_s * sample_rate_Hz))),  // each filter does half of the smoothing
       alarm_level_(alarm_gain) {}
 
 void ToneSynthesizer::set_tone(const Tone& tone) noexcept {
@@ -88,7 +89,7 @@ void ToneSynthesizer::advance_burst() noexcept {
     alarm_frequency_Hz_ = pulse.frequency_Hz;
     alarm_gain_.target = alarm_level_ * burst_gain(alarm_);
   } else {
-    alarm_gain_.target = 0.0;  // fades at the pitch it has
+    alarm_gain_.target = 0.0;  // fades at its present pitch
   }
   alarm_time_s_ += 1.0 / sample_rate_Hz_;
   if (alarm_time_s_ < pulse.on_s + pulse.off_s) return;
@@ -111,7 +112,8 @@ double ToneSynthesizer::next_alarm() noexcept {
   if (gain < kInaudible && alarm_gain_.target <= 0.0) return 0.0;
   alarm_phase_ += alarm_frequency_Hz_ / sample_rate_Hz_;
   alarm_phase_ -= std::floor(alarm_phase_);
-  // The first four terms of a square wave, whose sum stays below 1: reedy, unlike the percept's pure tone.
+  // The first four terms of a square wave. Their sum stays below 1 and sounds reedy, unlike the percept's
+  // pure tone.
   const double s = std::sin(kTurn * alarm_phase_), q = s * s;
   const double third = 3.0 - 4.0 * q;
   const double fifth = 5.0 + q * (-20.0 + 16.0 * q);

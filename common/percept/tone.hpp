@@ -22,60 +22,65 @@ enum class LevelLaw {
   kLinear        ///< rest + (full − rest)·s
 };
 
-/// Dual-function tone law (spec 4.1): pitch codes closeness, level codes speed. Constant after configuration.
+/// Dual-function tone law (spec 4.1): pitch encodes closeness, level encodes speed. Constant after
+/// configuration.
 struct ToneLaw {
   PitchLaw pitch = PitchLaw::kExponential;
-  double pitch_exponent = 2.0;       ///< of PitchLaw::kPower, > 0
-  double min_frequency_Hz = 220.0;   ///< at the outer rim of the outermost layer, > 0
+  double pitch_exponent = 2.0;       ///< for PitchLaw::kPower, > 0
+  double min_frequency_Hz = 220.0;   ///< at the outer face of the outermost layer, > 0
   double max_frequency_Hz = 1760.0;  ///< at the surface, > min_frequency_Hz
   LevelLaw level = LevelLaw::kPower;
-  double speed_exponent = 0.5;   ///< of LevelLaw::kPower, > 0; below 1 spreads the slow motions
+  double speed_exponent = 0.5;   ///< for LevelLaw::kPower, > 0; below 1 spreads the slow motions
   double rest_gain = 0.08;       ///< amplitude at standstill near an object, 0 < rest ≤ full
   double full_gain = 0.6;        ///< amplitude at full_speed_m_s and above, ≤ 1
   double full_speed_m_s = 0.25;  ///< > 0
-  double loudness_phon = 60.0;   ///< contour that levels the pitch range (see loudness_factor); 0: none
+  /// Loudness level at which all pitches sound equally loud (see loudness_factor); 0: off.
+  double loudness_phon = 60.0;
 };
 
-/// A sine: frequency and amplitude (1 = full scale).
+/// A sine tone: frequency and amplitude (1 = full scale).
 struct Tone {
   double frequency_Hz = 0.0;
   double gain = 0.0;
 };
 
-/// Tone of a sensor at `closeness` (0 free space … 1 at the surface, clamped) moving at `speed_m_s` (≥ 0).
-/// Gain is 0 only in free space. Values that are not finite give silence. Real-time safe: yes.
+/// Returns the tone of a sensor at `closeness` (0 in free space … 1 at the surface, clamped) that moves at
+/// `speed_m_s` (≥ 0). The gain is 0 only in free space. Values that are not finite give silence. Real-time
+/// safe: yes.
 Tone tone_of(const ToneLaw& law, double closeness, double speed_m_s) noexcept;
 
-/// Amplitude factor, at most 1, that makes all pitches of the law's range equally loud: the equal-loudness
-/// contour of ISO 226 at the law's loudness level, scaled so that the pitch the ear hears least keeps its
-/// whole amplitude. 1 if the law does not ask for it. Real-time safe: yes.
+/// Returns the amplitude factor, at most 1, that makes all pitches of the law's range equally loud. It
+/// follows the equal-loudness contour of ISO 226 at the law's loudness level, scaled so that the pitch to
+/// which the ear is least sensitive keeps its full amplitude. Returns 1 if the law's loudness level is 0.
+/// Real-time safe: yes.
 double loudness_factor(const ToneLaw& law, double frequency_Hz) noexcept;
 
-/// Renders a percept tone and bursts of alarms. Pitch and level follow their targets through two
-/// equal first-order filters in series (smoothing_s in all), so that jumps of the targets neither click nor
-/// lag audibly; both phases are continuous. Their sum is never outside ±1 while full_gain +
-/// alarm_gain ≤ 1. Not thread-safe.
+/// Renders a percept tone and bursts of alarms. Pitch and level follow their targets through two equal
+/// first-order filters in series (smoothing_s in all), so jumps of the targets neither click nor lag audibly.
+/// Both phases are continuous. The sum of tone and alarm stays within ±1 while full_gain + alarm_gain ≤ 1.
+/// Not thread-safe.
 class ToneSynthesizer {
  public:
   explicit ToneSynthesizer(double sample_rate_Hz = 48000.0, double smoothing_s = 0.010,
                            double alarm_gain = 0.3);
 
-  /// What the sound glides to. From silence the pitch is taken at once, so that a sound does not begin with a
-  /// sweep. A tone of gain 0 fades out at the pitch it has. Values that are not finite count as silence.
-  /// Real-time safe: yes.
+  /// Sets the tone that the sound approaches. From silence the pitch is taken at once, so that a sound does
+  /// not begin with a sweep. A tone of gain 0 fades out at its present pitch. Values that are not finite
+  /// count as silence. Real-time safe: yes.
   void set_tone(const Tone& tone) noexcept;
-  /// Plays the burst of `alarm` once, from its beginning; what was being played fades. kNone: fades only.
-  /// Real-time safe: yes.
+  /// Plays the burst of `alarm` once, from its beginning; a burst in progress fades out. kNone only fades
+  /// out. Real-time safe: yes.
   void start_alarm(Alarm alarm) noexcept;
-  /// Whose burst is being played. Real-time safe: yes.
+  /// Returns the alarm whose burst is playing. Real-time safe: yes.
   Alarm alarm() const noexcept { return alarm_; }
-  /// The next samples of percept and alarm, each for itself; both spans of one length. Real-time safe: yes.
+  /// Renders the next samples of percept and alarm separately; both spans have the same length. Real-time
+  /// safe: yes.
   void render(std::span<float> percept, std::span<float> alarm) noexcept;
-  /// The next samples of both together. Real-time safe: yes.
+  /// Renders the next samples of percept and alarm added together. Real-time safe: yes.
   void render(std::span<float> mono) noexcept;
 
  private:
-  /// Value that glides to its target without a corner.
+  /// A value that approaches its target through two first-order filters.
   struct Glide {
     double target = 0.0, first = 0.0, value = 0.0;
     void snap(double to) noexcept { target = first = value = to; }
@@ -83,7 +88,7 @@ class ToneSynthesizer {
       first += share * (target - first);
       value += share * (first - value);
       if (std::abs(target - first) < 1e-9 && std::abs(target - value) < 1e-9)
-        first = value = target;  // no denormals
+        first = value = target;  // avoids denormals
       return value;
     }
   };
@@ -93,7 +98,7 @@ class ToneSynthesizer {
 
   double sample_rate_Hz_, share_, alarm_level_;
   Glide log_frequency_, gain_, alarm_gain_;
-  double phase_ = 0.0, alarm_phase_ = 0.0;  // turns, 0…1
+  double phase_ = 0.0, alarm_phase_ = 0.0;  // in turns, 0…1
   Alarm alarm_ = Alarm::kNone;
   std::size_t alarm_pulse_ = 0;
   double alarm_time_s_ = 0.0, alarm_frequency_Hz_ = 440.0;  // time since the pulse began

@@ -5,7 +5,7 @@
 namespace phantom::percept {
 namespace {
 
-// Ten pulses: three, two, and both again. `rest_s` between the halves.
+// Ten pulses: three and two, then three and two again, with `kRest_s` between the halves.
 constexpr std::array<AlarmPulse, 10> ten_pulses(double three_Hz, double two_Hz) {
   constexpr double kOn_s = 0.150, kGap_s = 0.100, kRest_s = 0.600;
   std::array<AlarmPulse, 10> pulses{};

@@ -5,13 +5,13 @@
 
 namespace phantom::percept {
 
-/// What sounds apart from the percept, the gravest last. Alarms come in bursts of pulses with odd harmonics,
-/// where the percept is a continuous pure tone.
+/// Alarms that sound besides the percept, in order of rising severity. Alarms are bursts of pulses with odd
+/// harmonics; the percept is a continuous pure tone.
 enum class Alarm {
   kNone,
-  kMutedContact,    ///< an allowed contact is being touched: it is not felt
-  kWorkspaceAged,   ///< the percept counts, but the model may lag behind the cell
-  kWorkspaceStale,  ///< the model cannot be relied on: there is no percept
+  kMutedContact,    ///< the arm touches an allowed object, whose fluid it does not feel
+  kWorkspaceAged,   ///< the percept is valid, but the model may lag behind the cell
+  kWorkspaceStale,  ///< the model is not reliable: there is no percept
   kLinkLost,        ///< master, slave or phantom is silent or degraded
   kUnsafeMotion,    ///< a hit threatens
   kDriveFault,
@@ -19,11 +19,11 @@ enum class Alarm {
 };
 inline constexpr std::size_t kAlarmCount = 8;
 
-/// As in IEC 60601-1-8: how soon somebody must act.
+/// How soon somebody must act, as in IEC 60601-1-8.
 enum class AlarmPriority { kInformation, kLow, kMedium, kHigh };
-/// Real-time safe: yes.
+/// Returns the priority of an alarm. Real-time safe: yes.
 AlarmPriority priority_of(Alarm alarm) noexcept;
-/// For people: "emergency stop". Real-time safe: yes.
+/// Returns the alarm's name for display, such as "emergency stop". Real-time safe: yes.
 const char* name_of(Alarm alarm) noexcept;
 
 /// A pulse of a burst and the pause after it.
@@ -31,13 +31,13 @@ struct AlarmPulse {
   double frequency_Hz = 0.0;
   double on_s = 0.0, off_s = 0.0;
 };
-/// The burst of `alarm`; empty for kNone. High, medium and low priority keep to the pulse counts and times
-/// of IEC 60601-1-8:2006, tables 3 and 4 (ten pulses 3-2-3-2, three, two); unsafe motion, which must be
-/// heard within a fraction of a second, is faster than any of them. Real-time safe: yes.
+/// Returns the burst of `alarm`; empty for kNone. High, medium and low priority have the pulse counts and
+/// times of IEC 60601-1-8:2006, tables 3 and 4 (ten pulses 3-2-3-2, three, two). Unsafe motion must be heard
+/// within a fraction of a second, so its burst is faster than any of them. Real-time safe: yes.
 std::span<const AlarmPulse> alarm_burst(Alarm alarm) noexcept;
-/// From the first pulse to the end of the last. Real-time safe: yes.
+/// Returns the time from the first pulse to the end of the last. Real-time safe: yes.
 double burst_duration_s(Alarm alarm) noexcept;
-/// Loudness of the burst against alarms of high priority, 0…1. Real-time safe: yes.
+/// Returns the amplitude of the burst relative to alarms of high priority, 0…1. Real-time safe: yes.
 double burst_gain(Alarm alarm) noexcept;
 
 }  // namespace phantom::percept

@@ -19,7 +19,7 @@ struct Quadrature {
   std::array<double, kNodes> node, weight;  // on −1…1
 };
 
-/// Gauss and Legendre's nodes, by Newton's method.
+/// Gauss–Legendre nodes and weights, by Newton's method.
 Quadrature gauss_legendre() {
   Quadrature rule{};
   for (int i = 0; i < kNodes; ++i) {
@@ -41,7 +41,7 @@ Quadrature gauss_legendre() {
   return rule;
 }
 
-/// Area of the disc of radius rho around 0 within [0,y]×[0,z]; odd in y and z.
+/// Area of the disc of radius rho around the origin that lies in [0,y]×[0,z]; odd in y and z.
 double corner_area(double y, double z, double rho) {
   const double sign = (y < 0.0) != (z < 0.0) ? -1.0 : 1.0;
   y = std::min(std::abs(y), rho), z = std::min(std::abs(z), rho);
@@ -54,7 +54,7 @@ double corner_area(double y, double z, double rho) {
   return sign * (meets * z + under_arc(y) - under_arc(meets));
 }
 
-/// Area of the disc of radius rho within the unit square around (y,z).
+/// Area of the disc of radius rho around the origin that lies in the unit square centred at (y,z).
 double disc_in_square(int y, int z, double rho) {
   if (!(rho > 0.0)) return 0.0;
   return corner_area(y + 0.5, z + 0.5, rho) - corner_area(y - 0.5, z + 0.5, rho) -
@@ -70,8 +70,8 @@ double fraction_in_sphere(int x, int y, int z, double radius_vox) {
   const auto near = [](int i) { return std::max(0.0, std::abs(i) - 0.5); };
   if (far(x) * far(x) + far(y) * far(y) + far(z) * far(z) <= r2) return 1.0;
   if (near(x) * near(x) + near(y) * near(y) + near(z) * near(z) >= r2) return 0.0;
-  // Slices along x are discs cut by a square, in closed form; their area is smooth between the places where
-  // the disc reaches an edge or a corner of the square.
+  // The slices of the sphere along x are discs cut by a square, whose area has a closed form. That area is
+  // smooth between the positions at which the disc reaches an edge or a corner of the square.
   std::vector<double> cuts{x - 0.5, x + 0.5};
   const auto add = [&](double square) {
     if (square > r2) return;
@@ -90,7 +90,7 @@ double fraction_in_sphere(int x, int y, int z, double radius_vox) {
   for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
     const double half = 0.5 * (cuts[i + 1] - cuts[i]), middle = 0.5 * (cuts[i + 1] + cuts[i]);
     for (std::size_t n = 0; n < kNodes; ++n) {
-      // x = middle + half·sin(πu/2) takes the square roots at the ends of an interval away.
+      // The substitution x = middle + half·sin(πu/2) removes the square roots at an interval's ends.
       const double angle = 0.5 * std::numbers::pi * rule.node[n];
       const double at = middle + half * std::sin(angle);
       volume += rule.weight[n] * half * 0.5 * std::numbers::pi * std::cos(angle) *
@@ -155,7 +155,6 @@ ClusterStencil::ClusterStencil(const ClusterSpec& spec)
   }
 }
 
-/// For each place of the zone's lowest voxel in its tile: which voxels of each tile count.
 void ClusterStencil::mask_tiles() {
   for (int place = 0; place < 64; ++place) {
     const int px = place & 3, py = place >> 2 & 3, pz = place >> 4;
@@ -175,14 +174,14 @@ namespace {
 
 std::uint32_t within_brick(std::int32_t v) { return static_cast<std::uint32_t>(v) & 31U; }
 
-/// Four sums and two greatest codes at work, so that additions overlap.
+/// Four running sums and two greatest codes, so that the additions can overlap.
 template <bool kWeighted>
 struct Tally {
   const double* response;
   double sum[4] = {};
   unsigned greatest[2] = {};
 
-  /// n voxels at codes[column[i]], with weights w.
+  /// Adds n voxels at codes[column[i]], with weights w.
   void add(const std::uint8_t* codes, const std::uint32_t* column, const double* w, int n) noexcept {
     const auto one = [&](int i, int lane) {
       const unsigned code = codes[column[i]];
@@ -199,10 +198,10 @@ struct Tally {
 
 }  // namespace
 
-/// At most two bricks along each axis, whose slots are looked up once.
+/// The zone's bricks, at most two along each axis; each slot is looked up only once.
 struct ClusterStencil::Bricks {
   workspace::BrickKey low, high;
-  std::array<const std::uint8_t*, 8> codes;  // by corner: 1 for the higher one along x, 2 y, 4 z
+  std::array<const std::uint8_t*, 8> codes;  // index: sum of 1 for the higher brick along x, 2 for y, 4 for z
 
   Bricks(const workspace::Workspace& workspace, workspace::Index3 centre, int reach) noexcept
       : low{(centre.x - reach) >> 5, (centre.y - reach) >> 5, (centre.z - reach) >> 5},
@@ -221,7 +220,7 @@ struct ClusterStencil::Bricks {
   }
 };
 
-/// Counts each code among the zone's tiles.
+/// Reads a binary shape: counts each code in the zone's tiles.
 ClusterReading ClusterStencil::count_inside(const workspace::Workspace& workspace, workspace::Index3 centre,
                                             const ResponseTable& response) const noexcept {
   const Bricks bricks(workspace, centre, reach_);
@@ -240,7 +239,7 @@ ClusterReading ClusterStencil::count_inside(const workspace::Workspace& workspac
         tile[n] =
             sides[(x >> 5) > bricks.low.x ? 1 : 0] + row + workspace::brick_offset(within_brick(x), 0, 0);
         counting[n] = *mask++;
-        n += counting[n] != 0 ? 1U : 0U;  // none counts in the corners of a sphere
+        n += counting[n] != 0 ? 1U : 0U;  // tiles in the corners of a sphere hold no voxel that counts
       }
     }
   }
@@ -259,7 +258,7 @@ ClusterReading ClusterStencil::count_inside(const workspace::Workspace& workspac
   return reading;
 }
 
-/// Voxel by voxel.
+/// Reads the zone voxel by voxel.
 template <bool kWeighted>
 ClusterReading ClusterStencil::read_inside(const workspace::Workspace& workspace, workspace::Index3 centre,
                                            const ResponseTable& response) const noexcept {

@@ -11,16 +11,18 @@
 
 namespace phantom::robot {
 
-/// How much of the voxel at offset (x,y,z), in voxels, lies inside the sphere of radius `radius_vox` around
-/// the centre of the voxel at (0,0,0); 0…1, to about 1e-9.
+/// Returns the fraction, 0…1, of the voxel at offset (x,y,z), in voxels, that lies inside the sphere of
+/// radius `radius_vox` around the centre of the voxel at (0,0,0). Accurate to about 1e-9.
 double fraction_in_sphere(int x, int y, int z, double radius_vox);
 
-/// Transfer function on μ of a cluster sensor (the thesis's response shaper): straight between the points,
-/// level beyond the first and the last; without points μ itself.
+/// Maps the μ that a cluster sensor reads to its response (the thesis's response shaper). Interpolates
+/// linearly between the points and is constant before the first and after the last. Without points it returns
+/// μ itself.
 class ResponseCurve {
  public:
   ResponseCurve() = default;
-  /// Points (μ, response), both Pa·s/m, μ strictly rising, response ≥ 0. Throws std::invalid_argument.
+  /// Takes points (μ, response), both in Pa·s/m, with μ strictly rising and response ≥ 0. Throws
+  /// std::invalid_argument otherwise.
   explicit ResponseCurve(std::vector<std::pair<double, double>> points);
   double operator()(double mu) const noexcept;
 
@@ -28,29 +30,30 @@ class ResponseCurve {
   std::vector<std::pair<double, double>> points_;
 };
 
-/// Response by μ code.
+/// Response for each μ code.
 using ResponseTable = std::array<double, 256>;
-/// Real-time safe: yes.
+/// Fills `table` with the response to each code's μ in `palette`. Real-time safe: yes.
 void fill_response(const ResponseCurve& curve, const std::vector<float>& palette,
                    ResponseTable& table) noexcept;
 
-/// What a cluster sensor reads at a place.
+/// What a cluster sensor reads at one position.
 struct ClusterReading {
-  double mean = 0.0;          ///< Σ(SLA·SSA) / ΣSSA: times the speed it is the thesis's F_r (eq. 6.1)
+  double mean = 0.0;          ///< Σ(SLA·SSA) / ΣSSA; times the speed it is the thesis's F_r (eq. 6.1)
   std::uint8_t greatest = 0;  ///< greatest code among the voxels that count
 };
 
-/// The zone of a cluster sensor. Constant after construction.
+/// The zone of a cluster sensor: which voxels count, and with what weight. Constant after construction.
 class ClusterStencil {
  public:
   explicit ClusterStencil(const ClusterSpec& spec);
 
   std::size_t voxel_count() const noexcept { return voxels_; }  ///< voxels that count
   double total_weight() const noexcept { return total_; }       ///< ΣSSA
-  /// Voxels outside the grid are free space. Cost of a binary shape: a comparison of each tile of 4³ voxels
-  /// that it touches with each code of the palette in SIMD; of a weighted one, or with more than kMostCounted
-  /// codes, a byte and a table entry for each voxel; more where the zone reaches over the grid's border.
-  /// Real-time safe: yes.
+  /// Reads the zone around voxel `centre`. Voxels outside the grid are free space. Real-time safe: yes.
+  ///
+  /// Cost of a binary shape: one SIMD comparison of each tile of 4³ voxels that the zone touches with each
+  /// code of the palette. Cost of a weighted shape, or with more than kMostCounted codes in the palette: a
+  /// byte and a table entry for each voxel. A zone that reaches over the grid's border costs more.
   ClusterReading read(const workspace::Workspace& workspace, workspace::Index3 centre,
                       const ResponseTable& response) const noexcept;
   /// Calls visit(voxel, weight) for each voxel that counts.
@@ -64,7 +67,7 @@ class ClusterStencil {
   }
 
  private:
-  /// Voxels −reach…reach along x at offset y, z.
+  /// Voxels −reach…reach along x at offset (y, z).
   struct Row {
     int y, z, reach;
     std::size_t first_weight;
@@ -73,8 +76,9 @@ class ClusterStencil {
     return weights_.empty() ? 1.0 : weights_[row.first_weight + static_cast<std::size_t>(x + row.reach)];
   }
   static constexpr std::size_t kMostCounted = 32;
-  struct Bricks;  // that a zone inside the grid lies in
-  /// Tiles from the one whose voxel `place` (0…3) is the zone's lowest to the one with its highest.
+  struct Bricks;  // the bricks that a zone inside the grid lies in
+  /// Number of tiles along an axis that the zone touches if its lowest voxel is voxel `place` (0…3) of its
+  /// tile.
   int tiles_along(int place) const noexcept { return (place + 2 * reach_) / 4 + 1; }
   void mask_tiles();
   ClusterReading count_inside(const workspace::Workspace& workspace, workspace::Index3 centre,
@@ -85,8 +89,9 @@ class ClusterStencil {
 
   int reach_;
   std::vector<Row> rows_;
-  std::vector<double> weights_;  // of all rows; empty if all are 1
-  /// For each place of the zone's lowest voxel in its tile: which voxels of each tile count, bit by bit.
+  std::vector<double> weights_;  // of all rows; empty if all weights are 1
+  /// For each position of the zone's lowest voxel in its tile: the voxels of each tile that count, one bit
+  /// each.
   std::array<std::vector<std::uint64_t>, 64> tile_masks_;
   std::size_t voxels_ = 0;
   double total_ = 0.0;

@@ -1,4 +1,4 @@
-// Counts of voxel codes; compiled once for each instruction set, as sensing_kernel.cpp.
+// Counts voxel codes; compiled once for each instruction set, like sensing_kernel.cpp.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "common/robot/code_counts.cpp"
 #include <hwy/foreach_target.h>  // must come before highway.h
@@ -44,10 +44,10 @@ CodeFigures FiguresOf(const std::uint8_t* codes, std::size_t n) {
   return figures;
 }
 
-/// Counted side by side, one vector of byte counts each.
+/// Codes that are counted in one pass, each in its own vector of byte counts.
 constexpr std::size_t kMostTogether = 8;
 
-/// counts[0…kCodes − 1]: how many voxels hold first_code, first_code + 1 and so on.
+/// Sets counts[k], for k < kCodes, to the number of voxels that hold first_code + k.
 template <std::size_t kCodes>
 void count_together(const std::uint8_t* const* tiles, const std::uint64_t* masks, std::size_t n,
                     std::size_t first_code, std::uint32_t* counts) {
@@ -55,7 +55,7 @@ void count_together(const std::uint8_t* const* tiles, const std::uint64_t* masks
   const hn::Repartition<std::uint64_t, decltype(d)> wide;
   using V = hn::Vec<decltype(d)>;
   const std::size_t step = hn::Lanes(d);
-  const std::size_t together = 255 * step / 64;  // tiles until a byte may be full
+  const std::size_t together = 255 * step / 64;  // tiles after which a byte count may be full
   V code[kCodes];
   for (std::size_t k = 0; k < kCodes; ++k) {
     code[k] = hn::Set(d, static_cast<std::uint8_t>(first_code + k));
@@ -74,7 +74,7 @@ void count_together(const std::uint8_t* const* tiles, const std::uint64_t* masks
           count[k] = hn::IfThenElse(hn::Eq(voxels, code[k]), hn::Add(count[k], one), count[k]);
       }
     }
-    // Four counts in a word of 64 bits, 16 bits each: they add up in one go.
+    // Four counts of 16 bits each fit in a word of 64 bits, so one addition adds all four.
     for (std::size_t k = 0; k < kCodes; k += 4) {
       auto four = hn::SumsOf8(count[k]);
       if (k + 1 < kCodes) four = hn::Or(four, hn::ShiftLeft<16>(hn::SumsOf8(count[k + 1])));

@@ -7,14 +7,14 @@
 namespace phantom::robot {
 namespace {
 
-/// h of DirectionalLaw: the share of the drag that remains when motion goes up the gradient with strength x.
+/// Returns h(x) of DirectionalLaw: the share of the drag that remains at σ = x.
 double share(const DirectionalLaw& law, double x) noexcept {
   const double away = std::clamp(-x / law.full_at, 0.0, 1.0);
   return 1.0 - (1.0 - law.leaving_share) * away * away * (3.0 - 2.0 * away);
 }
 
-/// Motion of a link by a unit of one joint, about that joint's frame origin: velocity of a point at d is
-/// linear + angular×d.
+/// Motion of a link per unit of one joint's velocity, about that joint's frame origin. A point at d moves
+/// with velocity linear + angular×d.
 struct Twist {
   Eigen::Vector3d linear, angular;
 };
@@ -25,7 +25,8 @@ Twist unit_twist(const SerialArm& arm, std::size_t joint, const LinkPoses& X_WL)
   return {Eigen::Vector3d::Zero(), axis};
 }
 
-/// Drag (force and moment about the origin) of a body with these sums, moving with a twist, without its sign.
+/// Drag of a body with given sums that moves with a twist, as force and moment about the origin, without the
+/// negative sign.
 struct Wrench {
   Eigen::Vector3d force, moment;
 };
@@ -59,12 +60,13 @@ struct LinkMotion {
   }
 };
 
-/// What link k loses of its drag, by joint and direction, is added to `lost_plus` and `lost_minus`; gives its
-/// σ.
+/// Adds the drag that link k loses, for each joint and direction, to `lost_plus` and `lost_minus`. Returns
+/// the link's σ.
 double let_go(std::size_t k, const SerialArm& arm, const LinkPoses& X_WL, const ViscousSums& body,
               const DirectionalLaw& law, const core::JointArray& v, core::JointArray& lost_plus,
               core::JointArray& lost_minus) noexcept {
-  std::array<Twist, core::kMaxJoints> by_joint;  // of this link, about its origin, by a unit of the joint
+  // Motion of this link about its origin, per unit of each joint's velocity.
+  std::array<Twist, core::kMaxJoints> by_joint;
   Twist whole{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   for (std::size_t j = 0; j < k; ++j) {
     Twist& twist = by_joint[j] = unit_twist(arm, j, X_WL);
@@ -79,7 +81,7 @@ double let_go(std::size_t k, const SerialArm& arm, const LinkPoses& X_WL, const 
   for (std::size_t j = 0; j < k; ++j) {
     const double own = power(by_joint[j], drag_wrench(body, by_joint[j])), with = power(by_joint[j], wrench),
                  rise = rise_of(by_joint[j]), speed = std::hypot(v[j], law.still);
-    const auto lost_at = [&](double v_j) {  // the joint's velocity exchanged, the others as they are
+    const auto lost_at = [&](double v_j) {  // joint j at velocity v_j, the other joints as they are
       const double step = v_j - v[j];
       const LinkMotion other{std::max(0.0, motion.drag_power + step * (2.0 * with + step * own)),
                              motion.rise + step * rise};
@@ -99,7 +101,7 @@ void apply(const DirectionalLaw& law, const SerialArm& arm, const LinkPoses& X_W
       result.sigma[k - 1] = let_go(k, arm, X_WL, sums[k], law, v, lost_plus, lost_minus);
   }
   for (std::size_t j = 0; j < arm.joint_count(); ++j) {
-    const double own = result.plus[j], least = law.leaving_share * own;  // which rounding must not fall below
+    const double own = result.plus[j], least = law.leaving_share * own;  // a floor against rounding
     result.plus[j] = std::max(least, own - lost_plus[j]);
     result.minus[j] = std::max(least, own - lost_minus[j]);
   }
@@ -136,7 +138,7 @@ void drag_coefficients(const SerialArm& arm, const LinkPoses& X_WL, const LinkSu
                        const DirectionalLaw& law, const core::JointArray& v,
                        DragCoefficients& result) noexcept {
   result = {};
-  ViscousSums outboard;  // everything that the joint at hand moves, about that joint's frame origin
+  ViscousSums outboard;  // sums of everything that the current joint moves, about that joint's frame origin
   for (std::size_t j = arm.joint_count(); j-- > 0;) {
     const Eigen::Vector3d& origin = X_WL[j + 1].translation_m;
     if (j + 1 < arm.joint_count()) outboard.shift_by(X_WL[j + 2].translation_m - origin);
@@ -144,7 +146,7 @@ void drag_coefficients(const SerialArm& arm, const LinkPoses& X_WL, const LinkSu
 
     const Twist twist = unit_twist(arm, j, X_WL);
     Wrench wrench = drag_wrench(outboard, twist);
-    // Rounding must not turn a vanishing coefficient into a negative one.
+    // Rounding must not make a vanishing coefficient negative.
     const double own = std::max(0.0, power(twist, wrench));
     result.coupled[j * (j + 1) / 2 + j] = own;
     const Wrench at_own_origin = wrench;
@@ -165,7 +167,7 @@ core::JointArray drag_torque(const DragCoefficients& drag, DragMode mode, const 
   const auto coefficient = [&](std::size_t i) { return v[i] >= 0.0 ? drag.plus[i] : drag.minus[i]; };
   if (mode == DragMode::kSeparable) {
     for (std::size_t i = 0; i < joint_count; ++i)
-      torque[i] = 0.0 - coefficient(i) * v[i];  // no negative zeros
+      torque[i] = 0.0 - coefficient(i) * v[i];  // subtracting from 0 avoids negative zeros
     return torque;
   }
   core::JointArray scale{};

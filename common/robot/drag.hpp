@@ -9,9 +9,9 @@
 
 namespace phantom::robot {
 
-/// What the sensors of one link feel, as sums over sensors i of weight w_i, viscosity μ_i and offset d_i =
-/// p_i − o from the link's origin o, in W axes: as if w·μ were mass, a mass, a first and a second moment
-/// (spec 2.4). With the area as weight w·μ is in N·s/m.
+/// Sums over the sensors of one link, with weight w_i, viscosity μ_i and offset d_i = p_i − o from the link's
+/// origin o, in W axes. If w·μ were a mass, they would be the mass and its first and second moments (spec
+/// 2.4). With the area as weight, w·μ is in N·s/m.
 struct ViscousSums {
   double mu = 0.0;                                            ///< Σ wμ
   Eigen::Vector3d mu_d = Eigen::Vector3d::Zero();             ///< Σ wμ d [m]
@@ -20,48 +20,50 @@ struct ViscousSums {
   Eigen::Vector3d gradient_moment = Eigen::Vector3d::Zero();  ///< Σ d×(w∇μ) [1]
   double gradient_square = 0.0;                               ///< Σ w|∇μ|²/μ [1/m²]
 
-  /// The same sums of the same sensors about the point o − offset (offset: from the new origin to the old
-  /// one).
+  /// Moves the reference point from o to o − `offset_m`; the offset points from the new origin to the old
+  /// one.
   void shift_by(const Eigen::Vector3d& offset_m) noexcept;
   void add(const ViscousSums& other) noexcept;
   void scale(double factor) noexcept;
 };
 
-/// Sums by link index (0 = base, unused).
+/// Sums for each link index (0 = base, unused).
 using LinkSums = std::array<ViscousSums, core::kMaxJoints + 1>;
 
-/// Directional drag: a link that nears is felt in full, one that leaves is let go.
+/// Directional drag: a link that approaches an object keeps its full drag, and a link that leaves it keeps
+/// only `leaving_share` of it.
 ///
-/// A link is judged by the motion of all joints together. Over its sensors, moving with velocities u_i, let E
-/// = Σ wμ|u_i|² (its share of vᵀDv), s = d(Σwμ)/dt = Σ w∇μ·u_i and Q = Σ w|∇μ|²/μ. By Cauchy and Schwarz |s|
-/// ≤ √(Q·E), so σ = s/√(Q·E) lies in [−1, 1]: how squarely the link moves up the gradient. It keeps the share
-/// h(σ) of its drag, with h(x) = 1 for x ≥ 0, falling to `leaving_share` at x ≤ −full_at by the smoothstep
-/// x²(3−2x): continuous with its derivative, never above 1. Where the sum cancels (σ = 0: amid two objects,
-/// or sliding along one) both directions keep the full drag.
+/// The law looks at each link's motion under all joints together. Its sensors move with velocities u_i. Let E
+/// = Σ wμ|u_i|² (the link's share of vᵀDv), s = d(Σwμ)/dt = Σ w∇μ·u_i and Q = Σ w|∇μ|²/μ. By the
+/// Cauchy–Schwarz inequality |s| ≤ √(Q·E), so σ = s/√(Q·E) lies in [−1, 1]. σ says how squarely the link
+/// moves up the gradient. The link keeps the share h(σ) of its drag. h(x) is 1 for x ≥ 0 and falls to
+/// `leaving_share` at x ≤ −full_at by the smoothstep x²(3−2x); h and its derivative are continuous and h is
+/// never above 1. Where the sum cancels (σ = 0: between two objects, or sliding along one), both directions
+/// keep the full drag.
 ///
-/// With B_lk for link k's share of joint l's symmetric coefficient, B⁺_l = Σ_k h(σ_k)·B_lk, where joint l
-/// moves forwards at its speed and the others as they do, and B⁻_l likewise backwards. So the coefficient
-/// that holds for the sign of v_l is that of the motion at hand, and of a joint that moves alone both are
-/// right whichever way it turns next. A joint that stands counts as if it crept at `still`. Going back the
-/// way it came, a link that was felt in full is let go; one that the way back brings nearer to something is
-/// felt.
+/// Let B_lk be link k's share of joint l's symmetric coefficient. Then B⁺_l = Σ_k h(σ_k)·B_lk, with σ_k
+/// computed for joint l moving forwards at its speed and the other joints as they move; B⁻_l likewise for
+/// joint l moving backwards. So the coefficient for the sign of v_l is that of the present motion. For a
+/// joint that moves alone, both coefficients are right whichever way it turns next. A joint at rest counts as
+/// moving at the speed `still`. When the arm reverses, a link that had full drag loses it, and a link that
+/// now approaches something gets its full drag.
 struct DirectionalLaw {
   bool enabled = false;        ///< false: symmetric (thesis), B⁺ = B⁻ = B
-  double leaving_share = 0.0;  ///< share of the drag that remains when leaving squarely, 0…1
-  double full_at = 0.15;       ///< |σ| from which the share is fully applied, above 0…1
-  double still = 0.005;        ///< rad/s or m/s, above 0: a motion this slow has no direction to speak of
+  double leaving_share = 0.0;  ///< share of the drag that remains when moving straight away, 0…1
+  double full_at = 0.15;       ///< |σ| from which only leaving_share remains, above 0, at most 1
+  double still = 0.005;        ///< rad/s or m/s, above 0; at this speed a motion has no clear direction
 };
 
-/// Number of places of a packed lower triangle for kMaxJoints joints.
+/// Number of elements of a packed lower triangle for kMaxJoints joints.
 inline constexpr std::size_t kPackedMatrix = core::kMaxJoints * (core::kMaxJoints + 1) / 2;
 
-/// Damping coefficients of a pose; N·m·s/rad (revolute), N·s/m (prismatic) when sensors are weighted by area.
+/// Damping coefficients at a pose: N·m·s/rad (revolute), N·s/m (prismatic) when sensors are weighted by area.
 struct DragCoefficients {
   core::JointArray plus{};   ///< B⁺, for v > 0
   core::JointArray minus{};  ///< B⁻, for v < 0
   core::JointArray sigma{};  ///< σ of the link that the joint carries; 0 if the law is off, or at rest
-  /// Lower triangle of the coupled, symmetric, positive semi-definite matrix D, row by row: D(i,j) at
-  /// i(i+1)/2 + j. Its diagonal is the symmetric coefficient B.
+  /// Lower triangle of the coupled matrix D, which is symmetric and positive semi-definite, row by row:
+  /// D(i,j) is at i(i+1)/2 + j. Its diagonal holds the symmetric coefficients B.
   std::array<double, kPackedMatrix> coupled{};
 
   friend bool operator==(const DragCoefficients&, const DragCoefficients&) = default;
@@ -70,23 +72,23 @@ struct DragCoefficients {
   }
 };
 
-/// Coefficients of every joint from the links' sums. Separable: B_l = aᵀJ_o a over all links ≥ l, the
-/// thesis's Σ μ d_l² (eqs. 5.29–5.35, C.9–C.13); prismatic: Σμ. Coupled: D(q) = Σ JᵀJ wμ by the
-/// composite-body algorithm. `X_WL` must be the pose at which the sums were taken; `v`, rad/s or m/s, is
-/// looked at by the directional law alone. Real-time safe: yes.
+/// Computes the coefficients of every joint from the links' sums. Separable: B_l = aᵀJ_o a over all links ≥
+/// l, the thesis's Σ μ d_l² (eqs. 5.29–5.35, C.9–C.13); prismatic: Σμ. Coupled: D(q) = Σ JᵀJ wμ by the
+/// composite-body algorithm. `X_WL` must be the pose at which the sums were taken. Only the directional law
+/// uses `v` (rad/s or m/s). Real-time safe: yes.
 void drag_coefficients(const SerialArm& arm, const LinkPoses& X_WL, const LinkSums& sums,
                        const DirectionalLaw& law, const core::JointArray& v,
                        DragCoefficients& result) noexcept;
 
-/// Which torque the coefficients are to give. A drag_field carries it, so that the phantom's report and what
-/// the master renders are the same law.
+/// How torque follows from the coefficients. Each drag_field message carries the mode, so that the phantom
+/// reports the same law that the master renders.
 enum class DragMode {
-  kSeparable,  ///< τ_l = −B±_l·v_l: each joint by itself (thesis)
+  kSeparable,  ///< τ_l = −B±_l·v_l: each joint for itself (thesis)
   kCoupled  ///< τ = −S·D·S·v with S_l = √(B±_l / D_ll) for the direction of v_l (S = 1 when symmetric)
 };
 
-/// The law of drag, the only one: the phantom reports by it and the master renders by it. Torques at joint
-/// velocities `v`: N·m or N. Never does positive work in either mode (coupled: if D is positive
+/// Returns the drag torque at joint velocities `v`, in N·m or N. The phantom's report and the master's
+/// rendering both use this function. Never does positive work in either mode (coupled: if D is positive
 /// semi-definite). Real-time safe: yes.
 core::JointArray drag_torque(const DragCoefficients& drag, DragMode mode, const core::JointArray& v,
                              std::size_t joint_count) noexcept;

@@ -7,24 +7,24 @@
 
 namespace phantom::robot {
 
-/// Weights α of the voxels remembered, newest first; none: no memory. The thesis's cases (table 4.2): long
+/// Weights α of the remembered voxels, newest first; empty: no memory. The thesis's cases (table 4.2): long
 /// and short sustained memory (ten or three ones) and fading memory (1, 0.9, 0.75, 0.55, 0.3, 0.2, 0.1, 0.05,
 /// 0.02).
 using MemoryWeights = std::vector<double>;
 
-/// Smooths the stepped μ that sensors meet: each sensor remembers the μ of the voxels that it came through
-/// last and feels their weighted mean (thesis eqs. 4.9, 4.10). Memory: a ring of as many floats as there are
-/// weights, and 16 bytes, for each sensor.
+/// Smooths the stepped μ that sensors meet. Each sensor remembers the μ of the last voxels on its path and
+/// feels their weighted mean (thesis eqs. 4.9, 4.10). Each sensor takes a ring of one float per weight, and
+/// 16 bytes.
 class MuMemory {
  public:
   static constexpr std::size_t kMostDepth = 16;
-  /// At most kMostDepth weights, ≥ 0, the first above 0. Throws std::invalid_argument.
+  /// Takes at most kMostDepth weights, all ≥ 0, the first above 0. Throws std::invalid_argument otherwise.
   MuMemory(std::size_t sensors, const MemoryWeights& weights);
 
-  /// μ_e of a sensor that is in the voxel `voxel` (any number that differs between neighbours) of viscosity
-  /// `mu`. An entry is written when the sensor enters another voxel; if μ changes under a sensor that stays,
-  /// its newest entry changes. The first call fills the ring, so there is no delay at the start. Real-time
-  /// safe: yes.
+  /// Returns μ_e of a sensor that is in voxel `voxel` (any number that differs between neighbours) of
+  /// viscosity `mu`. The ring gets a new entry when the sensor enters another voxel. If μ changes while the
+  /// sensor stays, the newest entry changes. The first call fills the whole ring, so there is no delay at the
+  /// start. Real-time safe: yes.
   double sense(std::size_t sensor, std::uint32_t voxel, float mu) noexcept;
   /// Forgets everything. Real-time safe: yes.
   void forget() noexcept;
@@ -39,9 +39,9 @@ class MuMemory {
   double mean(std::size_t sensor) const noexcept;
 
   std::size_t depth_;
-  std::array<double, kMostDepth> weights_{};  // sum 1
+  std::array<double, kMostDepth> weights_{};  // normalised to a sum of 1
   std::vector<State> states_;
-  std::vector<float> rings_;  // depth_ for each sensor
+  std::vector<float> rings_;  // depth_ entries for each sensor
 };
 
 }  // namespace phantom::robot

@@ -17,7 +17,7 @@ Block block_of(const Points& points, std::size_t first, std::size_t end) {
   const Eigen::Vector3d centre = box.center();
   const double weight = points.weight[first];
   double radius = 0.0;
-  bool alike = end == first + kBlock;  // what fills up a group weighs nothing
+  bool alike = end == first + kBlock;  // a block with padding is not uniform: padding weighs nothing
   for (std::size_t i = first; i < end; ++i) {
     radius = std::max(radius, (place_of(points, i) - centre).norm());
     alike = alike && std::abs(points.weight[i] - weight) <= 1e-14 * weight;
@@ -39,7 +39,7 @@ void measure_blocks(const Points& points, std::size_t sensors, std::vector<Block
     blocks.push_back(block_of(points, first, std::min(first + kBlock, sensors)));
   for (std::size_t i = 0; i < points.count; ++i) {
     const auto& [centre, radius, step, weight] = blocks[first_block + i / kBlock];
-    // What fills up the last group stays at the centre, inside whatever the block is inside of.
+    // The padding of the last group stays at the centre, which is inside wherever the block is.
     x[i] = i < sensors ? steps_of(points.x_m[i] - centre[0], step) : 0;
     y[i] = i < sensors ? steps_of(points.y_m[i] - centre[1], step) : 0;
     z[i] = i < sensors ? steps_of(points.z_m[i] - centre[2], step) : 0;

@@ -58,8 +58,8 @@ void AddMoments(const Points& points, const double* mu, Moments& moments) {
 
 void Sense(const Field& field, const ToVoxels& to, const Points& points, const Offsets& offsets,
            const float* palette, std::size_t palette_size, std::uint8_t* codes, Moments& moments) {
-  // Block by block in two passes: each keeps what it needs in registers, and the block stays in the first
-  // cache.
+  // Each block is processed in two passes. A pass keeps all it needs in registers, and the block stays in the
+  // L1 cache.
   const Ints di;
   const Doubles d;
   const hn::Rebind<std::uint8_t, Ints> bytes;
@@ -107,7 +107,8 @@ struct SlopeSums {
   HWY_INLINE SlopeSums() {
     for (VD& v : s) v = hn::Zero(Doubles());
   }
-  /// `step`: μ one reach up minus μ one reach down, by axis; `met`: the palette's μ, 0 where nothing counts.
+  /// Adds one vector of points. `step`: for each axis, μ at +reach minus μ at −reach. `met`: the palette's μ,
+  /// 0 for points that do not count.
   HWY_INLINE void add(const ToVoxels& to, const Points& points, std::size_t i, const VD step[3], VD met,
                       VD mu) {
     const Doubles d;

@@ -1,5 +1,5 @@
-// The kernel in plain C++: for machines without SIMD that Highway knows, and the twin that the tests hold the
-// SIMD loops against.
+// The kernel in plain C++, for machines on which Highway has no SIMD, and as the twin that tests compare the
+// SIMD loops with.
 #include <cmath>
 
 #include "common/robot/sensing_kernel.hpp"

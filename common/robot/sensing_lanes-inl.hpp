@@ -1,5 +1,5 @@
-// The sensing loops' vectors: from points to voxels, from voxels to codes, from codes to viscosities, and the
-// ten sums. Per-target: Highway compiles this once for each instruction set, so the guard toggles.
+// Vector operations of the sensing loops: from points to voxels, to codes, to viscosities, and the ten sums.
+// Per-target: Highway compiles this once for each instruction set, so the guard toggles.
 #if defined(PHANTOM_ROBOT_SENSING_LANES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef PHANTOM_ROBOT_SENSING_LANES_INL_HPP
 #undef PHANTOM_ROBOT_SENSING_LANES_INL_HPP
@@ -18,7 +18,8 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Integers and floats come in vectors of twice as many lanes as doubles: "low" and "high" are their halves.
+// Vectors of integers and floats have twice as many lanes as vectors of doubles; "low" and "high" are their
+// halves.
 using Doubles = hn::CappedTag<double, kGroup / 2>;
 using Ints = hn::Repartition<std::int32_t, Doubles>;
 using Words = hn::Repartition<std::uint32_t, Doubles>;
@@ -53,8 +54,8 @@ struct Indices {
 HWY_INLINE VI index(const double* r, double t, const Points& points, std::size_t i) {
   const Doubles d;
   const std::size_t half = hn::Lanes(d);
-  // Adding 1.5·2^52 leaves the nearest integer in the low bits of a double; half a voxel less makes it
-  // floor(). The border's shift keeps away from ties.
+  // Adding 1.5·2^52 leaves the nearest integer in the low bits of a double. Subtracting half a voxel turns
+  // rounding into floor(). kBorderShift_vox avoids ties.
   const VD magic = hn::Set(d, 6755399441055744.0);
   const double down = t + (kBorderShift_vox - 0.5);
   const VD low = coordinate(r, down, hn::LoadU(d, points.x_m + i), hn::LoadU(d, points.y_m + i),
@@ -70,8 +71,9 @@ HWY_INLINE Indices indices(const ToVoxels& to, const Points& points, std::size_t
           index(to.r + 6, to.t[2], points, i)};
 }
 
-/// What one coordinate adds to a voxel's address: to the brick's place in the directory, to the 32-bit word
-/// in the brick (brick_offset in steps of four voxels along x), and whether it is in the grid.
+/// Contribution of one coordinate to a voxel's address: to the brick's index in the directory and to the
+/// 32-bit word in the brick (brick_offset in steps of four voxels along x). Also whether the coordinate is in
+/// the grid.
 struct AlongAxis {
   VI brick, word;
   hn::Mask<Words> inside;
@@ -97,7 +99,8 @@ HWY_INLINE AlongAxis along_axis(const Field& field, VI v) {
   return {brick, word, inside};
 }
 
-/// Codes at the places that three coordinates make; `byte_shift` picks the voxel in its word. Outside: 0.
+/// Returns the codes at the positions given by three coordinates; `byte_shift` selects the voxel in its word.
+/// Outside the grid: 0.
 HWY_INLINE VI codes_at(const Field& field, const AlongAxis& x, const AlongAxis& y, const AlongAxis& z,
                        VW byte_shift) {
   const Ints di;
@@ -105,7 +108,7 @@ HWY_INLINE VI codes_at(const Field& field, const AlongAxis& x, const AlongAxis& 
   const auto inside = hn::And(hn::And(x.inside, y.inside), z.inside);
   const VI place = hn::Add(hn::Add(x.brick, y.brick), z.brick);
   const VI safe = hn::BitCast(di, hn::IfThenElseZero(inside, hn::BitCast(dw, place)));
-  // Neighbours mostly share a brick: then one load stands for the gather.
+  // Neighbours mostly share a brick. Then one load replaces the gather.
   const std::int32_t one = hn::GetLane(safe);
   const VI slot = hn::AllTrue(di, hn::Eq(safe, hn::Set(di, one)))
                       ? hn::Set(di, static_cast<std::int32_t>(field.directory[one]))
@@ -131,7 +134,8 @@ HWY_INLINE void store_codes(VI codes, std::uint8_t* out) {
   hn::StoreU(hn::TruncateTo(bytes, hn::BitCast(Words(), codes)), bytes, out);
 }
 
-/// μ of codes below kTables vectors' worth, from registers: a permutation each instead of a gather.
+/// Looks up μ for codes below kTables vectors' length, from registers: a permutation for each vector instead
+/// of a gather.
 template <int kTables>
 class SmallPalette {
  public:
@@ -166,7 +170,7 @@ class AnyPalette {
   const float* palette_;
 };
 
-/// Calls work(palette) with the quickest form of a palette of so many codes.
+/// Calls work(palette) with the fastest kind of palette for this number of codes.
 template <class Work>
 HWY_INLINE void with_palette(const float* palette, std::size_t codes, Work&& work) {
   const std::size_t n = hn::Lanes(Floats());
@@ -181,7 +185,7 @@ HWY_INLINE void with_palette(const float* palette, std::size_t codes, Work&& wor
   }
 }
 
-/// Running sums of m, m·p and m·ppᵀ over points p, a vector of partial sums each.
+/// Running sums of m, m·p and m·ppᵀ over points p, each a vector of partial sums.
 struct TenSums {
   VD s[10];
 
@@ -206,7 +210,7 @@ struct TenSums {
   }
 };
 
-/// The points from `i` on, half a vector of them, with viscosities `mu`.
+/// Adds half a vector of points, from index `i` on, with viscosities `mu`.
 HWY_INLINE void add_points(const Points& points, std::size_t i, VD mu, TenSums& sums) {
   const Doubles d;
   const VD x = hn::LoadU(d, points.x_m + i), y = hn::LoadU(d, points.y_m + i),

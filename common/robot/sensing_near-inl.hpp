@@ -1,4 +1,4 @@
-// The quick way for a block of neighbouring points: placed in floats, summed about its centre.
+// The fast path for a block of neighbouring points: positions in floats, sums about the block's centre.
 // Per-target: Highway compiles this once for each instruction set, so the guard toggles.
 #if defined(PHANTOM_ROBOT_SENSING_NEAR_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef PHANTOM_ROBOT_SENSING_NEAR_INL_HPP
@@ -18,14 +18,15 @@ namespace phantom::robot::kernel {
 namespace HWY_NAMESPACE {
 #if HWY_TARGET != HWY_SCALAR
 
-/// From a link's steps to voxels in floats; how a block of points that lies in at most eight bricks is looked
-/// up. A float of 128 to 256 holds a coordinate from the lowest brick's corner on in its lowest bits: 7 of
-/// whole voxels (< 64) above 16 of fractions.
+/// Looks up a block of points that lies in at most eight bricks, with coordinates from link steps to voxels
+/// in floats. A float of 128 to 256 holds a coordinate relative to the lowest brick's corner in its lowest
+/// bits: 7 bits of whole voxels (< 64) above 16 bits of fraction.
 class Near {
  public:
   HWY_INLINE explicit Near(const ToVoxels& to)
       : per_m_(std::sqrt(to.r[0] * to.r[0] + to.r[1] * to.r[1] + to.r[2] * to.r[2])) {}
-  /// False if the block does not lie within so few bricks of the grid: then look_up() is not for it.
+  /// Prepares for a block. Returns false if the block does not lie within so few bricks of the grid; then
+  /// look_up() must not be called for it.
   HWY_INLINE bool place(const Field& field, const ToVoxels& to, const Block& block) {
     std::int32_t low[3], step[3];
     const double reach = per_m_ * block.radius_m + 0.01;
@@ -61,7 +62,8 @@ class Near {
                r6 = hn::Set(df, r_[6]), r7 = hn::Set(df, r_[7]), r8 = hn::Set(df, r_[8]),
                start_x = hn::Set(df, start_[0]), start_y = hn::Set(df, start_[1]),
                start_z = hn::Set(df, start_[2]);
-    // Bytes may alias anything: what the loop needs must not be read again after each store.
+    // A byte pointer may alias anything. Local copies keep the compiler from reading these again after each
+    // store.
     const std::int32_t *const steps_x = offsets.x, *const steps_y = offsets.y, *const steps_z = offsets.z;
     const auto* const codes = reinterpret_cast<const std::uint32_t*>(field.codes);
     const Corners first_word(first_word_);
@@ -96,8 +98,8 @@ class Near {
   }
 
  private:
-  /// Steps of 2^-16 voxels that a point must be from a border for floats to decide: the start and three
-  /// products of offsets below 32 voxels are off by less than three.
+  /// Distance from a border, in steps of 2^-16 voxels, that a point needs for floats to decide. The start and
+  /// three products of offsets below 32 voxels err by less than three steps.
   static constexpr std::int32_t kDoubt = 8;
 
   static HWY_INLINE bool in_doubt(VI x, VI y, VI z, VI decided) {
@@ -107,15 +109,15 @@ class Near {
     const Ints di;
     return !hn::AllFalse(di, hn::Eq(hn::And(hn::BitCast(di, least), decided), hn::Zero(di)));
   }
-  /// A constant that the compiler does not know to be one: else it makes it anew in the loop, which costs as
-  /// much as using it.
+  /// Returns a constant that the compiler cannot recognise as one. Otherwise it would rebuild the constant in
+  /// the loop, which costs as much as using it.
   static HWY_INLINE VI constant(std::int32_t value) {
 #if HWY_COMPILER_GCC_ACTUAL
     asm("" : "+r"(value));
 #endif
     return hn::Set(Ints(), value);
   }
-  /// First words of the eight bricks, by corner.
+  /// First words of the eight bricks, indexed by corner.
   struct Corners {
 #if HWY_TARGET <= HWY_AVX2
     HWY_INLINE explicit Corners(const std::int32_t* words) : table(hn::LoadU(Ints(), words)) {}
@@ -135,7 +137,8 @@ class Near {
   std::int32_t first_word_[kGroup] = {};
 };
 
-/// The points' steps from their block's centre, from `i` on, half a vector of them, with μ (or μ·weight) `m`.
+/// Adds half a vector of points, from index `i` on, as steps from their block's centre, with μ (or μ·weight)
+/// `m`.
 HWY_INLINE void add_steps(const Offsets& offsets, std::size_t i, VD m, TenSums& sums) {
   const Doubles d;
   const HalfInts half;
@@ -145,8 +148,8 @@ HWY_INLINE void add_steps(const Offsets& offsets, std::size_t i, VD m, TenSums& 
   sums.add(m, x, y, z);
 }
 
-/// Adds a block's sums about its centre, in steps, to sums about the link's origin: with p = c + d,
-/// Σm·pp = Σm·dd + cΣm·d + (Σm·p)c.
+/// Adds a block's sums about its centre, in steps, to the sums about the link's origin. With p = c + d: Σm·pp
+/// = Σm·dd + cΣm·d + (Σm·p)c.
 HWY_INLINE void add_block(const Block& block, const TenSums& part, TenSums& sums) {
   const Doubles d;
   const double weight = block.weight < 0.0 ? 1.0 : block.weight;

@@ -36,8 +36,8 @@ void SerialArm::link_poses(const core::JointArray& q, LinkPoses& X_WL) const noe
   }
 }
 
-// A joint's own motion changes neither the direction of its axis nor, for a revolute joint, the frame's
-// origin: the moved link's frame serves as the joint's.
+// A joint's motion does not change the direction of its axis nor, for a revolute joint, the origin of its
+// frame. So the frame of the moved link serves as the joint's frame.
 Eigen::Vector3d SerialArm::axis_W(std::size_t joint, const LinkPoses& X_WL) const noexcept {
   return X_WL[joint + 1].rotation * joints_[joint].axis;
 }

@@ -15,13 +15,13 @@ namespace phantom::robot {
 
 enum class JointType { kRevolute, kPrismatic };
 
-/// A moving joint of the chain; units rad or m, rad/s or m/s, N·m or N by type.
+/// A moving joint of the chain. By type, units are rad or m, rad/s or m/s, N·m or N.
 struct Joint {
   std::string name;
   JointType type = JointType::kRevolute;
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit vector, in the joint's frame
-  geometry::Pose
-      X_parent_joint;  ///< joint frame at q = 0 in the previous moving link's frame (fixed joints folded in)
+  /// Joint frame at q = 0 in the previous moving link's frame (fixed joints folded in).
+  geometry::Pose X_parent_joint;
   double lower = 0.0, upper = 0.0;  ///< −∞ and ∞ for a continuous joint
   double max_speed = 0.0, max_effort = 0.0;
 };
@@ -33,8 +33,8 @@ struct LinkMesh {
   std::array<float, 3> colour{0.8F, 0.8F, 0.8F};
 };
 
-/// What moves with one joint: its URDF link and all links fixed to it. Index 0 is the base (does not move);
-/// link i follows joint i−1.
+/// A moving link: the URDF link that a joint carries, and all links fixed to it. Index 0 is the base, which
+/// does not move; link i follows joint i−1.
 struct Link {
   std::string name;  ///< URDF name of the link that the joint carries
   std::vector<std::pair<std::string, geometry::Pose>> frames;  ///< every URDF link in it, with X_link_frame
@@ -43,18 +43,18 @@ struct Link {
   Eigen::Vector3d centre_of_mass_m = Eigen::Vector3d::Zero();  ///< in this link's frame
 };
 
-/// Order of the four elementary motions in a row of a DH table; z and x are the moving frame's own axes.
+/// Order of the four elementary motions in a row of a DH table. z and x are the axes of the moving frame.
 enum class DhConvention {
   kClassic,  ///< Denavit and Hartenberg: Rz(θ)·Tz(d)·Tx(a)·Rx(α); joint i moves about z of frame i−1
-  kModified  ///< Craig: Rx(α)·Tx(a)·Rz(θ)·Tz(d), with a and α of the link before; joint i moves about z of
+  kModified  ///< Craig: Rx(α)·Tx(a)·Rz(θ)·Tz(d), with a and α of the previous link; joint i moves about z of
              ///< frame i
 };
 
-/// A joint and the link it carries, as a row of a DH table. The joint's position adds to θ (revolute) or d
-/// (prismatic): what stands there is the offset at q = 0.
+/// One row of a DH table: a joint and the link it carries. The joint's position is added to θ (revolute) or d
+/// (prismatic), so that the table's value is the offset at q = 0.
 struct DhRow {
   std::string link;   ///< name of the row's frame, unique in the table and not "base"
-  std::string joint;  ///< empty: "joint_" and the row's number from 1
+  std::string joint;  ///< empty: named "joint_" and the row's number from 1
   JointType type = JointType::kRevolute;
   double theta_rad = 0.0, d_m = 0.0, a_m = 0.0, alpha_rad = 0.0;
   double lower = 0.0, upper = 0.0;           ///< rad or m; −∞ and ∞ for a joint without limits
@@ -66,21 +66,22 @@ struct DhRow {
 /// Poses of the links in the workspace frame, by link index (0 = base).
 using LinkPoses = std::array<geometry::Pose, core::kMaxJoints + 1>;
 
-/// Kinematics of a serial arm: constant after loading.
+/// Kinematics of a serial arm. Constant after loading.
 class SerialArm {
  public:
-  /// Reads the chain from the URDF's root to `tip_link`. Errors name the file, the link or joint, and what is
-  /// allowed: a branch that leaves the chain with a moving joint, a joint type other than revolute,
-  /// continuous, prismatic or fixed, more than 16 moving joints, a missing mesh file, a missing limit.
-  /// Visuals that are not meshes are left out. package:// and relative mesh paths resolve from the URDF's
-  /// folder. `X_WB` is the base link in the workspace frame.
+  /// Reads the chain from the URDF's root to `tip_link`. `X_WB` is the pose of the base link in the workspace
+  /// frame. Visuals that are not meshes are left out. package:// and relative mesh paths resolve from the
+  /// URDF's folder. Errors name the file, the link or joint, and what is allowed: a branch with a moving
+  /// joint outside the chain, a joint type other than revolute, continuous, prismatic or fixed, more than 16
+  /// moving joints, a missing mesh file, a missing limit.
   static core::Expected<SerialArm> from_urdf(const std::filesystem::path& urdf, const std::string& tip_link,
                                              const geometry::Pose& X_WB);
 
-  /// The chain of a DH table, in the order of its rows (thesis eq. 2.2: A_1(q_1)…A_n(q_n)). Frame "base" is
-  /// the first row's parent, at `X_WB`; each row's frame is found by its link's name. A moving link's own
-  /// frame lies on its joint's axis, which with kClassic is not the row's frame. Errors name the row and what
-  /// is allowed: 1 to 16 rows, finite numbers, limits in order, speeds and efforts above 0, unique names.
+  /// Builds the chain of a DH table, in the order of its rows (thesis eq. 2.2: A_1(q_1)…A_n(q_n)). Frame
+  /// "base" is the parent of the first row, at `X_WB`. find_frame() finds each row's frame by its link's
+  /// name. A moving link's own frame lies on its joint's axis; with kClassic that is not the row's frame.
+  /// Errors name the row and what is allowed: 1 to 16 rows, finite numbers, limits in order, speeds and
+  /// efforts above 0, unique names.
   static core::Expected<SerialArm> from_dh(const std::vector<DhRow>& rows, DhConvention convention,
                                            const geometry::Pose& X_WB);
 
@@ -88,27 +89,29 @@ class SerialArm {
   const std::vector<Joint>& joints() const noexcept { return joints_; }
   const std::vector<Link>& links() const noexcept { return links_; }
   const geometry::Pose& base_pose() const noexcept { return X_WB_; }
-  /// Index of the moving link that holds the URDF link `name`, with the frame's pose in it.
+  /// Returns the index of the moving link that holds the URDF or DH link `name`, and the pose of that frame
+  /// in it.
   std::optional<std::pair<std::size_t, geometry::Pose>> find_frame(const std::string& name) const;
 
-  /// Start and end point of a moving link's axis in the link's frame: LASP(n), its joint's origin, and
-  /// LAEP(n), the next joint's; for the last link the tip frame's origin, and for link 0 the base frame's
-  /// origin first.
+  /// Returns the start and end point of a moving link's axis, in the link's frame. The start (LASP) is the
+  /// origin of the link's joint; for link 0 that of the base frame. The end (LAEP) is the origin of the next
+  /// joint; for the last link that of the tip frame.
   std::pair<Eigen::Vector3d, Eigen::Vector3d> link_axis_m(std::size_t link) const;
 
-  /// Forward kinematics (thesis eq. 2.2): X_WL of every link. q in rad or m. Real-time safe: yes.
+  /// Computes X_WL of every link (forward kinematics, thesis eq. 2.2) for `q` in rad or m. Real-time safe:
+  /// yes.
   void link_poses(const core::JointArray& q, LinkPoses& X_WL) const noexcept;
-  /// Joint axis (unit) and a point on it in W, from link poses. Real-time safe: yes.
+  /// Joint axis as a unit vector, and a point on it, in W. Real-time safe: yes.
   Eigen::Vector3d axis_W(std::size_t joint, const LinkPoses& X_WL) const noexcept;
   Eigen::Vector3d axis_point_W(std::size_t joint, const LinkPoses& X_WL) const noexcept;
-  /// Velocity of a point fixed to link `link`, now at `p_W_m`. Real-time safe: yes.
+  /// Returns the velocity in W of a point fixed to link `link`, now at `p_W_m`. Real-time safe: yes.
   Eigen::Vector3d point_velocity_W(std::size_t link, const Eigen::Vector3d& p_W_m, const LinkPoses& X_WL,
                                    const core::JointArray& v) const noexcept;
-  /// Adds to `tau` the joint torques (N·m or N) of a force `f_W_N` acting on link `link` at `p_W_m` (Jᵀf).
+  /// Adds to `tau` the joint torques (N·m or N) of a force `f_W_N` that acts on link `link` at `p_W_m` (Jᵀf).
   /// Real-time safe: yes.
   void add_force(std::size_t link, const Eigen::Vector3d& p_W_m, const Eigen::Vector3d& f_W_N,
                  const LinkPoses& X_WL, core::JointArray& tau) const noexcept;
-  /// Torques that hold the arm's weight still (gravity along −z of W). Real-time safe: yes.
+  /// Returns the torques that balance the arm's weight (gravity along −z of W). Real-time safe: yes.
   core::JointArray gravity_torque(const LinkPoses& X_WL) const noexcept;
 
  private:

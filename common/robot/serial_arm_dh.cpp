@@ -1,4 +1,4 @@
-// A serial chain from a DH table.
+// Builds a serial chain from a DH table.
 #include <Eigen/Geometry>
 #include <cmath>
 #include <set>
@@ -17,13 +17,13 @@ Pose turn(const Eigen::Vector3d& axis, double angle_rad) {
 
 Pose shift(double x_m, double z_m) { return {Eigen::Matrix3d::Identity(), {x_m, 0.0, z_m}}; }
 
-/// A row's motions as they stand before and after the joint's own, which is about or along z.
+/// A row's fixed transforms before and after the joint's own motion, which is about or along z.
 struct Parts {
   Pose before, after;
 };
 
-/// Rz and Tz commute, so either may come first. In a classic table a revolute joint's frame keeps the origin
-/// of the row before, where the link's axis starts.
+/// Rz and Tz commute, so either may come first. In a classic table, the frame of a revolute joint keeps the
+/// origin of the previous row, where the link's axis starts.
 Parts parts_of(const DhRow& row, DhConvention convention) {
   const Pose spin = turn(Eigen::Vector3d::UnitZ(), row.theta_rad), lift = shift(0.0, row.d_m);
   const Pose across = turn(Eigen::Vector3d::UnitX(), row.alpha_rad) * shift(row.a_m, 0.0);
@@ -32,7 +32,7 @@ Parts parts_of(const DhRow& row, DhConvention convention) {
   return {spin, lift * across};
 }
 
-/// What is wrong with a row; empty if nothing. Written so that a NaN fails.
+/// Returns what is wrong with a row, or an empty string. Every comparison is written so that a NaN fails.
 std::string fault_of(const DhRow& row) {
   const auto number = [](double value) { return std::to_string(value); };
   if (row.link.empty() || row.link == "base")
@@ -77,7 +77,7 @@ core::Expected<SerialArm> SerialArm::from_dh(const std::vector<DhRow>& rows, DhC
   base.name = "base";
   base.frames.emplace_back("base", Pose{});
   arm.links_.push_back(base);
-  Pose X_link_row;  // the newest row's frame in the moving link that holds it
+  Pose X_link_row;  // pose of the latest row's frame in the moving link that holds it
   std::set<std::string> links, joints;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const DhRow& row = rows[i];

@@ -1,4 +1,4 @@
-// Reading a serial chain from a URDF file: the only place that sees urdfdom.
+// Reads a serial chain from a URDF file. No other file uses urdfdom.
 #include <console_bridge/console.h>
 #include <urdf_parser/urdf_parser.h>
 
@@ -14,13 +14,13 @@
 namespace phantom::robot {
 namespace {
 
-/// A fault of the file; from_urdf turns it into a Status.
+/// An error in the file; from_urdf turns it into a Status.
 struct Fault {
   std::string what;
   bool missing = false;
 };
 
-/// Keeps what urdfdom says about a bad file, instead of letting it print.
+/// Collects urdfdom's messages about a bad file, which urdfdom would print otherwise.
 class CapturedComplaints : public console_bridge::OutputHandler {
  public:
   CapturedComplaints() { console_bridge::useOutputHandler(this); }
@@ -68,7 +68,7 @@ bool finite(const geometry::Pose& pose) {
 
 bool is_moving(const urdf::Joint& joint) { return joint.type != urdf::Joint::FIXED; }
 
-/// The chain of URDF joints from the root link to `tip`.
+/// Returns the chain of URDF joints from the root link to `tip`.
 std::vector<urdf::JointSharedPtr> chain_to(const urdf::ModelInterface& model, const std::string& tip) {
   urdf::LinkConstSharedPtr link = model.getLink(tip);
   if (!link) {
@@ -122,8 +122,8 @@ Joint joint_of(const urdf::Joint& source) {
   return joint;
 }
 
-/// package://, file:// and relative mesh names, seen from the URDF's folder; a package's root is that folder
-/// or the one above it (the usual <package>/urdf/arm.urdf).
+/// Resolves package://, file:// and relative mesh names from the URDF's folder. A package's root is that
+/// folder or its parent (the usual <package>/urdf/arm.urdf).
 std::filesystem::path resolve_mesh(const std::filesystem::path& folder, const std::string& name) {
   const std::string package = "package://", file = "file://";
   std::string rest = name;
@@ -160,7 +160,7 @@ LinkMesh mesh_of(const urdf::Visual& visual, const urdf::Mesh& mesh, const geome
   return result;
 }
 
-/// Adds a URDF link, at `X_link_frame` in the moving link `link`, and all that is fixed to it.
+/// Adds a URDF link, at `X_link_frame` in the moving link `link`, and everything fixed to it.
 void absorb(const urdf::Link& source, const geometry::Pose& X_link_frame, const std::string& next_in_chain,
             const std::filesystem::path& folder, Link& link) {
   link.frames.emplace_back(source.name, X_link_frame);
@@ -213,11 +213,11 @@ core::Expected<SerialArm> SerialArm::from_urdf(const std::filesystem::path& urdf
 
     SerialArm arm;
     arm.X_WB_ = X_WB;
-    urdf::LinkConstSharedPtr carried =
-        model->getRoot();         // URDF link that gives the current moving link its frame
-    geometry::Pose X_link_frame;  // of the chain's newest URDF link in the current moving link
+    // URDF link whose frame is the current moving link's.
+    urdf::LinkConstSharedPtr carried = model->getRoot();
+    geometry::Pose X_link_frame;  // pose of the chain's latest URDF link in the current moving link
     for (std::size_t i = 0; i <= chain.size(); ++i) {
-      // Follow fixed joints of the chain; absorb() takes them as part of the link.
+      // Follow the chain's fixed joints; absorb() makes what they carry part of the link.
       if (i < chain.size()) {
         const geometry::Pose X_frame_joint = pose_of(chain[i]->parent_to_joint_origin_transform);
         if (!finite(X_frame_joint))

@@ -19,7 +19,7 @@ std::string unknown_link(const SerialArm& arm, const std::string& name) {
   return "skin: link '" + name + "' is not in the arm; allowed: " + known;
 }
 
-/// The number in `cluster_kind` of a cluster; adds it to the layout's kinds if it is new.
+/// Returns the `cluster_kind` of a cluster, which it adds to the layout's kinds if it is new.
 core::Expected<std::uint8_t> kind_of(const std::optional<ClusterSpec>& cluster, SkinLayout& layout) {
   if (!cluster) return std::uint8_t{0};
   const auto found = std::find(layout.clusters.begin(), layout.clusters.end(), *cluster);
@@ -32,7 +32,7 @@ core::Expected<std::uint8_t> kind_of(const std::optional<ClusterSpec>& cluster, 
   return static_cast<std::uint8_t>(index + 1);
 }
 
-/// Appends sensors (in the link's frame), points or clusters as wanted.
+/// Appends the point sensors or, if `clusters`, the cluster sensors; positions are in the link's frame.
 Status append(const std::vector<PlacedSensor>& sensors, bool clusters, SkinLayout& layout) {
   for (const PlacedSensor& sensor : sensors) {
     if (sensor.cluster.has_value() != clusters) continue;

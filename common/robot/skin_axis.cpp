@@ -27,7 +27,7 @@ std::string check_axis(const AxisSensors& axis, const PartRules& rules) {
   return check_sensor(axis.gain, axis.cluster);
 }
 
-/// The cluster at a share of the line: m falls linearly to the tip's.
+/// Returns the cluster at share `t` of the line; m falls linearly to its value at the tip.
 std::optional<ClusterSpec> cluster_at(const AxisSensors& axis, double t) {
   std::optional<ClusterSpec> cluster = axis.cluster;
   if (cluster && axis.tip_reach_vox) {
@@ -37,7 +37,7 @@ std::optional<ClusterSpec> cluster_at(const AxisSensors& axis, double t) {
   return cluster;
 }
 
-/// Ends of the K shares of the line, 0…1, the last 1.
+/// Returns the ends of the K shares of the line, 0…1; the last is 1.
 std::vector<double> places(const AxisSensors& axis, double length_m, const PartRules& rules) {
   std::vector<double> t;
   if (axis.count || !axis.tip_reach_vox) {
@@ -45,7 +45,7 @@ std::vector<double> places(const AxisSensors& axis, double length_m, const PartR
     for (double k = 1.0; k <= count; k += 1.0) t.push_back(k / count);
     return t;
   }
-  for (double along = 0.0; along < 1.0;) {  // steps of m, as the spheres shrink
+  for (double along = 0.0; along < 1.0;) {  // steps of m voxels, which shorten as the spheres shrink
     along += rules.pitch_of(cluster_at(axis, along)) / length_m;
     t.push_back(std::min(along, 1.0));
   }

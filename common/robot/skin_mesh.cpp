@@ -1,4 +1,4 @@
-// Sensors all over a mesh: a maximal Poisson-disk set of surface points, each with the area nearest to it.
+// Sensors all over a mesh: a maximal Poisson-disk set of surface points. Each gets the area nearest to it.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -12,11 +12,10 @@ namespace {
 
 using core::Status;
 
-constexpr double kApart = 0.7;      // least distance of sensors, as a share of the pitch
-constexpr double kPieceEdge = 0.3;  // longest edge of the pieces that are dealt out, likewise
+constexpr double kApart = 0.7;      // least distance between sensors, as a share of the pitch
+constexpr double kPieceEdge = 0.3;  // longest edge of the surface pieces, as a share of the pitch
 constexpr double kMostPieces = 5e7;
 
-/// A small piece of the surface.
 struct Piece {
   Eigen::Vector3d centre_m;
   double area_m2;
@@ -50,7 +49,7 @@ void cut(const std::array<Eigen::Vector3d, 3>& triangle, double edge_m, std::vec
   }
 }
 
-/// A number that looks random and is the same everywhere (splitmix64).
+/// Returns a pseudo-random number that is the same on every machine (splitmix64).
 std::uint64_t scrambled(std::uint64_t i) {
   i += 0x9e3779b97f4a7c15U;
   i = (i ^ (i >> 30U)) * 0xbf58476d1ce4e5b9U;
@@ -58,7 +57,7 @@ std::uint64_t scrambled(std::uint64_t i) {
   return i ^ (i >> 31U);
 }
 
-/// The pieces in an order without pattern.
+/// Returns the pieces' indices in pseudo-random order.
 std::vector<std::size_t> shuffled(std::size_t count) {
   std::vector<std::pair<std::uint64_t, std::size_t>> order(count);
   for (std::size_t i = 0; i < count; ++i) order[i] = {scrambled(i), i};
@@ -81,7 +80,8 @@ core::Expected<std::vector<Piece>> pieces_of(const geometry::TriangleMesh& mesh,
     area += 0.5 * (corner(b) - corner(a)).cross(corner(c) - corner(a)).norm();
   }
   if (!(area > 0.0)) return Status::invalid_argument("has no surface");
-  // Pieces are at most half a square of the edge and, cut in halves, seldom less than an eighth of it.
+  // A piece's area is at most half of edge_m². Pieces come from halving, so it is seldom less than an eighth
+  // of it.
   if (area / (0.125 * edge_m * edge_m) + static_cast<double>(mesh.triangles.size()) > kMostPieces) {
     return Status::invalid_argument("its surface of " + std::to_string(area) +
                                     " m² is too large for the pitch; widen the pitch");
@@ -112,7 +112,8 @@ core::Expected<std::vector<PlacedSensor>> sensors_of(const MeshSensors& mesh, co
   }
   for (const Piece& piece : *pieces) sensors[chosen.nearest(piece.centre_m)->index].area_m2 += piece.area_m2;
 
-  // Neighbours in space become neighbours in memory, which is what the sensing tick's cache wants.
+  // Sorting by cell makes neighbours in space neighbours in memory, which suits the cache in the sensing
+  // tick.
   const auto cell = [&](const PlacedSensor& sensor) {
     const Eigen::Vector3d at = (sensor.position_m / (8.0 * rules.voxel_m)).array().floor();
     return std::tuple(at.z(), at.y(), at.x());

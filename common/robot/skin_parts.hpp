@@ -1,5 +1,5 @@
 #pragma once
-// How the parts of a skin become sensors; shared by the files that lay out a skin, not meant for others.
+// Private to the files that lay out a skin: turns the parts of a skin into sensors.
 
 #include <algorithm>
 #include <optional>
@@ -18,22 +18,22 @@ struct PlacedSensor {
   std::optional<ClusterSpec> cluster;
 };
 
-/// What every part must keep to.
+/// Limits that apply to every part of a skin.
 struct PartRules {
   double voxel_m = 0.0;
-  double pitch_m = 0.0;  ///< of point sensors: neighbours must be nearer than this
-  std::size_t room = 0;  ///< sensors that may still be added
+  double pitch_m = 0.0;  ///< for point sensors: neighbours must be closer than this
+  std::size_t room = 0;  ///< number of sensors that may still be added
   Normalisation normalisation = Normalisation::kArea;
 
-  /// Cluster sensors look m voxels around, so they may stand that much apart.
+  /// A cluster sensor reads m voxels around it, so cluster sensors may be m times the pitch apart.
   double pitch_of(const std::optional<ClusterSpec>& cluster) const {
     return pitch_m * (cluster ? std::max(1, cluster->reach_vox) : 1);
   }
 };
 
-/// What is wrong with gain or cluster of a part; empty if nothing.
+/// Returns what is wrong with the gain or the cluster of a part, or an empty string.
 std::string check_sensor(double gain, const std::optional<ClusterSpec>& cluster);
-/// "the skin has more than the allowed …": the error of a part that needs `more` sensors, if they do not fit.
+/// Returns the error "the skin has more than the allowed …" if `more` sensors do not fit.
 std::optional<core::Status> check_room(double more, const PartRules& rules);
 
 core::Expected<std::vector<PlacedSensor>> sensors_of(const SkinSegment& segment, const PartRules& rules);

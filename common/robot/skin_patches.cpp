@@ -14,7 +14,7 @@ SkinPatches::SkinPatches(const SerialArm& arm, const SkinLayout& layout) : arm_(
   worst_.resize(patches_.size());
 }
 
-/// False if there are too many.
+/// Returns false if there are too many patches.
 bool SkinPatches::divide(double edge_m) {
   edge_m_ = edge_m;
   patches_.clear();
@@ -42,7 +42,7 @@ bool SkinPatches::divide(double edge_m) {
   return true;
 }
 
-/// What a sensor meets: at its voxel, or the greatest of its zone.
+/// Returns the code that a sensor meets: at its voxel or, for a cluster sensor, the greatest in its zone.
 std::uint8_t SkinPatches::code_of(std::size_t sensor, std::size_t link, workspace::Index3 at,
                                   const workspace::Workspace& workspace, const Muted& muted) const {
   const auto felt = [&](workspace::Index3 voxel) {

@@ -12,25 +12,26 @@
 
 namespace phantom::robot {
 
-/// A skin by patches of some centimetres, for eyes: which of them meet fluid, and of what μ. Looks at the
-/// workspace sensor by sensor, apart from SkinSensing and its tick. Not thread-safe, not real-time safe.
+/// Divides a skin into patches of some centimetres for display, and finds which patches meet fluid of what μ.
+/// Reads the workspace sensor by sensor, independently of SkinSensing and its tick. Not thread-safe, not
+/// real-time safe.
 class SkinPatches {
  public:
-  static constexpr std::size_t kMost = 1024;  ///< patches; as idl's SkinPercept
+  static constexpr std::size_t kMost = 1024;  ///< patches; the same as in SkinPercept of the IDL
 
-  /// Divides the skin into the cubes of its links' frames, of the finest edge from 20 mm up that gives kMost
-  /// or fewer patches. Both outlive this.
+  /// Divides the skin by cubes in its links' frames. The cubes' edge is 20 mm, or longer if that would give
+  /// more than kMost patches. `arm` and `layout` must outlive this object.
   SkinPatches(const SerialArm& arm, const SkinLayout& layout);
 
   struct Patch {
     std::size_t link = 0;
-    Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();  ///< of its sensors, in the link's frame
-    float mu = 0.0F;                                     ///< Pa·s/m, greatest that a sensor meets
+    Eigen::Vector3d middle_m = Eigen::Vector3d::Zero();  ///< centre of its sensors, in the link's frame
+    float mu = 0.0F;                                     ///< Pa·s/m, greatest that one of its sensors meets
   };
-  /// Whether a link may touch an object, whose fluid it then does not feel.
+  /// Returns whether a link may touch an object. The link then does not feel the fluid of that object.
   using Muted = std::function<bool(std::size_t link, std::uint16_t object)>;
-  /// The patches that meet fluid at these joint positions (rad or m; finite), each by its worst sensor. Lasts
-  /// until the next call.
+  /// Returns the patches that meet fluid at these joint positions (rad or m; finite), each with its worst
+  /// sensor's μ. The result is valid until the next call.
   const std::vector<Patch>& sense(const core::JointArray& position, const workspace::Workspace& workspace,
                                   const Muted& muted = {});
 
@@ -46,9 +47,9 @@ class SkinPatches {
   const SkinLayout& layout_;
   double edge_m_ = 0.0;
   std::vector<Patch> patches_;
-  std::vector<std::uint16_t> patch_of_;   // by sensor
-  std::vector<ClusterStencil> stencils_;  // by cluster kind
-  std::vector<std::uint8_t> worst_;       // code by patch, this time
+  std::vector<std::uint16_t> patch_of_;   // for each sensor
+  std::vector<ClusterStencil> stencils_;  // for each kind of cluster
+  std::vector<std::uint8_t> worst_;       // for each patch: the greatest code in this call
   std::vector<Patch> felt_;
 };
 

@@ -11,7 +11,7 @@ namespace {
 
 using core::Status;
 
-/// Corners of both ends (the shell lines' end points), and K spans along each line.
+/// Corners of both ends (the end points of the shell lines), and the number K of spans along each line.
 struct Shell {
   std::vector<Eigen::Vector3d> from, to;
   int spans = 1;
@@ -21,7 +21,7 @@ double chord_m(double radius_m, int sides) { return 2.0 * radius_m * std::sin(st
 
 std::string mm(double metres) { return std::to_string(metres * 1e3) + " mm"; }
 
-/// Fewest sides whose chord is below the pitch.
+/// Returns the fewest sides whose chord is below the pitch.
 int fewest_sides(double radius_m, double pitch_m) {
   if (chord_m(radius_m, 3) < pitch_m) return 3;
   int sides =
@@ -30,7 +30,7 @@ int fewest_sides(double radius_m, double pitch_m) {
   return sides;
 }
 
-/// Fewest spans, each strictly below the pitch.
+/// Returns the fewest spans of which each is strictly below the pitch.
 double fewest_spans(double length_m, double pitch_m) { return std::floor(length_m / pitch_m) + 1.0; }
 
 std::string check_polygon(const char* name, const std::vector<PolygonPoint>& polygon) {
@@ -74,8 +74,8 @@ std::string check_shape(const SkinSegment& segment) {
   return check_sensor(segment.gain, segment.cluster);
 }
 
-/// Two unit vectors that span the plane across `axis`, fixed by the axis alone so that a layout can be
-/// repeated.
+/// Returns two unit vectors that span the plane across `axis`. They depend on the axis alone, so that a
+/// layout can be reproduced.
 std::pair<Eigen::Vector3d, Eigen::Vector3d> across(const Eigen::Vector3d& axis) {
   Eigen::Index least = 0;
   axis.cwiseAbs().minCoeff(&least);
@@ -83,7 +83,7 @@ std::pair<Eigen::Vector3d, Eigen::Vector3d> across(const Eigen::Vector3d& axis) 
   return {u, axis.cross(u)};
 }
 
-/// The corners of one end, as many as `corners` says.
+/// Returns the corners of one end.
 std::vector<Eigen::Vector3d> ring(const Eigen::Vector3d& centre_m, const Eigen::Vector3d& axis,
                                   double spin_rad, const std::vector<PolygonPoint>& corners) {
   const auto [u, v] = across(axis);
@@ -114,7 +114,7 @@ core::Expected<Shell> regular_shell(const SkinSegment& segment, const Eigen::Vec
                ring(segment.to_m, axis, segment.spin_rad, regular_polygon(segment.to_radius_m, sides))};
 }
 
-/// Adds points on the edges of both polygons until neighbours are nearer than the pitch.
+/// Adds points on the edges of both polygons until neighbours are closer than the pitch.
 Shell subdivided(const Shell& coarse, double pitch_m) {
   Shell fine;
   for (std::size_t p = 0; p < coarse.from.size(); ++p) {
@@ -161,7 +161,7 @@ core::Expected<Shell> polygon_shell(const SkinSegment& segment, const Eigen::Vec
   return given;
 }
 
-/// Sets K: as given if fine enough, else the fewest spans.
+/// Sets K from the given number of rings, which must be fine enough, or else to the fewest spans.
 std::optional<Status> choose_spans(const SkinSegment& segment, double pitch_m, Shell& shell) {
   double longest = 0.0;
   for (std::size_t p = 0; p < shell.from.size(); ++p)
@@ -187,7 +187,7 @@ double patch_m2(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen:
   return 0.5 * (triangle(a, b, c) + triangle(a, c, d) + triangle(a, b, d) + triangle(b, c, d));
 }
 
-/// Surface between corner p's line and the next one's, from t0 to t1 along them.
+/// Area between the lines of corner p and the next corner, from share t0 to t1 of the lines.
 double strip_m2(const Shell& shell, std::size_t p, double t0, double t1) {
   const std::size_t next = (p + 1) % shell.from.size();
   const auto at = [&](std::size_t corner, double t) -> Eigen::Vector3d {
@@ -196,7 +196,7 @@ double strip_m2(const Shell& shell, std::size_t p, double t0, double t1) {
   return patch_m2(at(p, t0), at(next, t0), at(next, t1), at(p, t1));
 }
 
-/// Surface of the round segment from t0 to t1.
+/// Area of the round segment from share t0 to t1 of its axis.
 double band_m2(const SkinSegment& segment, double t0, double t1) {
   const double taper = segment.to_radius_m - segment.from_radius_m;
   const double slant = std::hypot((segment.to_m - segment.from_m).norm(), taper);

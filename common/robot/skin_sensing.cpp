@@ -7,10 +7,11 @@
 namespace phantom::robot {
 namespace {
 
-/// Farther from the grid's origin a link feels nothing; the kernel's integers hold that many voxels.
+/// A link farther from the grid's origin than this feels nothing. The kernel's integers can hold that many
+/// voxels.
 constexpr double kFarthest_vox = 1e9;
-/// What a thread takes at a time: some microseconds' work. The sums of each part are taken in the same order
-/// and added up in the same order, whoever takes it.
+/// Size of the part that a thread takes at a time: some microseconds of work. Each part is summed, and the
+/// parts are added up, in a fixed order, whichever thread takes them.
 constexpr std::size_t kPointsOfPart = 16 * kernel::kBlock, kClustersOfPart = 32;
 
 /// ∇μ by central differences, per voxel.
@@ -24,7 +25,7 @@ Eigen::Vector3d gradient_per_vox(const workspace::Workspace& workspace, workspac
          (2.0 * reach);
 }
 
-/// False for a pose that is not finite, too.
+/// Also returns false for a pose that is not finite.
 bool is_near(const geometry::Pose& X_WL, const workspace::GridSpec& grid) noexcept {
   return X_WL.rotation.allFinite() &&
          (X_WL.translation_m - grid.origin_m).norm() < kFarthest_vox * grid.voxel_size_m;
@@ -37,8 +38,8 @@ struct SkinSensing::Totals {
   kernel::GradientSums slopes{};
   std::size_t active = 0, muted = 0;
 
-  /// What the kernel adds for a point, for one sensor of effective viscosity `mu` and gradient `g` per voxel,
-  /// at `p_L_m` in the link's frame and `r_vox` from the link's origin in W axes.
+  /// Adds what the kernel adds for one sensor of effective viscosity `mu` and gradient `g` per voxel, at
+  /// `p_L_m` in the link's frame and `r_vox` from the link's origin in W axes.
   void add(double weight, double mu, const Eigen::Vector3d& p_L_m) noexcept {
     const double m = weight * mu, x = p_L_m.x(), y = p_L_m.y(), z = p_L_m.z();
     const double terms[10] = {1.0, x, y, z, x * x, x * y, x * z, y * y, y * z, z * z};
@@ -61,8 +62,8 @@ struct SkinSensing::Totals {
   }
 };
 
-/// Sensors of one link that one thread takes: points, by their packed places, or cluster sensors, by their
-/// places in the layout.
+/// Sensors of one link that one thread takes: point sensors by packed index, or cluster sensors by index in
+/// the layout.
 struct alignas(64) SkinSensing::Part {
   std::size_t link, first, end;
   bool clusters;
@@ -156,13 +157,13 @@ kernel::Points SkinSensing::points_of(std::size_t first, std::size_t end) const 
   return {&x_m_[first], &y_m_[first], &z_m_[first], &weight_[first], end - first};
 }
 
-/// Without what fills up the link's last group.
+/// Returns the number of sensors in a part, without the padding of the link's last group.
 std::size_t SkinSensing::sensors_of(const Part& part) const noexcept {
   const std::size_t points = layout_->first_cluster[part.link] - layout_->first[part.link];
   return std::min(part.end, packed_first_[part.link] + points) - part.first;
 }
 
-/// The kernel's rule, for one place.
+/// Applies the kernel's rule to one point.
 workspace::Index3 SkinSensing::voxel_of(std::size_t link, const Eigen::Vector3d& p_L_m) const noexcept {
   const kernel::ToVoxels& to = to_voxels_[link];
   const auto index = [&](std::size_t axis) {
@@ -173,14 +174,15 @@ workspace::Index3 SkinSensing::voxel_of(std::size_t link, const Eigen::Vector3d&
   return {index(0), index(1), index(2)};
 }
 
-/// With memory or muted objects: look up, mute, smooth, then sum.
+/// With memory or muted objects: looks up, mutes, smooths, then sums.
 void SkinSensing::sense_slowly(Part& part, const kernel::Points& points, const kernel::Field& field,
                                const workspace::Workspace& workspace) noexcept {
   kernel::look_up(field, to_voxels_[part.link], points, &codes_[part.first],
                   memory_ ? &voxels_[part.first] : nullptr);
   const MutedObjects& list = muted_objects_[part.link];
   const std::size_t sensors = sensors_of(part);
-  // What fills up the last group has a code, too, and feels nothing: no gradient is to be taken there.
+  // The padding of the last group also has codes, but feels nothing. Code 0 keeps gradients from being
+  // computed there.
   std::fill(&codes_[part.first] + sensors, &codes_[part.first] + points.count, std::uint8_t{0});
   for (std::size_t i = 0; i < sensors; ++i) {
     const std::size_t at = part.first + i;
@@ -273,7 +275,7 @@ void SkinSensing::place_link(std::size_t link, const geometry::Pose& X_WL,
   }
 }
 
-/// What a link's parts found, about its origin in W axes.
+/// Adds the sums of a link's parts to the results, about the link's origin in W axes.
 void SkinSensing::take(std::size_t link, const Totals& totals, const geometry::Pose& X_WL,
                        double voxel_size_m) noexcept {
   const double* t = totals.moments.sum;
@@ -303,8 +305,8 @@ void SkinSensing::sense(const LinkPoses& X_WL, std::size_t joint_count,
   if (!layout_->clusters.empty()) std::fill(cluster_codes_.begin(), cluster_codes_.end(), std::uint8_t{0});
   const workspace::GridSpec& grid = workspace.grid();
   if (grid.voxel_count() <= 0) return;
-  // Codes past the palette cannot be: the assembler refuses them. The zeros after it keep the look-up in
-  // bounds anyway.
+  // Codes beyond the palette cannot occur, because the assembler refuses them. The zeros after the palette
+  // keep the look-up in bounds anyway.
   palette_.fill(0.0F);
   std::copy(workspace.palette().begin(), workspace.palette().end(), palette_.begin());
   if (!layout_->clusters.empty()) fill_response(options_.response, workspace.palette(), response_);
@@ -324,7 +326,7 @@ void SkinSensing::sense(const LinkPoses& X_WL, std::size_t joint_count,
       sense_points(part, workspace);
     }
   });
-  for (auto part = parts_.begin(); part != parts_.end();) {  // a link's parts are added to its first
+  for (auto part = parts_.begin(); part != parts_.end();) {  // a link's parts are added to its first part
     const auto first = part++;
     for (; part != parts_.end() && part->link == first->link; ++part) first->totals.add(part->totals);
     if (felt[first->link]) take(first->link, first->totals, X_WL[first->link], grid.voxel_size_m);

@@ -18,13 +18,13 @@
 
 namespace phantom::robot {
 
-/// The sensor that meets the greatest μ. Among several of that μ, the one in whose surroundings μ is
-/// greatest: that is where the object is nearest, finer than the layers tell.
+/// The sensor that meets the greatest μ. If several meet it, the sensor around which μ is greatest: that is
+/// where the object is nearest, resolved more finely than by the layers.
 struct WorstSensor {
-  bool found = false;       ///< false: every sensor is in free space; the rest is then meaningless
+  bool found = false;       ///< false: every sensor is in free space and the rest is meaningless
   std::size_t sensor = 0;   ///< index in the layout
   std::size_t link = 0;     ///< link that carries it
-  workspace::Index3 voxel;  ///< where it is; for a cluster sensor the nearest voxel of its zone with that μ
+  workspace::Index3 voxel;  ///< its voxel; for a cluster sensor the nearest voxel of its zone with that μ
   Eigen::Vector3d position_W_m = Eigen::Vector3d::Zero();
   float mu = 0.0F;           ///< Pa·s/m
   std::int8_t order = 0;     ///< neighbour order of that voxel
@@ -32,48 +32,49 @@ struct WorstSensor {
 };
 
 struct SensingOptions {
-  /// Also take the sums of ∇μ (for directional drag): central differences over ± gradient_reach_vox voxels,
-  /// on sensors that meet fluid. The reach should be a layer's thickness: μ is constant within a layer, and a
-  /// shorter one sees no gradient in a layer's middle.
+  /// Also computes the sums of ∇μ for directional drag, by central differences over ± gradient_reach_vox
+  /// voxels at the sensors that meet fluid. The reach should be a layer's thickness. μ is constant within a
+  /// layer, so a shorter reach finds no gradient in the middle of a layer.
   bool gradient = false;
   int gradient_reach_vox = 4;
-  MemoryWeights memory;    ///< smooths μ of point sensors along their way (table 4.2); empty: not
+  MemoryWeights memory;    ///< smooths μ of point sensors along their path (table 4.2); empty: no smoothing
   ResponseCurve response;  ///< of cluster sensors
-  /// That share the sensors; 1: the caller's alone. The results are the same, bit for bit, with any number.
-  /// More than the host has cores is of no use.
+  /// Number of threads that share the work; 1: only the caller's. The results are the same, bit for bit, for
+  /// any number. More threads than the host has cores do not help.
   std::size_t threads = 1;
 };
 
-/// Takes the sums of a whole skin against a workspace. Holds the scratch memory of a tick and packed copies
-/// of the sensors; the layout and the workspace are constant. Sums are kept in doubles: they agree with the
-/// literal ones to 1e-9 (relative).
+/// Computes the sums of a whole skin in a workspace. Holds packed copies of the sensors and the scratch
+/// memory of a tick; the layout and the workspace are constant. Sums are kept in doubles and agree with the
+/// literal twin's to 1e-9 (relative).
 ///
-/// Cost, whatever the number of joints: for a point sensor one byte gathered and ten sums, in SIMD (groups of
-/// 16 in free space alone need no sums: a skin all in fluid takes up to half as long again as one in none;
-/// see also kernel::sense); with `gradient` six more bytes for each group of 16 sensors of which one meets
-/// fluid; for a cluster sensor a byte for each voxel of its zone. Memory (5 scalar operations and a ring
-/// entry a sensor) and muted contacts (one object looked up for each sensor of that link in fluid) leave the
-/// fast loop for the link they concern.
+/// The cost does not depend on the number of joints. A point sensor takes one gathered byte and ten sums, in
+/// SIMD. Groups of 16 sensors wholly in free space need no sums, so a skin entirely in fluid takes up to half
+/// as long again as one in free space; see also kernel::sense. With `gradient`, each sensor takes six more
+/// bytes if its group of 16 meets fluid. A cluster sensor takes a byte for each voxel of its zone. Memory (5
+/// scalar operations and a ring entry for each sensor) and muted contacts (one object look-up for each sensor
+/// of that link in fluid) use a slower loop for the links they concern.
 class SkinSensing {
  public:
-  /// The layout outlives this. Not real-time safe.
+  /// The layout must outlive this object. Not real-time safe.
   SkinSensing(const SkinLayout& layout, const SensingOptions& options);
   ~SkinSensing();
 
-  /// Real-time safe: yes. Results: sums(), active(), muted(), worst(). `joint_count` moving links are sensed;
-  /// a link whose pose is not finite feels nothing.
+  /// Senses the workspace with links 1 … `joint_count`. Results: sums(), active(), muted(), worst(). A link
+  /// whose pose is not finite feels nothing. Real-time safe: yes.
   void sense(const LinkPoses& X_WL, std::size_t joint_count, const workspace::Workspace& workspace) noexcept;
 
-  /// Intended contact: from now on a link does not feel the fluid of an object (or feels it again). At most
-  /// kMostMuted objects a link; false if there is no room. Real-time safe: yes.
+  /// Mutes an object for a link (intended contact): the link no longer feels the object's fluid, until it is
+  /// unmuted. A link can have at most kMostMuted muted objects; returns false if there is no room. Real-time
+  /// safe: yes.
   bool mute(std::size_t link, std::uint16_t object, bool muted) noexcept;
   static constexpr std::size_t kMostMuted = 16;
-  /// Forgets which viscosities sensors came through. Real-time safe: yes.
+  /// Forgets the viscosities that sensors met before. Real-time safe: yes.
   void forget() noexcept;
 
   const LinkSums& sums() const noexcept { return sums_; }
   std::size_t active() const noexcept { return active_; }  ///< sensors that meet fluid
-  std::size_t muted() const noexcept { return muted_; }    ///< sensors that meet fluid they must not feel
+  std::size_t muted() const noexcept { return muted_; }    ///< sensors in fluid that is muted for them
   const WorstSensor& worst() const noexcept { return worst_; }
   const SkinLayout& layout() const noexcept { return *layout_; }
 
@@ -83,12 +84,12 @@ class SkinSensing {
     std::size_t count = 0;
     bool has(std::uint16_t id) const noexcept;
   };
-  struct Totals;           // sums at work
-  struct Part;             // sensors for one thread to take
+  struct Totals;           // running sums
+  struct Part;             // the sensors that one thread takes
   struct WorstCandidates;  // candidates for the worst sensor
-  struct Neighbourhood;    // voxels around one
-  /// Sum of μ on the neighbourhood of a voxel, which rises voxel by voxel towards the object, also within a
-  /// layer; and the way it rises.
+  struct Neighbourhood;    // offsets of the voxels around a voxel
+  /// The sum of μ around a voxel, which rises voxel by voxel towards the object, even within a layer; and the
+  /// direction in which μ rises.
   struct Surroundings {
     double mu;
     Eigen::Vector3d uphill_W;
@@ -117,21 +118,21 @@ class SkinSensing {
 
   const SkinLayout* layout_;
   SensingOptions options_;
-  std::vector<ClusterStencil> stencils_;  // by cluster kind
+  std::vector<ClusterStencil> stencils_;  // for each kind of cluster
   std::optional<MuMemory> memory_;
 
   // Point sensors, link by link in whole groups (kernel::kGroup).
   std::array<std::size_t, core::kMaxJoints + 2> packed_first_{};
   AlignedVector<double> x_m_, y_m_, z_m_, weight_;
-  // The same from the centres of their blocks (of kernel::kBlock sensors, link by link).
+  // Positions relative to the centres of their blocks (of kernel::kBlock sensors, link by link).
   std::array<std::size_t, core::kMaxJoints + 1> first_block_{};
   std::vector<kernel::Block> blocks_;
   AlignedVector<std::int32_t> x_steps_, y_steps_, z_steps_;
-  AlignedVector<std::uint8_t> codes_;        // this tick
-  AlignedVector<std::uint32_t> voxels_;      // with memory
-  AlignedVector<double> mu_;                 // with memory or muted objects
-  std::vector<std::uint8_t> block_worst_;    // greatest code of each kernel::kBlock packed sensors
-  std::vector<std::uint8_t> cluster_codes_;  // greatest code of each cluster sensor, by sensor
+  AlignedVector<std::uint8_t> codes_;        // of this tick
+  AlignedVector<std::uint32_t> voxels_;      // only with memory
+  AlignedVector<double> mu_;                 // only with memory or muted objects
+  std::vector<std::uint8_t> block_worst_;    // greatest code of each block of kernel::kBlock packed sensors
+  std::vector<std::uint8_t> cluster_codes_;  // greatest code of each cluster sensor, by sensor index
   std::shared_ptr<const Neighbourhood> neighbourhood_;
   std::vector<Part> parts_;  // link by link
   WorkerTeam team_;

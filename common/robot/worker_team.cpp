@@ -7,8 +7,8 @@ namespace {
 
 constexpr unsigned kPartBits = 20;
 constexpr std::uint64_t kPartMask = WorkerTeam::kMostParts;
-/// Looks before a thread parks: some tens of microseconds, longer than a worker is behind the others at the
-/// end of a job, much shorter than what lies between two ticks.
+/// Number of checks before a thread parks: some tens of microseconds. That is longer than a worker lags
+/// behind the others at the end of a job, and much shorter than the time between two ticks.
 constexpr int kLooks = 1000;
 
 void relax() noexcept {
@@ -22,7 +22,7 @@ void relax() noexcept {
 std::uint64_t part_of(std::uint64_t ticket) noexcept { return ticket & kPartMask; }
 std::uint64_t parts_of(std::uint64_t ticket) noexcept { return ticket >> kPartBits & kPartMask; }
 
-/// Waits until `value` is not `old`: looks for a while, then parks.
+/// Waits until `value` is no longer `old`: checks for a while, then parks.
 void wait_for_change(const std::atomic<std::int32_t>& value, std::int32_t old) noexcept {
   for (int i = 0; i < kLooks; ++i, relax()) {
     if (value.load(std::memory_order_acquire) != old) return;
@@ -59,7 +59,7 @@ void WorkerTeam::take_parts() noexcept {
 }
 
 void WorkerTeam::serve() noexcept {
-  // The bell is read before the ticket: a job that comes in between rings it, and the wait ends at once.
+  // The bell is read before the ticket: a job that starts in between rings it, and the wait ends at once.
   for (std::int32_t heard = bell_.load(std::memory_order_acquire); !stop_.load(std::memory_order_relaxed);
        wait_for_change(bell_, heard), heard = bell_.load(std::memory_order_acquire)) {
     take_parts();

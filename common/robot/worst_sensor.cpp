@@ -1,4 +1,5 @@
-// Which sensor the percept speaks of: the worst, and where several are, the nearest to the object.
+// Finds the sensor that the percept reports: the one in the greatest μ or, of several, the nearest to the
+// object.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
@@ -8,9 +9,9 @@
 namespace phantom::robot {
 namespace {
 
-/// Blocks of points that sensors of the greatest μ are taken from, and clusters, at most.
+/// Greatest number of blocks of points, and of cluster sensors, from which candidates are taken.
 constexpr std::size_t kCandidates = 8;
-/// Sensors among them, evenly chosen, whose surroundings are looked at first.
+/// Number of candidates, evenly chosen, whose surroundings are read first.
 constexpr std::size_t kFirstLooks = 3;
 
 }  // namespace
@@ -37,7 +38,7 @@ std::shared_ptr<const SkinSensing::Neighbourhood> SkinSensing::make_neighbourhoo
   return std::make_shared<const Neighbourhood>(reach_vox);
 }
 
-/// Sensors that meet a code, as they are found.
+/// Sensors that meet a given code, collected one after another.
 struct SkinSensing::WorstCandidates {
   struct Candidate {
     std::uint32_t link, sensor;
@@ -47,8 +48,8 @@ struct SkinSensing::WorstCandidates {
   std::size_t count = 0;
 };
 
-/// Sensors that meet `code`: of at most kCandidates blocks of points, evenly chosen among those that hold it,
-/// and as many clusters.
+/// Finds sensors that meet `code`: those in at most kCandidates blocks of points, evenly chosen among the
+/// blocks that hold it, and as many clusters.
 void SkinSensing::find_worst_candidates(std::uint8_t code, WorstCandidates& candidates) const noexcept {
   const auto holders = static_cast<std::size_t>(std::count(block_worst_.begin(), block_worst_.end(), code));
   const std::size_t stride = (holders + kCandidates - 1) / kCandidates;
@@ -60,7 +61,7 @@ void SkinSensing::find_worst_candidates(std::uint8_t code, WorstCandidates& cand
       if (block_worst_[block] != code || holder++ % stride != 0) continue;
       const std::size_t end = std::min(first + kernel::kBlock, points);
       for (std::size_t i = first; i < end;
-           ++i) {  // no branch on what is there: written, and kept if it holds
+           ++i) {  // without a branch on the code: always written, kept only if it holds
         candidates.item[candidates.count] = {link, static_cast<std::uint32_t>(layout_->first[link] + i)};
         candidates.count += codes_[packed + i] == code ? 1U : 0U;
       }
@@ -92,7 +93,8 @@ SkinSensing::Surroundings SkinSensing::surroundings(workspace::Index3 at,
   return around;
 }
 
-/// The voxel in which a sensor meets a code: its own, or the nearest of its zone.
+/// Returns the voxel in which a sensor meets a code: its own or, for a cluster sensor, the nearest of its
+/// zone.
 std::optional<workspace::Index3> SkinSensing::place_of(std::size_t link, std::size_t sensor,
                                                        std::uint8_t code,
                                                        const workspace::Workspace& workspace) const noexcept {
@@ -112,7 +114,7 @@ std::optional<workspace::Index3> SkinSensing::place_of(std::size_t link, std::si
   return nearest;
 }
 
-/// The sensor that lies farthest in a direction.
+/// Returns the candidate that lies farthest in a direction.
 std::size_t SkinSensing::farthest(const WorstCandidates& candidates, const Eigen::Vector3d& direction_W,
                                   const LinkPoses& X_WL) const noexcept {
   std::size_t best = 0;
@@ -131,8 +133,8 @@ std::size_t SkinSensing::farthest(const WorstCandidates& candidates, const Eigen
   return best;
 }
 
-/// Of the sensors that meet the greatest code, a few are asked where the fluid thickens, and the one that
-/// lies farthest there is compared with them.
+/// Reads the surroundings of a few of the sensors that meet the greatest code. Then follows the gradient:
+/// reads those of the sensor that lies farthest uphill, and keeps the best of all.
 void SkinSensing::find_worst(const LinkPoses& X_WL, const workspace::Workspace& workspace) noexcept {
   std::uint8_t greatest = 0;
   for (const std::uint8_t worst : block_worst_) greatest = std::max(greatest, worst);

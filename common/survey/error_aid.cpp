@@ -15,7 +15,7 @@ using detail::words;
 
 constexpr std::size_t kMostSuspects = 3;
 
-/// Calls `take` with every choice of `count` of the places 0 … n − 1.
+/// Calls `take` with every choice of `count` of the indices 0 … n − 1.
 template <class Take>
 void for_each_choice(std::size_t n, std::size_t count, const Take& take) {
   std::vector<std::size_t> choice(count);
@@ -38,7 +38,7 @@ std::vector<std::size_t> without(const MeasuredFace& face, const std::vector<std
   return rest;
 }
 
-/// The sets of `count` corners without which the others lie on a plane, the likeliest first.
+/// Returns the sets of `count` corners without which the others lie on a plane, the likeliest first.
 std::vector<std::vector<std::size_t>> explanations(const Measurement& measurement, const MeasuredFace& face,
                                                    std::size_t count) {
   std::vector<std::pair<double, std::vector<std::size_t>>> found;
@@ -54,7 +54,7 @@ std::vector<std::vector<std::size_t>> explanations(const Measurement& measuremen
   return sets;
 }
 
-/// Height of a plane's surface over its middle plane, and its variance, in a place.
+/// Returns the variance of a fitted plane's height at a point.
 double height_variance(const Plane& plane, const Eigen::Vector3d& p_m) {
   const Eigen::Vector3d from = p_m - plane.point_m, by(1.0, from.dot(plane.axis_u), from.dot(plane.axis_v));
   return by.dot(plane.covariance * by);
@@ -66,10 +66,10 @@ void compare_with(const Plane& plane, const Measurement& measurement, bool in_th
   const double off_m = plane.normal.dot(node.p_W_m - plane.point_m);
   const double own = plane.normal.dot(node.covariance_m2 * plane.normal),
                of_plane = height_variance(plane, node.p_W_m);
-  // A corner pulls the plane towards itself; one that was left out does not.
+  // A corner pulls the fitted plane towards itself; one that was left out does not.
   const double variance = in_the_plane ? std::max(own - of_plane, 0.0) : own + of_plane;
-  const double steep =
-      std::max(std::abs(along), 1e-3);  // a beam that grazes the face says nothing of its range
+  // The lower bound is for a beam that grazes the face, whose range says nothing about the plane.
+  const double steep = std::max(std::abs(along), 1e-3);
   check.off_plane_m = off_m / (along < 0 ? -steep : steep);
   check.sigma_m = std::sqrt(variance) / steep;
 }
@@ -81,8 +81,8 @@ void note_normals(const Measurement& measurement, const MeasuredFace& face, Face
     const Eigen::Vector3d normal =
         (corners[i] - corners[(i + n - 1) % n]).cross(corners[(i + 1) % n] - corners[i]);
     if (normal.norm() == 0) continue;
-    const double cosine =
-        std::abs(normal.normalized().dot(check.normal));  // a notch's corner turns the other way
+    // The absolute value is for the corners of notches, which turn the other way.
+    const double cosine = std::abs(normal.normalized().dot(check.normal));
     check.nodes[i].normal_departs_rad = std::acos(std::min(cosine, 1.0));
   }
 }

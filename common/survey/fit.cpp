@@ -32,7 +32,7 @@ Eigen::Matrix<double, 3, 6> lever(const Eigen::Vector3d& from_centre) {
   return J;
 }
 
-/// Turn about an axis by the length of `theta`.
+/// Returns the rotation about `theta` by its length.
 Eigen::Matrix3d turn(const Eigen::Vector3d& theta) {
   const double angle = theta.norm();
   return angle > 0 ? geometry::rotation_about(theta / angle, angle) : Eigen::Matrix3d::Identity();
@@ -44,7 +44,7 @@ void move(geometry::Pose& X, const Eigen::Vector3d& centre, const Vector6& by) {
   X.rotation = geometry::rotation_from_quaternion(geometry::quaternion_xyzw(R * X.rotation));
 }
 
-/// Normal equations of the mapped nodes about a pose.
+/// Normal equations of the mapped nodes at a pose.
 struct Equations {
   Matrix6 information = Matrix6::Zero();
   Vector6 pull = Vector6::Zero();
@@ -64,7 +64,7 @@ Equations equations_at(const PartModel& part, const Measurement& measurement, co
   return e;
 }
 
-/// Spread of points across their line of best fit, and along it, m.
+/// Returns the spread of points across their line of best fit and along it, in m.
 std::pair<double, double> spread(const std::vector<Eigen::Vector3d>& points) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : points) middle += p / static_cast<double>(points.size());
@@ -93,7 +93,7 @@ geometry::Pose fit_four_steps(const PartModel& part, const Measurement& measurem
   std::vector<Eigen::Vector3d> modelled;
   for (const std::size_t node : face.nodes) modelled.push_back(part.nodes_O_m[map[node]]);
   const Eigen::Vector3d wanted = triangle_normal(measured, triangle, measurement.eye_W_m);
-  // The model's normal by the same corners, so that both face the same way whatever the polygon's shape.
+  // The model's normal comes from the same corners, so that both face the same way for any shape of polygon.
   Eigen::Vector3d own = (modelled[triangle[1]] - modelled[triangle[0]])
                             .cross(modelled[triangle[2]] - modelled[triangle[0]])
                             .normalized();
@@ -184,7 +184,7 @@ Eigen::Matrix<double, 3, 6> displacement_jacobian(const PoseFit& fit, const Eige
 }
 
 double worst_displacement_m(const PartModel& part, const PoseFit& fit, double confidence) {
-  const Eigen::LDLT<Matrix6> parts(fit.covariance);  // PᵀLDLᵀP, also of a semi-definite one
+  const Eigen::LDLT<Matrix6> parts(fit.covariance);  // PᵀLDLᵀP, also exists for a semi-definite matrix
   const Matrix6 lower = parts.matrixL();
   const Matrix6 root = parts.transpositionsP().transpose() *
                        Matrix6(lower * parts.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal());
@@ -202,7 +202,8 @@ double worst_displacement_m(const PartModel& part, const PoseFit& fit, double co
       square = std::max(square, (error.head<3>().cross(l) + error.tail<3>()).squaredNorm());
     worst_m.push_back(std::sqrt(square));
   }
-  // A standard error of the sample's rank beyond the confidence: the sample must not make it look better.
+  // The rank is one standard error above the confidence, so that the random sample does not make the bound
+  // look better than it is.
   const double rank = kRandomPoses * confidence + std::sqrt(kRandomPoses * confidence * (1 - confidence));
   const auto at = worst_m.begin() + static_cast<std::ptrdiff_t>(std::min(rank, kRandomPoses - 1.0));
   std::nth_element(worst_m.begin(), at, worst_m.end());

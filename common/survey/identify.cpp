@@ -8,14 +8,14 @@
 namespace phantom::survey {
 namespace {
 
-constexpr double kClearTurn_rad = 0.3;   // a turn's side is clear beyond this, and …
-constexpr double kClearBack_rad = 2.85;  // … up to this: sharper ones may be seen to turn the other way
-constexpr double kExact_m = 2e-4;        // corners of a part that a symmetry takes into one another
+constexpr double kClearTurn_rad = 0.3;   // beyond this, the side of a turn is clear …
+constexpr double kClearBack_rad = 2.85;  // … up to this: sharper turns may appear to go the other way
+constexpr double kExact_m = 2e-4;        // tolerance for corners of a part that a symmetry maps to each other
 
-/// A part's nodes for some of the measured faces.
+/// An assignment of a part's nodes to some of the measured faces.
 struct Partial {
   NodeMap map;
-  std::vector<std::uint32_t> faces;  // of the part, that must be seen
+  std::vector<std::uint32_t> faces;  // of the part, which must be visible
   std::optional<PoseFit> fit;
 };
 
@@ -104,8 +104,8 @@ class Search {
     for (std::size_t i = measured.closed ? 0 : 1; i < (measured.closed ? n : n - 1); ++i) {
       const double expected = (forward ? 1.0 : -1.0) * loop.turn_rad[corner(i)],
                    seen = metrics_[face].turn_rad[i];
-      // A closed border is turned to run counter-clockwise by its own metrics; its turns follow its own
-      // direction.
+      // Turns count in the measured direction, so they change sign where it runs backward along the part's
+      // border. For a closed border the direction follows from its own metrics.
       if (!same_side(expected, seen)) return;
     }
     if (n >= 3) next.faces.push_back(loop.face);
@@ -127,7 +127,7 @@ class Search {
     return !clear(a) || !clear(b) || (a > 0) == (b > 0);
   }
 
-  /// Fits the pose as soon as it is determined, and asks whether the head could see these faces.
+  /// Fits the pose as soon as the nodes determine it, and checks that the head could see these faces.
   bool fits(Partial& partial) const {
     std::vector<Eigen::Vector3d> from, to;
     for (std::size_t i = 0; i < partial.map.size(); ++i) {
@@ -137,7 +137,7 @@ class Search {
     }
     if (from.size() < 3) return true;
     auto fit = refine(part_, measurement_, partial.map, rigid_fit(from, to));
-    if (!fit) return true;  // in line: not determined yet
+    if (!fit) return true;  // in line: not yet determined
     if (fit->probability() < options_.least_probability) return false;
     const Eigen::Vector3d eye_O = fit->X_WO.inverse() * measurement_.eye_W_m;
     for (const std::uint32_t face : partial.faces) {
@@ -170,7 +170,7 @@ class Search {
     return placement;
   }
 
-  /// Marks placements that occupy the space of an earlier one.
+  /// Marks placements that occupy the same space as an earlier one.
   void join_symmetric(std::vector<Placement>& placements) const {
     std::vector<std::size_t> firsts;
     for (std::size_t i = 0; i < placements.size(); ++i) {
@@ -236,7 +236,7 @@ std::optional<NearMiss> find_near_miss(const std::vector<PartModel>& library, co
   return nearest;
 }
 
-/// The longest edge that leaves a node of the part for one that was not measured; 0: none.
+/// Returns the longest edge from a node of the part to an unmeasured one, or 0 if there is none.
 double longest_open_edge_m(const PartModel& part, const NodeMap& map, std::uint32_t node) {
   double longest_m = 0.0;
   for (const BorderLoop& loop : part.loops) {

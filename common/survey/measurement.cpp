@@ -15,12 +15,12 @@ namespace {
 using core::Status;
 using detail::words;
 
-constexpr double kContradiction =
-    1e-5;  // probability below which readings of one corner contradict one another
-constexpr double kOneSpot_sigmas = 2.0;  // corners nearer to one another cannot be told from one
-constexpr double kInLine_sigmas = 4.0;   // a triangle's height below which its corners may be in line
+// Readings of one corner contradict each other if their probability is below this.
+constexpr double kContradiction = 1e-5;
+constexpr double kOneSpot_sigmas = 2.0;  // corners nearer than this cannot be told apart
+constexpr double kInLine_sigmas = 4.0;   // below this height of a triangle, its corners may be in line
 
-/// Readings of one corner, put together in the order in which they came.
+/// Registers readings in the order in which they come, and averages those of one corner.
 class Registration {
  public:
   Registration(const RangeHead& head, const HeadErrors& errors) : head_(head), errors_(errors) {
@@ -79,7 +79,7 @@ class Registration {
     if (face.closed != targeting.closed)
       return Status::invalid_argument(about + "face '" + face.name +
                                       "' is whole in one row and a part in another; allowed: one of them");
-    // Again on its face: measured once more, or the border comes back to where it began.
+    // The corner is already on its face: it was measured again, or the border returned to its start.
     if (std::find(face.nodes.begin(), face.nodes.end(), node) == face.nodes.end()) face.nodes.push_back(node);
     return {};
   }
@@ -88,7 +88,7 @@ class Registration {
   const HeadErrors& errors_;
   Measurement measurement_;
   std::map<std::string, std::size_t> node_of_, face_of_;
-  std::vector<Reading> last_;  // of each node
+  std::vector<Reading> last_;  // for each node
 };
 
 /// The triangle's least height, and its standard deviation.
@@ -221,7 +221,7 @@ double distance_sigma_m(const MeasuredNode& a, const MeasuredNode& b) {
   const Eigen::Matrix3d both = a.covariance_m2 + b.covariance_m2;
   const Eigen::Vector3d apart = b.p_W_m - a.p_W_m;
   const double distance_m = apart.norm();
-  // On one spot there is no line: the mean over all directions.
+  // At zero distance there is no direction: take the mean over all directions.
   if (distance_m == 0) return std::sqrt(both.trace() / 3.0);
   const Eigen::Vector3d along = apart / distance_m;
   return std::sqrt(along.dot(both * along));

@@ -15,7 +15,7 @@ namespace {
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
-/// The mesh with vertices in one place joined, and without triangles that have no area.
+/// The mesh with coincident vertices merged and triangles without area removed.
 struct Welded {
   std::vector<Eigen::Vector3d> points;
   std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -54,7 +54,7 @@ Welded weld(const geometry::TriangleMesh& mesh, double join_m) {
   return welded;
 }
 
-/// Triangles on either side of each edge, whichever way they run.
+/// Returns the triangles on either side of each edge, in either direction.
 std::map<Edge, std::vector<std::uint32_t>> triangles_at_edges(const Welded& mesh) {
   std::map<Edge, std::vector<std::uint32_t>> at;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -66,7 +66,7 @@ std::map<Edge, std::vector<std::uint32_t>> triangles_at_edges(const Welded& mesh
   return at;
 }
 
-/// The triangles of each face; grown from the largest triangles.
+/// Returns the triangles of each face, grown from the largest triangles.
 std::vector<std::vector<std::uint32_t>> group(const Welded& mesh, const PartOptions& options) {
   std::vector<std::vector<std::uint32_t>> faces;
   constexpr std::uint32_t kNone = UINT32_MAX;
@@ -103,7 +103,7 @@ std::vector<std::vector<std::uint32_t>> group(const Welded& mesh, const PartOpti
   return faces;
 }
 
-/// Chains a face's border edges (those of one of its triangles only) to closed loops of points.
+/// Chains a face's border edges (those with only one of its triangles) into closed loops of points.
 std::vector<std::vector<std::uint32_t>> borders(const Welded& mesh,
                                                 const std::vector<std::uint32_t>& triangles,
                                                 const Eigen::Vector3d& normal) {
@@ -121,11 +121,11 @@ std::vector<std::vector<std::uint32_t>> borders(const Welded& mesh,
     std::vector<std::uint32_t> loop{next_of.begin()->first};
     while (true) {
       const auto from = next_of.find(loop.back());
-      if (from == next_of.end()) break;  // an open border: no polygon
+      if (from == next_of.end()) break;  // an open border is no polygon
       auto& ways = from->second;
       auto way = ways.begin();
-      if (ways.size() > 1 &&
-          loop.size() > 1) {  // borders touch in a point: turn right the most, to stay on one's own
+      if (ways.size() > 1 && loop.size() > 1) {
+        // Borders touch at this point. Turning right the most stays on the same border.
         const Eigen::Vector3d in = mesh.points[loop.back()] - mesh.points[loop[loop.size() - 2]];
         const auto turn = [&](std::uint32_t to) {
           const Eigen::Vector3d out = mesh.points[to] - mesh.points[loop.back()];
@@ -147,7 +147,7 @@ std::vector<std::vector<std::uint32_t>> borders(const Welded& mesh,
   return loops;
 }
 
-/// Takes out points where a border runs straight on.
+/// Removes points at which a border runs straight.
 std::vector<std::uint32_t> corners_only(std::vector<std::uint32_t> loop, const Welded& mesh,
                                         double straight_rad) {
   for (bool again = true; again && loop.size() >= 3;) {
@@ -165,11 +165,11 @@ std::vector<std::uint32_t> corners_only(std::vector<std::uint32_t> loop, const W
   return loop;
 }
 
-/// Points that lie outermost in many directions: the corners of the convex hull, but for its finest.
+/// Returns points that lie outermost in many directions: the corners of the convex hull, except the finest.
 std::vector<Eigen::Vector3d> extremes(const std::vector<Eigen::Vector3d>& points) {
   constexpr int kDirections = 500;
   std::vector<std::size_t> chosen;
-  for (int i = 0; i < kDirections && !points.empty(); ++i) {  // a Fibonacci sphere
+  for (int i = 0; i < kDirections && !points.empty(); ++i) {  // directions on a Fibonacci sphere
     const double z = 1.0 - (2.0 * i + 1.0) / kDirections,
                  angle = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
     const double r = std::sqrt(1.0 - z * z);
@@ -185,7 +185,7 @@ std::vector<Eigen::Vector3d> extremes(const std::vector<Eigen::Vector3d>& points
   return outermost;
 }
 
-/// Nodes of a part, made of a mesh's points as they are needed.
+/// The nodes of a part, created from a mesh's points when needed.
 class Nodes {
  public:
   Nodes(const Welded& mesh, PartModel& part) : mesh_(mesh), part_(part) {}

@@ -11,7 +11,7 @@ namespace {
 
 using detail::words;
 
-constexpr double kGoodRest = 0.05;  // probability from which the nodes without a suspect fit
+constexpr double kGoodRest = 0.05;  // least probability of the nodes without the suspect
 
 class Survey {
  public:
@@ -99,7 +99,7 @@ class Survey {
     return said;
   }
 
-  /// What the model says of a bad range is sharper than what a face alone says: it comes first.
+  /// Puts the advice on bad ranges first: the model detects them more sharply than a face alone.
   void advise_misfits(const PartModel& part, const Placement& placement) {
     std::vector<std::string> said;
     for (const Misfit& m : find_misfits(part, measurement_, placement.map, *placement.fit, kGoodRest)) {

@@ -11,39 +11,40 @@ namespace phantom::survey {
 
 struct SurveyOptions {
   IdentifyOptions identify;
-  double least_fit_probability = 0.001;  ///< fits that are less likely by errors alone are refused
-  double confidence = 0.99;              ///< of the stated worst displacement
-  double largest_displacement_m =
-      0.02;  ///< poses that are known worse are refused (thesis: two voxels of 1 cm)
+  double least_fit_probability = 0.001;  ///< fits that errors alone make less likely than this are refused
+  double confidence = 0.99;              ///< of the reported worst displacement
+  /// Poses with a greater worst displacement are refused (thesis: two voxels of 1 cm).
+  double largest_displacement_m = 0.02;
 };
 
-/// A part that was found, and where it stands.
+/// A part that was found, with its pose.
 struct FittedObject {
   std::size_t part = 0;  ///< index into the library
   NodeMap map;
-  std::optional<geometry::Pose>
-      four_steps_WO;                  ///< the thesis's fit; none if no face of three corners was measured
-  PoseFit fit;                        ///< refined over all nodes
-  double worst_displacement_m = 0.0;  ///< that no point of the part exceeds, with the options' confidence
-  std::size_t symmetric = 1;          ///< poses of this part that occupy the same space
+  /// Pose by the thesis's fit; none if no face of three corners was measured.
+  std::optional<geometry::Pose> four_steps_WO;
+  PoseFit fit;                        ///< fitted to all nodes
+  double worst_displacement_m = 0.0;  ///< no point of the part exceeds it, with the options' confidence
+  std::size_t symmetric = 1;          ///< number of poses of this part that occupy the same space
 };
 
-/// What a measurement says.
+/// The result of a survey.
 struct SurveyResult {
   Identification identification;
-  Choice choice;                  ///< what the identification leaves open
-  std::vector<FaceCheck> checks;  ///< of the faces with three corners or more; default ones for the others
-  std::optional<FittedObject> object;  ///< none: refused
-  std::string refusal;                 ///< why, and what is needed
-  std::vector<std::string> advice;     ///< what to measure again, or next
+  Choice choice;  ///< what the identification leaves undecided
+  /// One for each face. Faces with fewer than three corners have a default one.
+  std::vector<FaceCheck> checks;
+  std::optional<FittedObject> object;  ///< none: the survey refused
+  std::string refusal;                 ///< reason, and what is needed
+  std::vector<std::string> advice;     ///< what to measure again or next
 };
 
-/// Identifies and fits (A.1 to A.5), or refuses where the data do not say what it is or where it stands.
+/// Identifies and fits an object (A.1 to A.5). Refuses if the data do not determine the part or its pose.
 /// Pure; not real-time safe.
 SurveyResult survey_object(const std::vector<PartModel>& library, const Measurement& measurement,
                            const SurveyOptions& options = {});
 
-/// Why nothing agrees, in words.
+/// Returns a text that says why no part agrees.
 std::string describe(const NearMiss& miss, const std::vector<PartModel>& library,
                      const Measurement& measurement);
 

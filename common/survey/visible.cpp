@@ -9,7 +9,7 @@
 namespace phantom::survey {
 namespace {
 
-constexpr double kBefore_m = 1e-3;  // a triangle hides a corner if the beam meets it so much earlier
+constexpr double kBefore_m = 1e-3;  // a triangle hides a corner if the beam meets it this much earlier
 
 bool sees(const PartModel& part, const Eigen::Vector3d& eye_O, const Eigen::Vector3d& node_O) {
   const Eigen::Vector3d way = node_O - eye_O;
@@ -24,7 +24,7 @@ bool sees(const PartModel& part, const Eigen::Vector3d& eye_O, const Eigen::Vect
   });
 }
 
-/// The longest run of successive corners that are seen.
+/// Returns the longest run of successive corners that are seen.
 VisibleFace seen_part(const BorderLoop& loop, const std::vector<bool>& seen) {
   VisibleFace face;
   const std::size_t n = loop.nodes.size();
@@ -73,7 +73,7 @@ core::Expected<std::vector<Targeting>> simulate_targetings(const PartModel& part
                                                            const RangeHead& head, const HeadErrors& errors,
                                                            std::mt19937_64& random) {
   std::vector<Targeting> targetings;
-  std::map<std::uint32_t, std::size_t> first_of;  // targeting in which a corner came first
+  std::map<std::uint32_t, std::size_t> first_of;  // index of the targeting in which a corner came first
   for (std::size_t f = 0; f < faces.size(); ++f) {
     for (const std::uint32_t node : faces[f].nodes) {
       Targeting targeting{std::string(1, static_cast<char>('A' + f)),

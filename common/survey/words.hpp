@@ -1,6 +1,6 @@
 #pragma once
 
-// Private to this library: numbers in messages.
+// Private to this library: formats numbers for messages.
 
 #include <cstdio>
 #include <string>
