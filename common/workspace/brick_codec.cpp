@@ -19,7 +19,8 @@ constexpr int kLevel = 1;  // bricks are smooth: higher levels cost time and sav
 
 static_assert(sizeof(BrickData) == kPlainBytes, "a brick's memory is its plain form");
 
-// A context is large and made of fresh memory: one for each thread, for all of its bricks.
+// A context is large, and newly allocated memory is slow, so each thread keeps one context for all of its
+// bricks.
 ZSTD_CCtx* compressor() {
   thread_local const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(),
                                                                                   ZSTD_freeCCtx);
