@@ -183,8 +183,7 @@ core::Expected<LoadedMesh> import_by_process(const std::filesystem::path& path,
 
 core::Expected<LoadedMesh> load_mesh(const std::filesystem::path& path, const MeshImportOptions& options) {
   if (Status checked = check_file(path, options); !checked) return checked;
-  constexpr std::uint64_t kMostHere = 1'000'000,
-                          kBytesEach = 256;  // triangles; memory per triangle while reading
+  constexpr std::uint64_t kMostHere = 1'000'000, kBytesEach = 256;  // triangles; memory per triangle
   LoadedMesh mesh;
   std::string problem;
   const auto read = detail::import_binary_stl(

@@ -21,13 +21,11 @@ struct MeshReport {
   std::size_t shells = 0;               ///< parts connected by edges of two triangles
   std::size_t closed_shells = 0;
   std::size_t unorientable_shells = 0;  ///< like a Möbius strip: no orientation makes all triangles agree
-  std::size_t inward_shells =
-      0;  ///< closed, and most of their triangles face inwards: a cavity, or a shell inside out
-  std::size_t intersecting_pairs = 0;  ///< triangles that pass through each other; touching does not count
-  bool intersections_complete = true;  ///< false: the search stopped at its limit, and there may be more
+  std::size_t inward_shells = 0;        ///< closed, and mostly facing inwards: a cavity, or inside out
+  std::size_t intersecting_pairs = 0;   ///< triangles that pass through each other; touching does not count
+  bool intersections_complete = true;   ///< false: the search stopped at its limit, and there may be more
   double area_m2 = 0.0;
-  double volume_m3 =
-      0.0;  ///< enclosed, signed by the triangles' orientation; meaningful only if the mesh is closed
+  double volume_m3 = 0.0;  ///< enclosed, signed by orientation; valid only if the mesh is closed
 
   bool closed() const { return triangles > 0 && open_edges == 0 && non_manifold_edges == 0; }
   bool flawless() const {
@@ -37,8 +35,7 @@ struct MeshReport {
 };
 
 struct MeshReportLimits {
-  std::size_t max_pairs =
-      20'000'000;  ///< pairs of triangles that are tested for intersection; about 50 ns each
+  std::size_t max_pairs = 20'000'000;  ///< pairs tested for intersection; about 50 ns each
 };
 
 /// Checks a mesh for defects. Coordinates must be finite. Time O(n log n) plus that for the pairs. Pure; not

@@ -12,8 +12,7 @@ namespace {
 using Eigen::Vector3d;
 using Corners = std::array<Vector3d, 3>;
 
-constexpr double kRounding =
-    1e-14;  // error bound of a determinant, relative to the products that it is computed from
+constexpr double kRounding = 1e-14;  // of a determinant, relative to the products in it
 
 /// Returns −1, 0 or 1: the side of the plane abc on which d lies.
 int side(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
@@ -36,8 +35,7 @@ bool on_both_sides(const std::array<int, 3>& sides) {
 /// Returns the triangle, with its orientation kept, starting at the corner that lies alone on its side of the
 /// other triangle's plane. `sides`: of its corners.
 Corners alone_first(const Corners& t, const std::array<int, 3>& sides) {
-  const int all =
-      sides[0] + sides[1] + sides[2];  // two corners on one side; or one on each side and one on the plane
+  const int all = sides[0] + sides[1] + sides[2];  // two on one side; or one on each side, one on it
   for (std::size_t i = 0; i < 3; ++i) {
     const bool alone = all == 0 ? sides[i] > 0 : sides[i] == -all;
     if (alone) return {t[i], t[(i + 1) % 3], t[(i + 2) % 3]};

@@ -55,8 +55,7 @@ class FewLines {
   using Mask = hn::Mask<decltype(kDoubles)>;
 
   struct Edge {
-    Doubles du, dv, value,
-        bias;  // value at the first line; bias −1 if a line exactly on the edge belongs to the other triangle
+    Doubles du, dv, value, bias;  // value at the first line; bias −1: lines on the edge do not count
   };
 
   template <class D>

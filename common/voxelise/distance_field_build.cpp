@@ -28,8 +28,8 @@ class DistanceFieldBuilder {
     for (std::size_t i = 0; i < 3; ++i) field_.size_cubes_[i] = (grid.size_vox[i] + 7) / 8;
     field_.directory_.assign(field_.cube_index(0, 0, field_.size_cubes_[2]), DistanceField::kFar);
     keep_going_ = options.keep_going;
-    reach_vox_ = std::max(options.outside_m, options.inside_m) / grid.voxel_size_m +
-                 1.0;  // one more for interpolation
+    reach_vox_ =
+        std::max(options.outside_m, options.inside_m) / grid.voxel_size_m + 1.0;  // one for interpolation
   }
 
   /// The part of the work that can be done for several bodies at once: everything but the merge.

@@ -126,8 +126,7 @@ void NearestTriangles::hand_on(const Entry& entry) {
   Cell& mine = cell(entry);
   if (mine.handed_on) return;
   if (!mine.exact) {
-    mine.distance =
-        std::nextafter(mine.distance, 2 * reach_);  // an equal exact distance then counts as better
+    mine.distance = std::nextafter(mine.distance, 2 * reach_);  // an equal exact distance counts as better
     mine.exact = true;
     offer(entry, mine, mine.triangle);
   }

@@ -11,11 +11,10 @@ namespace phantom::voxelise {
 /// if the mesh as given is not a closed, consistently oriented surface; otherwise the counts are 0.
 struct VoxeliseReport {
   std::size_t triangles = 0;
-  std::size_t degenerate_triangles =
-      0;  ///< with two corners at the same position (to 1/16384 voxel); left out
-  std::size_t duplicate_triangles = 0;  ///< with the same corners as another; left out
-  std::size_t turned_triangles = 0;     ///< that faced the other way than most of their shell, or whose shell
-                                        ///< faced the other way than the others
+  std::size_t degenerate_triangles = 0;  ///< with two equal corners (to 1/16384 voxel); left out
+  std::size_t duplicate_triangles = 0;   ///< with the same corners as another; left out
+  std::size_t turned_triangles = 0;  ///< that faced the other way than most of their shell, or whose shell
+                                     ///< faced the other way than the others
   bool closed = true;  ///< whether the mesh is a closed, consistently oriented surface, as given or once
                        ///< repaired as above
   /// Voxels on which the lines along the three axes disagreed, so that the winding number decided (open

@@ -260,8 +260,7 @@ void WorkspaceAssembler::prepare() {
   if (!spare_usable(current_->grid(), current_->palette())) {
     if (spare_ && spare_.use_count() > 1) return;
     spare_ = std::make_shared<Workspace>(current_->grid(), current_->palette());
-    spare_->reserve_more(
-        with_room(current_->brick_count()));  // reserved first: reserving after the copy would move it all
+    spare_->reserve_more(with_room(current_->brick_count()));  // first: later it would move all content
     *spare_ = *current_;
   } else {
     // Not copied from held_: bricks received since then may belong to an incomplete version.

@@ -86,9 +86,7 @@ bool is_sound(const aiScene& scene) {
 class Complaints {
  public:
   explicit Complaints(std::vector<std::string>& notes) { Assimp::DefaultLogger::set(new Ear(notes)); }
-  ~Complaints() {
-    Assimp::DefaultLogger::set(nullptr);
-  }  // restores the library's default, and deletes the logger
+  ~Complaints() { Assimp::DefaultLogger::set(nullptr); }  // restores the default, deletes the logger
   Complaints(const Complaints&) = delete;
   Complaints& operator=(const Complaints&) = delete;
 
@@ -175,10 +173,8 @@ const aiScene* read_scene(Assimp::Importer& importer, const std::filesystem::pat
                                   aiComponent_TEXCOORDS | aiComponent_BONEWEIGHTS | aiComponent_ANIMATIONS |
                                   aiComponent_TEXTURES | aiComponent_LIGHTS | aiComponent_CAMERAS |
                                   aiComponent_MATERIALS);
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION,
-                           true);  // the caller rotates the mesh
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES,
-                           true);  // assimp invents these meshes where there is no shape
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);  // the caller rotates
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // invented where there is no shape
   // aiProcess_ValidateDataStructure is not used: it also refuses a light without a node, an empty part, or
   // points beside triangles. The used parts of the scene are checked below, before polygons are triangulated.
   const aiScene* scene = importer.ReadFile(path.string(), aiProcess_RemoveComponent);
