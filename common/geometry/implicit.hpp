@@ -57,8 +57,9 @@ class ImplicitSolid {
 
 using ImplicitPtr = std::shared_ptr<const ImplicitSolid>;
 
-// Plain shapes around the origin; all lengths > 0. Values of sphere, cylinder, box and torus are the exact
-// signed distance in metres; those of cone and prism are exact inside and at most the distance outside.
+// Plain shapes around the origin; all lengths > 0. The values of sphere, cylinder, box and torus are the
+// exact signed distance in metres. Those of cone and prism are exact inside, and at most the distance
+// outside.
 
 ImplicitPtr implicit_sphere(double radius_m);
 /// Cylinder along z with flat ends at ±height/2.

@@ -38,8 +38,9 @@ struct MeshTopology {
 MeshTopology topology_of(std::span<const Triangle> triangles);
 
 /// Holds triangles without repetitions. Of triangles with the same three corners one is kept per orientation.
-/// If both orientations occur, both are kept only if the other triangles are closed without them (for example
-/// a plate that is drawn from both sides). Triangles that name a vertex twice are dropped.
+/// If both orientations occur, both are kept only if fewer edges then have an odd number of triangles, as for
+/// a plate drawn from both sides; this is decided once for the whole mesh. Triangles that name a vertex twice
+/// are dropped.
 struct UniqueTriangles {
   std::vector<Triangle> triangles;
   std::vector<std::uint32_t> source;  ///< index of each in the input

@@ -68,7 +68,7 @@ class DistanceField {
   struct EncodedHeader;
   static constexpr std::int32_t kEdge = 8;              // samples along a cube
   static constexpr std::size_t kCubeVoxels = 512;       // kEdge³
-  static constexpr std::int32_t kFar = -1, kDeep = -2;  // cubes without samples
+  static constexpr std::int32_t kFar = -1, kDeep = -2;  // cubes without samples: far outside, deep inside
   std::size_t cube_index(std::int32_t x, std::int32_t y, std::int32_t z) const noexcept;
   double sample_m(workspace::Index3 v) const noexcept;
 

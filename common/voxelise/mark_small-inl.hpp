@@ -40,7 +40,7 @@ class SmallTriangles {
         counted_in_32_bits_(boundary.words().size() <= 0xffffffffU) {}
 
   static constexpr std::size_t kMost = kMostLanes;
-  static std::size_t at_once() { return hn::Lanes(kInts); }  ///< at most kMost
+  static std::size_t at_once() { return hn::Lanes(kInts); }  ///< number of triangles per call, at most kMost
 
   /// Marks the voxels of the small ones among at_once() triangles. For triangles that span up to eight voxels
   /// along each axis, calls tile(bits, x, y, z) with the voxels that they meet in the tile at (x, y, z).

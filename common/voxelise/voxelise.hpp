@@ -44,9 +44,9 @@ struct SolidVoxels {
 /// that the boundary of a closed mesh has no gap. A face on the border between two voxels belongs to the
 /// upper one, as in floor().
 ///
-/// Inside: every voxel at whose centre the winding number along x is not 0. A line through an edge or a
-/// vertex crosses exactly one of the adjacent triangles. So overlapping shells are filled, shells that face
-/// inwards within others are cavities, and a mesh that faces inwards as a whole is the same solid.
+/// Inside: every voxel at whose centre the winding number along x is not 0. A line that passes through an
+/// edge or a vertex counts that crossing once. So overlapping shells are filled, shells that face inwards
+/// within others are cavities, and a mesh that faces inwards as a whole is the same solid.
 ///
 /// A mesh that is not a closed, consistently oriented surface is repaired first. Corners at the same position
 /// are joined and repeated triangles are dropped. Triangles that face the other way than their shell are
@@ -59,10 +59,12 @@ struct SolidVoxels {
 /// smaller steps the closer it is to ½.
 ///
 /// Exact on closed meshes: vertices are rounded to 1/16384 voxel, and all decisions after that are made in
-/// integers. The result does not depend on the number of threads. Returns kInvalidArgument if a coordinate is
-/// not finite, and kResourceExhausted if the mesh reaches farther than 16384 voxels from `clip`. An object
-/// that does not touch `clip` gives an empty box. An open mesh in fine voxels may take minutes: options.go_on
-/// is called, and kUnavailable is returned if it returns false. Not real-time safe.
+/// integers. The result does not depend on the number of threads.
+///
+/// Returns kInvalidArgument if a coordinate is not finite, and kResourceExhausted if the mesh reaches farther
+/// than 16384 voxels from `clip`. An object that does not touch `clip` gives an empty box. An open mesh in
+/// fine voxels may take minutes: options.go_on is called, and kUnavailable is returned if it returns false.
+/// Not real-time safe.
 core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const workspace::GridSpec& grid,
                                      const workspace::VoxelBox& clip,
                                      const workspace::WorkOptions& options = {});

@@ -75,7 +75,7 @@ core::Status decode_brick(std::span<const std::uint8_t> bytes, BrickContent& con
     content.facts = facts_of(content.voxels);
     return core::Status::ok();
   }
-  if (size > kMostTiledBytes) {  // or unknown, or no frame at all
+  if (size > kMostTiledBytes) {  // also if the size is unknown, or if this is not a frame
     return core::Status::invalid_argument("brick: is not a zstd frame of a brick: its content is neither " +
                                           std::to_string(kPlainBytes) + " bytes nor at most " +
                                           std::to_string(kMostTiledBytes));

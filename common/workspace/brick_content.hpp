@@ -18,7 +18,7 @@ struct BrickData {
 
 /// Summarises a brick's voxels, so that a workspace can store the brick in as little memory as possible.
 struct BrickFacts {
-  static constexpr std::uint16_t kSeveral = 65535;  ///< no object's id
+  static constexpr std::uint16_t kSeveral = 65535;  ///< is no object's id
 
   std::uint16_t object = 0;  ///< the object to which every voxel with a μ and no other voxel belongs;
                              ///< kSeveral: there is no such object

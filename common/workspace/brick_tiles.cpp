@@ -18,7 +18,7 @@ namespace phantom::workspace::detail {
 
 constexpr std::size_t kTileVoxels = 64, kTiles = kBrickVoxels / kTileVoxels;
 
-/// The brick's kinds, by number.
+/// Holds the brick's kinds, indexed by their number.
 struct Kinds {
   std::size_t count = 0;
   std::array<std::uint8_t, 256> code;

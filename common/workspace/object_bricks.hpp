@@ -66,7 +66,7 @@ class ObjectBricks {
 
  private:
   std::vector<BrickKey> keys_;
-  std::vector<std::shared_ptr<std::int8_t[]>> orders_;  // as keys_; null: interior throughout
+  std::vector<std::shared_ptr<std::int8_t[]>> orders_;  // in the order of keys_; null: interior throughout
 };
 
 }  // namespace phantom::workspace

@@ -24,15 +24,16 @@ class WorkspaceSources {
   /// Greatest number of sources at a time; samples of further sources are refused.
   static constexpr std::size_t kMost = 3;
 
-  /// As WorkspaceAssembler's.
+  /// Takes the newest state of one brick of a source, as WorkspaceAssembler::put_brick().
   core::Status put_brick(const SourceId& source, BrickKey key, std::uint64_t version,
                          std::span<const std::uint8_t> bytes);
-  /// As WorkspaceAssembler's. Also refuses what no server sends: version 0, a version lower than the one that
-  /// the same source committed last, and that version again with other content.
+  /// Takes a source's newest committed version, as WorkspaceAssembler::commit(). Also refuses what no server
+  /// sends: version 0, a version lower than the one that the same source committed last, and that version
+  /// again with other content.
   core::Status commit(const SourceId& source, const VersionDescription& description);
   /// Reports that a source has ended or is not heard any more.
   void gone(const SourceId& source);
-  /// As WorkspaceAssembler's, for the source in force.
+  /// Does the same as WorkspaceAssembler::prepare() for the source in force.
   void prepare();
 
   /// Returns the newest complete version of the source in force; null before the first.
@@ -58,7 +59,7 @@ class WorkspaceSources {
   void choose();
 
   std::vector<std::unique_ptr<Source>> sources_;  // in the order in which they were first heard
-  Source* in_force_ = nullptr;                    // of sources_
+  Source* in_force_ = nullptr;                    // one of sources_
 };
 
 }  // namespace phantom::workspace

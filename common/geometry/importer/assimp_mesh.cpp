@@ -42,7 +42,7 @@ bool for_each_triangle(const aiScene& scene, const aiNode& node, const Affine& t
     const aiMesh& part = *scene.mMeshes[node.mMeshes[m]];
     for (unsigned f = 0; f < part.mNumFaces; ++f) {
       const aiFace& face = part.mFaces[f];
-      if (face.mNumIndices != 3) continue;  // points and lines
+      if (face.mNumIndices != 3) continue;  // skips points and lines
       if (left == 0) {
         problem = "has more triangles than the limit";
         return false;
@@ -54,7 +54,7 @@ bool for_each_triangle(const aiScene& scene, const aiNode& node, const Affine& t
     }
   }
   for (unsigned c = 0; c < node.mNumChildren; ++c) {
-    if (node.mChildren[c] == nullptr) continue;  // some importers leave gaps
+    if (node.mChildren[c] == nullptr) continue;  // some importers leave null pointers
     if (!for_each_triangle(scene, *node.mChildren[c], here, left, problem, visit)) return false;
   }
   return true;

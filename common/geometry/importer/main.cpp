@@ -59,7 +59,7 @@ void limit_this_process(const MeshImportOptions& options) {
   set_limit(RLIMIT_FSIZE, 0);  // it writes to a pipe only
   set_limit(RLIMIT_CPU, static_cast<rlim_t>(options.max_cpu_s));
 #if !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)  // their shadow memory counts as address space
+    !defined(__SANITIZE_THREAD__)  // sanitizers' shadow memory counts as address space
   set_limit(RLIMIT_AS, address_space_bytes() + options.max_memory_bytes);
 #endif
   // The parent recognises a crash by its signal, so a sanitizer must not handle it.
