@@ -12,50 +12,51 @@
 
 namespace phantom::geometry {
 
-/// The box of each triangle.
+/// Returns the box of each triangle.
 std::vector<BoundingBox> triangle_boxes(const TriangleMesh& mesh);
 
-/// Bounding-volume hierarchy: a binary tree of axis-aligned boxes around numbered items, halved where their
-/// boxes' centres lie farthest apart. What the items are, and what is computed with them, is its users'
-/// affair: they get the places of items, counted in the order of the leaves, in which they had better keep
-/// them. Queries are thread-safe and allocate nothing; their points and rays are in the boxes' frame, in any
-/// unit.
+/// A bounding-volume hierarchy: a binary tree of axis-aligned boxes around numbered items, halved along the
+/// axis in which the centres of their boxes extend farthest. Queries report items by place: their position in
+/// the order of the leaves. Users decide what the items are, and should store their data in that order.
+/// Queries are thread-safe and allocate nothing; points and rays are in the boxes' frame, in any unit.
 class BoxTree {
  public:
   struct Node {
     Eigen::Array3f min, max;
-    /// Of a leaf: place of its first item. Else: number of the second child; the first one is the next node.
+    /// Leaf: place of its first item. Inner node: number of the second child; the first child is the next
+    /// node.
     std::uint32_t first = 0;
-    std::uint32_t count = 0;  ///< items of a leaf; 0: has children
+    std::uint32_t count = 0;  ///< items of a leaf; 0: inner node
   };
 
   BoxTree() = default;
-  /// `boxes`: of the items, finite and not empty. Leaves hold at most `leaf_items`. O(n log n).
+  /// Builds the tree in O(n log n). `boxes`: one per item, finite and not empty. Leaves hold at most
+  /// `leaf_items`.
   explicit BoxTree(std::span<const BoundingBox> boxes, std::uint32_t leaf_items = 4);
 
-  /// The items' numbers by place.
+  /// Returns the items' numbers by place.
   const std::vector<std::uint32_t>& items() const { return items_; }
-  /// The root first, every node before those below it; empty without items.
+  /// Returns the nodes, root first and every node before its descendants; empty if there are no items.
   const std::vector<Node>& nodes() const { return nodes_; }
 
-  /// The general query: calls enter(number of a node) from the root down; where it says true, its children
-  /// are entered, or visit(place) called with each item of the leaf.
+  /// Runs a general query: calls enter(number of a node) from the root down. Where it returns true, the
+  /// node's children are entered, or visit(place) is called for each item of the leaf.
   template <class Enter, class Visit>
   void walk(Enter&& enter, Visit&& visit) const;
 
-  /// Calls visit(place) with all items whose boxes are as near to `p` as √`square` or nearer, the most
-  /// promising first; visit lowers `square` to that of the nearest item so far.
+  /// Calls visit(place) for all items whose boxes are at most √`square` away from `p`, the most promising
+  /// first. visit lowers `square` to that of the nearest item so far.
   template <class Visit>
   void near(const Eigen::Vector3d& p, double& square, Visit&& visit) const;
 
-  /// Calls visit(place) with all items whose boxes origin + s · direction meets for an s in [from, to]; visit
-  /// may lower `to`.
+  /// Calls visit(place) for all items whose boxes are met by origin + s · direction for an s in [from, to].
+  /// visit may lower `to`.
   template <class Visit>
   void along_ray(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double from, double& to,
                  Visit&& visit) const;
 
-  /// Calls visit(place, other place) with every pair of items in leaves whose boxes meet, until it says
-  /// false; whether it never did.
+  /// Calls visit(place, other place) for every pair of items in leaves whose boxes meet, until visit returns
+  /// false. Returns whether visit never did.
   template <class Visit>
   bool pairs(Visit&& visit) const {
     return nodes_.empty() || pairs_between(0, 0, visit);
@@ -116,7 +117,7 @@ void BoxTree::walk(Enter&& enter, Visit&& visit) const {
 template <class Visit>
 void BoxTree::near(const Eigen::Vector3d& p, double& square, Visit&& visit) const {
   if (nodes_.empty()) return;
-  constexpr double kRounding = 1.0 + 1e-12;  // never cut off what is as near
+  constexpr double kRounding = 1.0 + 1e-12;  // never cut off items at the same distance
   struct Waiting {
     std::uint32_t node;
     double square;
@@ -132,7 +133,7 @@ void BoxTree::near(const Eigen::Vector3d& p, double& square, Visit&& visit) cons
     if (node.count > 0) continue;
     const Waiting left{next.node + 1, square_to(nodes_[next.node + 1], p)};
     const Waiting right{node.first, square_to(nodes_[node.first], p)};
-    waiting[depth++] = left.square < right.square ? right : left;  // the nearer one is looked at first
+    waiting[depth++] = left.square < right.square ? right : left;  // the nearer child is visited first
     waiting[depth++] = left.square < right.square ? left : right;
   }
 }

@@ -5,8 +5,8 @@
 namespace phantom::geometry {
 namespace {
 
-/// Of the parts whose least value (with `greatest`: greatest) makes the solid, those that can make it in the
-/// region, with their own parts thinned out likewise; nothing if that is all of them as they are.
+/// The solid's value is the least value of its parts (the greatest if `greatest` is set). Returns the parts
+/// that can decide this value in the region, simplified in the same way; empty if nothing can be simplified.
 std::vector<ImplicitPtr> parts_within(const std::vector<ImplicitPtr>& parts, const Region& region,
                                       bool greatest) {
   std::vector<Interval> bounds;
@@ -94,7 +94,7 @@ class Intersection final : public ImplicitSolid {
   std::vector<ImplicitPtr> parts_;
 };
 
-/// What is not in a solid; for Difference only: it has no box of its own.
+/// The complement of a solid, for differences only: it has no bounding box of its own.
 class Complement final : public ImplicitSolid {
  public:
   explicit Complement(ImplicitPtr solid) : solid_(std::move(solid)) {}

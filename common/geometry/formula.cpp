@@ -11,7 +11,7 @@
 namespace phantom::geometry {
 namespace {
 
-// As for intervals: not a number if either is not.
+// As for intervals: NaN if either argument is NaN.
 double least(double a, double b) { return std::isnan(a) || std::isnan(b) ? a + b : std::min(a, b); }
 double most(double a, double b) { return std::isnan(a) || std::isnan(b) ? a + b : std::max(a, b); }
 double power(double a, double b) { return std::isnan(a) || std::isnan(b) ? a + b : std::pow(a, b); }
@@ -106,7 +106,7 @@ T Formula::run(std::span<const T> variables) const {
 double Formula::value(std::span<const double> variables) const { return run<double>(variables); }
 Interval Formula::bounds(std::span<const Interval> variables) const { return run<Interval>(variables); }
 
-/// Recursive descent; the first fault ends it.
+/// Parses by recursive descent; the first error ends it.
 class FormulaParser {
  public:
   FormulaParser(const std::string& text, const std::vector<std::string>& variables)
@@ -129,7 +129,7 @@ class FormulaParser {
   struct Function {
     const char* name;
     Op op;
-    int arguments;  // exactly; −2: two or more
+    int arguments;  // exact number; −2: two or more
   };
   static constexpr std::size_t kMaxLength = 4096;
   static constexpr int kMaxNesting = 48;
@@ -218,7 +218,7 @@ class FormulaParser {
     } else {
       atom();
       if (take('^')) {
-        signed_power();  // groups from the right, and may have a sign of its own
+        signed_power();  // right-associative; the exponent may have a sign
         emit(Op::kPower);
       }
     }

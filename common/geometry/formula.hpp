@@ -10,27 +10,27 @@
 
 namespace phantom::geometry {
 
-/// A formula given as text, such as "x^2 + y^2 + z^2 - 0.04": numbers, variables, + - * / ^ ( ), the
-/// constants pi and e, and the functions sin cos tan asin acos atan sinh cosh tanh exp log (natural) log10
-/// sqrt abs (one argument), pow (two), min max length (two or more; length is the root of the sum of
-/// squares). ^ binds before a sign and groups from the right: -x^2 is -(x^2), 2^3^2 is 2^9.
+/// A formula parsed from text, such as "x^2 + y^2 + z^2 - 0.04". It may contain numbers, variables, + - * / ^
+/// ( ), the constants pi and e, and the functions sin cos tan asin acos atan sinh cosh tanh exp log (natural)
+/// log10 sqrt abs (one argument), pow (two), min max length (two or more; length is the root of the sum of
+/// squares). ^ binds more strongly than a sign and is right-associative: -x^2 is -(x^2), 2^3^2 is 2^9.
 ///
 /// Evaluation allocates nothing: real-time safe.
 class Formula {
  public:
-  /// Reads a formula in the given variables. kInvalidArgument: the message names the column (from 1), what
-  /// stands there and what is allowed.
+  /// Parses a formula in the given variables. On an error returns kInvalidArgument; the message names the
+  /// column (from 1), the text there and what is allowed.
   static core::Expected<Formula> parse(const std::string& text, const std::vector<std::string>& variables);
 
-  /// Value for one choice of the variables, in the order given to parse(); not a number where the formula is
+  /// Returns the value for given variables, in the order given to parse(); NaN where the formula is
   /// undefined.
   double value(std::span<const double> variables) const;
-  /// Range of all values over ranges of the variables: holds what value() gives for every choice from them.
+  /// Returns an interval that holds value() for every choice of variables from the given intervals.
   Interval bounds(std::span<const Interval> variables) const;
 
   const std::string& text() const { return text_; }
 
-  /// Greatest number of intermediate results that evaluation may hold, and of steps.
+  /// Greatest number of intermediate results and of steps of an evaluation.
   static constexpr std::size_t kMaxDepth = 64, kMaxSteps = 4096;
 
  private:
@@ -62,7 +62,7 @@ class Formula {
     kMax,
     kLength
   };
-  struct Step {  // of a program in postfix order
+  struct Step {  // a step of a program in postfix order
     Op op = Op::kNumber;
     std::uint32_t variable = 0;
     double number = 0.0;

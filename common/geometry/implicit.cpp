@@ -17,7 +17,8 @@ T length(const T& a, const T& b) {
   return sqrt(square(a) + square(b));
 }
 
-/// Distance to a quarter plane's edge lines: how far (a, b) lies beyond both, or how far within.
+/// Returns the signed distance to a quarter plane: how far (a, b) lies beyond its corner or edges, or
+/// (negative) how far within.
 template <class T>
 T corner_distance(const T& a, const T& b) {
   return length(max(a, T(0.0)), max(b, T(0.0))) + min(max(a, b), T(0.0));
@@ -25,7 +26,7 @@ T corner_distance(const T& a, const T& b) {
 
 Box box_around(const Eigen::Vector3d& half_m) { return {-half_m, half_m}; }
 
-/// A shape whose value changes by no more than the way between two points (1-Lipschitz) and is written as
+/// A shape whose value changes by at most the distance between two points (1-Lipschitz). It is written as
 /// `template <class T> T f(T x, T y, T z) const`.
 template <class Shape>
 class Plain final : public ImplicitSolid {
@@ -70,7 +71,8 @@ struct Cone {
   double r, top, h;
   template <class T>
   T f(const T& x, const T& y, const T& z) const {
-    // Distance to the slanted side's line in the plane of (radius, z): its normal is (h, r − top) / norm.
+    // Distance to the line of the slanted side in the plane of (radius, z), whose normal is (h, r − top) /
+    // norm.
     const double norm = std::hypot(h, r - top);
     const T side = length<T>(x, y) * T(h / norm) + z * T((r - top) / norm) - T(0.5 * h * (r + top) / norm);
     return max(side, abs(z) - T(0.5 * h));
@@ -189,7 +191,7 @@ class Placed final : public ImplicitSolid {
   }
 
  private:
-  /// The region in the solid's frame, widened a little for the rounding of the transform.
+  /// Returns the region in the solid's frame, enlarged a little because the transform rounds.
   Region there(const Region& region) const {
     const double slack = 1e-14 * (region.centre_m.cwiseAbs().sum() + X_AB_.translation_m.cwiseAbs().sum());
     return {(X_BA_ * region.centre_m) / scale_,

@@ -8,12 +8,12 @@ namespace phantom::geometry {
 namespace {
 
 // Two units in the last place cover the rounding of the operators and of the C library's functions. A sum of
-// squares that is exactly 0 stays so: its root is defined.
+// squares that is exactly 0 stays 0, so that its root is defined.
 double down(double v) { return std::isfinite(v) && v != 0.0 ? v - (std::abs(v) * 5e-16 + 1e-307) : v; }
 double up(double v) { return std::isfinite(v) && v != 0.0 ? v + (std::abs(v) * 5e-16 + 1e-307) : v; }
 
-/// Range of computed end points, made safe against their rounding. An end that is not a number (∞ − ∞, 0 · ∞)
-/// says nothing.
+/// Returns a range from computed end points, widened to cover their rounding. An end point that is NaN (∞ −
+/// ∞, 0 · ∞) gives the whole range.
 Interval outward(double lo, double hi, bool defined) {
   if (std::isnan(lo) || std::isnan(hi)) return Interval::whole(false);
   return {down(lo), up(hi), defined};
@@ -21,7 +21,7 @@ Interval outward(double lo, double hi, bool defined) {
 
 bool endless(const Interval& a) { return std::isinf(a.lo) || std::isinf(a.hi); }
 
-/// For a function that rises on [from, to] and is undefined elsewhere.
+/// Bounds a function that rises on [from, to] and is undefined elsewhere.
 template <class Function>
 Interval rising(const Interval& a, double from, double to, Function f) {
   if (a.empty() || a.hi < from || a.lo > to) return Interval::nowhere();
@@ -29,13 +29,13 @@ Interval rising(const Interval& a, double from, double to, Function f) {
   return outward(f(std::max(a.lo, from)), f(std::min(a.hi, to)), defined);
 }
 
-/// Whether `phase` + k·`period` lies in [lo, hi] for a whole k; when in doubt, yes.
+/// Returns whether `phase` + k·`period` lies in [lo, hi] for a whole k; returns true in doubt.
 bool holds_multiple(double lo, double hi, double phase, double period) {
   const double margin = 1e-12 * (1.0 + std::max(std::abs(lo), std::abs(hi)));
   return std::floor((hi - phase + margin) / period) >= std::ceil((lo - phase - margin) / period);
 }
 
-/// x^n for whole n.
+/// Bounds x^n for whole n.
 Interval whole_power(const Interval& a, double n) {
   if (n == 0.0) return {1.0, 1.0, a.defined};
   const bool even = std::fmod(n, 2.0) == 0.0;
@@ -74,7 +74,7 @@ Interval operator*(const Interval& a, const Interval& b) {
 
 Interval operator/(const Interval& a, const Interval& b) {
   if (a.empty() || b.empty()) return Interval::nowhere();
-  if (b.contains(0.0)) return Interval::whole(false);  // 0 / 0 among them
+  if (b.contains(0.0)) return Interval::whole(false);  // may include 0 / 0
   const double ends[4] = {a.lo / b.lo, a.lo / b.hi, a.hi / b.lo, a.hi / b.hi};
   for (const double end : ends) {
     if (std::isnan(end)) return Interval::whole(false);
@@ -173,10 +173,9 @@ Interval pow(const Interval& a, const Interval& b) {
     found.defined = found.defined && defined;
     return found;
   }
-  if (a.hi < 0.0 && b.lo == b.hi)
-    return Interval::nowhere();  // a negative number to a power that is not whole
+  if (a.hi < 0.0 && b.lo == b.hi) return Interval::nowhere();  // a negative number to a fractional power
   if (a.lo < 0.0 && b.lo != b.hi) return Interval::whole(false);
-  // For a base ≥ 0 the power is monotonic in either argument, so that its extremes are at the corners.
+  // For a base ≥ 0 the power is monotonic in each argument, so that its extremes are at the corners.
   const double base = std::max(a.lo, 0.0);
   const double ends[4] = {std::pow(base, b.lo), std::pow(base, b.hi), std::pow(a.hi, b.lo),
                           std::pow(a.hi, b.hi)};

@@ -6,12 +6,12 @@ namespace phantom::geometry {
 
 inline constexpr double kInf = std::numeric_limits<double>::infinity();
 
-/// Every value that a formula can take over a region: a closed range, rounded outwards, plus whether the
-/// formula is undefined (not a number) somewhere in the region. `lo > hi`: undefined everywhere.
+/// Holds every value that a formula can take over a region: a closed range, rounded outwards, and whether the
+/// formula is defined (not NaN) in the whole region. `lo > hi`: undefined everywhere.
 struct Interval {
   double lo = 0.0;
   double hi = 0.0;
-  bool defined = true;  ///< at every point of the region
+  bool defined = true;  ///< whether the formula is defined at every point of the region
 
   Interval() = default;
   Interval(double point) : lo(point), hi(point) {}  // NOLINT: implicit by intent, as numbers are in formulas
@@ -23,8 +23,8 @@ struct Interval {
   bool contains(double value) const { return lo <= value && value <= hi; }
 };
 
-// Each gives bounds of what the function of the same name in <cmath> (or the operator) gives for every choice
-// of points of its arguments. Real-time safe: yes.
+// Each function returns bounds for the function of the same name in <cmath> (or the operator), for every
+// choice of points from its arguments. Real-time safe: yes.
 
 Interval operator-(const Interval& a);
 Interval operator+(const Interval& a, const Interval& b);
@@ -34,7 +34,7 @@ Interval operator/(const Interval& a, const Interval& b);
 Interval min(const Interval& a, const Interval& b);
 Interval max(const Interval& a, const Interval& b);
 Interval square(const Interval& a);
-inline double square(double a) { return a * a; }  // the same formula serves numbers and intervals
+inline double square(double a) { return a * a; }  // lets one formula serve numbers and intervals
 Interval abs(const Interval& a);
 Interval sqrt(const Interval& a);
 Interval exp(const Interval& a);
@@ -50,7 +50,7 @@ Interval cosh(const Interval& a);
 Interval tanh(const Interval& a);
 Interval pow(const Interval& a, const Interval& b);
 
-/// What is in both: for two bounds of one and the same quantity.
+/// Returns the intersection of two bounds of the same quantity.
 Interval intersection(const Interval& a, const Interval& b);
 
 }  // namespace phantom::geometry

@@ -1,6 +1,6 @@
 #pragma once
 
-// Private to this library: corners of triangles in one place become one vertex.
+// Private to this library: merges triangle corners at the same position into one vertex.
 
 #include <cstdint>
 
@@ -9,12 +9,12 @@
 
 namespace phantom::geometry::detail {
 
-/// Collects triangles given by their corners' positions, and gives equal positions one vertex.
+/// Collects triangles given by their corners' positions. Equal positions become one vertex.
 class JoinedCorners {
  public:
   explicit JoinedCorners(TriangleMesh& mesh) : mesh_(mesh), places_(mesh.vertices_m) {}
 
-  /// Makes room for a closed mesh of so many triangles.
+  /// Reserves room for a closed mesh with this many triangles.
   void expect(std::size_t triangles) {
     mesh_.triangles.reserve(triangles);
     places_.expect(triangles / 2 + 2);
@@ -37,7 +37,7 @@ class JoinedCorners {
   }
 
   bool finite() const { return finite_; }
-  /// Triangles that were left out because they have two corners in one place.
+  /// Returns how many triangles were left out because two of their corners have the same position.
   std::size_t collapsed() const { return collapsed_; }
 
  private:

@@ -7,7 +7,7 @@
 
 namespace phantom::geometry {
 
-// Meshes cross hosts and enter hashes as little-endian bytes straight from memory.
+// Meshes are sent to other hosts and hashed as little-endian bytes straight from memory.
 static_assert(std::endian::native == std::endian::little, "big-endian hosts need a conversion here");
 static_assert(sizeof(Eigen::Vector3f) == 12 && sizeof(std::array<std::uint32_t, 3>) == 12);
 
@@ -23,7 +23,7 @@ std::uint64_t fnv1a(std::uint64_t hash, const void* data, std::size_t size) {
 
 BoundingBox TriangleMesh::bounding_box() const {
   BoundingBox box;
-  // Four vertices at a time: their coordinates fill three vectors.
+  // Processes four vertices at a time, whose coordinates fill three vectors.
   using Four = Eigen::Array<float, 3, 4>;
   const auto count = static_cast<Eigen::Index>(vertices_m.size()), whole = count / 4 * 4;
   if (whole > 0) {

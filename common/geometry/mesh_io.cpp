@@ -51,7 +51,7 @@ Status check_file(const std::filesystem::path& path, const MeshImportOptions& op
   return Status::ok();
 }
 
-/// The helper executable: beside the running one in its prefix, or where PHANTOM_MESH_IMPORT says.
+/// Returns the path of the importer: in the running executable's prefix, or as PHANTOM_MESH_IMPORT says.
 std::filesystem::path importer_path() {
   if (const char* given = std::getenv("PHANTOM_MESH_IMPORT")) return given;
   std::error_code problem;
@@ -64,7 +64,7 @@ std::string number_text(double value) {
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
 }
 
-/// Its arguments, as importer/main.cpp takes them.
+/// Returns the importer's command line, as importer/main.cpp reads it.
 std::vector<std::string> importer_words(const std::filesystem::path& importer,
                                         const std::filesystem::path& path, const MeshImportOptions& options) {
   return {importer.string(),
@@ -80,10 +80,11 @@ std::vector<std::string> importer_words(const std::filesystem::path& importer,
 
 struct ImporterProcess {
   pid_t id = 0;
-  int answer = -1;  ///< read end of the pipe that its standard output is
+  int answer = -1;  ///< read end of the pipe from its standard output
 };
 
-/// posix_spawn, not fork: this process may have threads, each of which may hold a lock just now.
+/// Starts the importer. Uses posix_spawn rather than fork, because other threads of this process may hold
+/// locks.
 core::Expected<ImporterProcess> start_importer(const std::filesystem::path& path,
                                                const MeshImportOptions& options) {
   int ends[2];
@@ -91,7 +92,7 @@ core::Expected<ImporterProcess> start_importer(const std::filesystem::path& path
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  // The importer's last words ("terminate called …") would stand beside our one clear message.
+  // The importer's own error output ("terminate called …") would only obscure our message.
   posix_spawn_file_actions_addopen(&files, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
   posix_spawn_file_actions_adddup2(&files, ends[1], STDOUT_FILENO);
   posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
@@ -123,7 +124,7 @@ core::Expected<ImporterProcess> start_importer(const std::filesystem::path& path
 
 enum class ReadEnd { kClosed, kLate, kTooLong };
 
-/// What arrives until the other end closes, the deadline passes, or it is more than `most`.
+/// Reads until the other end closes, the deadline passes or more than `most` bytes arrived.
 ReadEnd read_answer(int fd, core::Nanoseconds deadline_ns, std::size_t most,
                     std::vector<std::uint8_t>& bytes) {
   std::vector<std::uint8_t> block(1 << 16);
@@ -140,7 +141,7 @@ ReadEnd read_answer(int fd, core::Nanoseconds deadline_ns, std::size_t most,
   return ReadEnd::kTooLong;
 }
 
-/// Ends the process, if it has not ended by itself; how it ended.
+/// Kills the process if it still runs. Returns its wait status.
 int end_of(const ImporterProcess& process) {
   close(process.answer);
   kill(process.id, SIGKILL);
@@ -154,7 +155,7 @@ core::Expected<LoadedMesh> import_by_process(const std::filesystem::path& path,
                                              const MeshImportOptions& options) {
   const auto process = start_importer(path, options);
   if (!process) return process.status();
-  // One that waits for something uses no processor time: a generous clock time ends it as well.
+  // A process that waits uses no processor time: a generous wall-clock limit ends it as well.
   const int most_s = 4 * options.max_cpu_s;
   std::vector<std::uint8_t> bytes;
   const ReadEnd read = read_answer(process->answer, core::monotonic_ns() + core::from_seconds(most_s),
@@ -182,7 +183,7 @@ core::Expected<LoadedMesh> import_by_process(const std::filesystem::path& path,
 
 core::Expected<LoadedMesh> load_mesh(const std::filesystem::path& path, const MeshImportOptions& options) {
   if (Status checked = check_file(path, options); !checked) return checked;
-  constexpr std::uint64_t kMostHere = 1'000'000, kBytesEach = 256;  // triangles; memory for each while read
+  constexpr std::uint64_t kMostHere = 1'000'000, kBytesEach = 256;  // triangles; memory per triangle
   LoadedMesh mesh;
   std::string problem;
   const auto read = detail::import_binary_stl(

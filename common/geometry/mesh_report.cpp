@@ -13,7 +13,7 @@ Eigen::Vector3d twice_area_normal(const TriangleMesh& mesh, const Triangle& t) {
   return (mesh.vertices_m[t[1]].cast<double>() - a).cross(mesh.vertices_m[t[2]].cast<double>() - a);
 }
 
-/// Closed shells whose majority faces inwards.
+/// Counts the closed shells of which most triangles face inwards.
 std::size_t inward_shells(const TriangleMesh& mesh, const std::vector<Triangle>& triangles,
                           const MeshTopology& topology) {
   std::vector<double> six_volumes(topology.shells.size(), 0.0);

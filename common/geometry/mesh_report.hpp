@@ -8,25 +8,24 @@
 
 namespace phantom::geometry {
 
-/// What is wrong with a mesh, counted on its triangles as they stand; vertices in one place must be one
-/// vertex, as load_mesh() leaves them. Edges, shells and flips are those of the mesh without degenerate and
+/// Counts the defects of a mesh, for its triangles as they are. Vertices at the same position must be one
+/// vertex, as load_mesh() leaves them. Edges, shells and flipped triangles are counted without degenerate and
 /// duplicate triangles.
 struct MeshReport {
   std::size_t triangles = 0;
-  std::size_t degenerate_triangles = 0;  ///< without area: corners in one place or in a line
-  std::size_t duplicate_triangles = 0;   ///< with the same three corners as another one, either way round
-  std::size_t open_edges = 0;            ///< of one triangle only: rims of holes, T-junctions
-  std::size_t non_manifold_edges = 0;    ///< of three triangles or more
-  std::size_t flipped_triangles = 0;     ///< that face against the most of their shell
-  std::size_t shells = 0;                ///< parts that hang together by edges of two triangles
+  std::size_t degenerate_triangles = 0;  ///< without area: corners at one position or on a line
+  std::size_t duplicate_triangles = 0;  ///< with the same three corners as another one, in either orientation
+  std::size_t open_edges = 0;           ///< of one triangle only: rims of holes, T-junctions
+  std::size_t non_manifold_edges = 0;   ///< of three or more triangles
+  std::size_t flipped_triangles = 0;    ///< that face the other way than most of their shell
+  std::size_t shells = 0;               ///< parts connected by edges of two triangles
   std::size_t closed_shells = 0;
-  std::size_t unorientable_shells = 0;  ///< like a Möbius strip: no way round makes all triangles agree
-  std::size_t inward_shells = 0;        ///< closed, and most of it faces inwards: a cavity, or inside out
-  std::size_t intersecting_pairs =
-      0;  ///< of triangles that pass through one another; touching does not count
-  bool intersections_complete = true;  ///< false: the search stopped at its limit, there may be more
+  std::size_t unorientable_shells = 0;  ///< like a Möbius strip: no orientation makes all triangles agree
+  std::size_t inward_shells = 0;        ///< closed, and mostly facing inwards: a cavity, or inside out
+  std::size_t intersecting_pairs = 0;   ///< triangles that pass through each other; touching does not count
+  bool intersections_complete = true;   ///< false: the search stopped at its limit, and there may be more
   double area_m2 = 0.0;
-  double volume_m3 = 0.0;  ///< enclosed, signed, as the triangles face; means something if the mesh is closed
+  double volume_m3 = 0.0;  ///< enclosed, signed by orientation; valid only if the mesh is closed
 
   bool closed() const { return triangles > 0 && open_edges == 0 && non_manifold_edges == 0; }
   bool flawless() const {
@@ -36,13 +35,14 @@ struct MeshReport {
 };
 
 struct MeshReportLimits {
-  std::size_t max_pairs = 20'000'000;  ///< of triangles that are tested for intersection; about 50 ns each
+  std::size_t max_pairs = 20'000'000;  ///< pairs tested for intersection; about 50 ns each
 };
 
-/// Looks a mesh over. Coordinates must be finite. O(n log n) and the pairs; pure; not real-time safe.
+/// Checks a mesh for defects. Coordinates must be finite. Time O(n log n) plus that for the pairs. Pure; not
+/// real-time safe.
 MeshReport inspect_mesh(const TriangleMesh& mesh, const MeshReportLimits& limits = {});
 
-/// One clause per kind of defect ("has 12 open edges"); empty for a flawless mesh.
+/// Returns one clause per kind of defect ("has 12 open edges"); empty for a flawless mesh.
 std::vector<std::string> describe(const MeshReport& report);
 
 }  // namespace phantom::geometry

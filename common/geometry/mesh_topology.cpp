@@ -34,10 +34,10 @@ std::vector<EdgeUse> sorted_edges(std::span<const Triangle> triangles) {
 
 struct Neighbour {
   std::uint32_t triangle = UINT32_MAX;
-  bool same_way = false;  ///< both face the same way as they stand
+  bool same_way = false;  ///< both have the same orientation without turning one over
 };
 
-/// Neighbours across manifold edges, three slots a triangle; counts the other edges.
+/// Finds neighbours across manifold edges, three slots per triangle; counts the other edges.
 std::vector<std::array<Neighbour, 3>> neighbours(std::span<const Triangle> triangles, MeshTopology& topology,
                                                  std::vector<std::uint8_t>& at_rim) {
   std::vector<std::array<Neighbour, 3>> all(triangles.size());
@@ -68,7 +68,7 @@ std::size_t odd_edges(std::span<const Triangle> triangles) {
   return odd;
 }
 
-/// Corners in rising order, and whether that is an odd permutation.
+/// Returns the corners in rising order, and whether that is an odd permutation.
 std::pair<Triangle, bool> sorted_corners(Triangle t) {
   bool odd = false;
   const auto order = [&](std::size_t i, std::size_t j) {
@@ -115,7 +115,7 @@ MeshTopology topology_of(std::span<const Triangle> triangles) {
       }
     }
     shell.triangles = members.size();
-    if (2 * shell.turned > shell.triangles) {  // the others are the exception
+    if (2 * shell.turned > shell.triangles) {  // most are turned: turn the others instead
       shell.turned = shell.triangles - shell.turned;
       for (const std::uint32_t i : members) topology.turned[i] ^= 1;
     }
@@ -144,7 +144,7 @@ UniqueTriangles unique_triangles(std::span<const Triangle> triangles) {
   std::sort(named.begin(), named.end(), [](const Named& a, const Named& b) {
     return a.corners != b.corners ? a.corners < b.corners : a.source < b.source;
   });
-  std::vector<std::uint32_t> kept, facing_back;  // facing_back: the other side of one that is kept
+  std::vector<std::uint32_t> kept, facing_back;  // facing_back: the reverse side of a kept triangle
   for (std::size_t from = 0, to = 0; from < named.size(); from = to) {
     bool has_back = false;
     kept.push_back(named[from].source);

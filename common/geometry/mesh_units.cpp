@@ -14,12 +14,12 @@ struct NamedUnit {
   double scale;
 };
 
-// The names that 3MF and AMF allow, singular as there.
+// The unit names of 3MF and AMF, in singular as in the standards.
 constexpr NamedUnit kUnits[] = {{"micron", 1e-6},     {"micrometer", 1e-6}, {"millimeter", 1e-3},
                                 {"centimeter", 1e-2}, {"inch", 0.0254},     {"feet", 0.3048},
                                 {"foot", 0.3048},     {"meter", 1.0}};
 
-// DXF's $INSUNITS by number; 0 stands for "no unit".
+// DXF's $INSUNITS by number; 0 means "no unit".
 constexpr double kDxfUnits[] = {0,         0.0254,    0.3048, 1609.344, 1e-3, 1e-2, 1.0, 1e3,
                                 0.0254e-6, 0.0254e-3, 0.9144, 1e-10,    1e-9, 1e-6, 0.1};
 
@@ -35,7 +35,7 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-/// A scale that can be meant: finite, positive.
+/// Parses a plausible scale: finite and positive.
 std::optional<double> number(std::string_view text) {
   text = trimmed(text);
   double value = 0.0;
@@ -44,7 +44,7 @@ std::optional<double> number(std::string_view text) {
   return value;
 }
 
-/// What stands between `open` and `close`, from `from` on.
+/// Returns the text between `open` and `close`, searching from `from`.
 std::optional<std::string_view> between(std::string_view text, std::string_view open, std::string_view close,
                                         std::size_t from = 0) {
   const std::size_t start = text.find(open, from);
@@ -54,7 +54,7 @@ std::optional<std::string_view> between(std::string_view text, std::string_view 
   return text.substr(first, end - first);
 }
 
-/// Value of an attribute inside the first tag of this name, e.g. tag "<unit", attribute "meter".
+/// Returns the value of an attribute of the first tag with this name, e.g. tag "<unit", attribute "meter".
 std::optional<std::string_view> attribute(std::string_view text, std::string_view tag,
                                           std::string_view name) {
   for (std::size_t at = text.find(tag); at != std::string_view::npos; at = text.find(tag, at + 1)) {
@@ -114,7 +114,7 @@ DeclaredFrame dxf(std::string_view head) {
   DeclaredFrame frame;
   const std::size_t at = head.find("$INSUNITS");
   if (at == std::string_view::npos) return frame;
-  // The variable's name, then a line with the group code 70, then the value.
+  // The line with the variable's name is followed by a line with the group code 70, then the value.
   const std::size_t code = head.find('\n', at);
   const std::size_t value = code == std::string_view::npos ? code : head.find('\n', code + 1);
   if (value == std::string_view::npos) return frame;
@@ -152,7 +152,7 @@ UnitGuess guess_unit(const std::array<double, 3>& extents) {
 }
 
 UpAxis guess_up(std::string_view format) {
-  // Formats of renderers; CAD and printing have +z up.
+  // These are formats of renderers; CAD and 3D printing use +z up.
   return starts_with_any(format,
                          {"Direct3D", "LightWave", "Ogre3D", "BlitzBasic", "Irrlicht", "Milkshape", "MMD"})
              ? UpAxis::kY
@@ -167,7 +167,7 @@ std::string root_model_of_3mf(std::string_view relationships) {
     const std::string_view type = attribute(one, kTag, "Type").value_or("");
     if (!type.ends_with("/3dmodel")) continue;
     std::string_view target = attribute(one, kTag, "Target").value_or("");
-    if (target.starts_with('/')) target.remove_prefix(1);  // names in the package have none
+    if (target.starts_with('/')) target.remove_prefix(1);  // names in the package have no leading slash
     return std::string(target);
   }
   return {};
@@ -176,7 +176,7 @@ std::string root_model_of_3mf(std::string_view relationships) {
 DeclaredFrame declared_in_text(std::string_view format, std::string_view head) {
   if (format.starts_with("Collada")) {
     DeclaredFrame frame = collada(head);
-    // The standard's defaults (COLLADA 1.4.1, elements unit and up_axis).
+    // Defaults of the standard (COLLADA 1.4.1, elements unit and up_axis).
     if (!frame.scale) frame.scale = 1.0;
     if (!frame.up) frame.up = UpAxis::kY;
     return frame;
@@ -184,12 +184,12 @@ DeclaredFrame declared_in_text(std::string_view format, std::string_view head) {
   if (format.starts_with("Additive") || format.starts_with("3mf")) {
     const bool is_3mf = format.starts_with("3mf");
     const auto name = attribute(head, is_3mf ? "<model" : "<amf", "unit");
-    // Both standards: millimetres unless said otherwise, +z up on the printer's bed.
+    // Both standards default to millimetres; +z is up from the printer's bed.
     return {name ? named_unit(*name) : std::optional<double>(1e-3), UpAxis::kZ};
   }
   if (format.starts_with("Open Game Engine Exchange")) {
     DeclaredFrame frame = open_gex(head);
-    if (!frame.scale) frame.scale = 1.0;  // OpenGEX, structure Metric
+    if (!frame.scale) frame.scale = 1.0;  // default of OpenGEX, structure Metric
     if (!frame.up) frame.up = UpAxis::kZ;
     return frame;
   }

@@ -20,7 +20,7 @@ constexpr hn::Rebind<std::uint32_t, decltype(kNames)> kCorners;
 using Names = hn::Vec<decltype(kNames)>;
 using CornersOf = hn::Vec<decltype(kCorners)>;
 
-/// An edge's random weight, whichever way it is run through.
+/// Returns an edge's random weight, which does not depend on its direction.
 HWY_INLINE Names weight(Names low, Names high) {
   auto h = hn::Add(hn::Or(hn::ShiftLeft<32>(low), high), hn::Set(kNames, 1));
   h = hn::Mul(hn::Xor(h, hn::ShiftRight<31>(h)), hn::Set(kNames, 0x9e3779b97f4a7c15ULL));
@@ -28,7 +28,7 @@ HWY_INLINE Names weight(Names low, Names high) {
   return hn::Xor(h, hn::ShiftRight<32>(h));
 }
 
-/// The sum of all edges' weights, those that run from the higher to the lower vertex negative.
+/// Sums the weights of all edges. Edges that run from the higher to the lower vertex count negative.
 std::uint64_t SumOfWeights(std::span<const Triangle> triangles) {
   auto sum = hn::Zero(kNames);
   const auto add = [&](CornersOf from, CornersOf to) HWY_ATTR {
@@ -44,7 +44,7 @@ std::uint64_t SumOfWeights(std::span<const Triangle> triangles) {
     add(b, c);
     add(c, a);
   }
-  // Lane by lane: the sum wraps, which is defined for these numbers only.
+  // Summed lane by lane, because only unsigned sums may wrap.
   alignas(64) std::uint64_t lane[hn::MaxLanes(kNames)];
   hn::Store(sum, kNames, lane);
   std::uint64_t all = std::accumulate(lane, lane + hn::Lanes(kNames), std::uint64_t{0});

@@ -31,7 +31,7 @@ Vector on_triangle(const Vector& p, const Vector& a, const Vector& b, const Vect
   if (weight_a > 0 && weight_b > 0 && weight_c > 0) {
     return a + (weight_b * ab + weight_c * ac) / (weight_a + weight_b + weight_c);
   }
-  // Outside the face's region (or no face at all): one of the edges, whichever is nearest.
+  // Outside the face's region, or a degenerate triangle: the nearest point is on an edge.
   Vector best = on_segment(p, a, b);
   for (const Vector& candidate : {on_segment(p, b, c), on_segment(p, c, a)}) {
     if ((candidate - p).squaredNorm() < (best - p).squaredNorm()) best = candidate;

@@ -4,15 +4,15 @@
 
 namespace phantom::geometry {
 
-/// Point of the triangle (a, b, c) that is nearest to `p`, all in one frame. Degenerate triangles are treated
-/// as the segment or point that they are. Real-time safe: yes. (Voronoi regions of vertices and edges,
-/// Ericson 2005, 5.1.5.)
+/// Returns the point of the triangle (a, b, c) nearest to `p`, all in one frame. Degenerate triangles are
+/// treated as segments or points. Real-time safe: yes. (Voronoi regions of vertices and edges, Ericson 2005,
+/// 5.1.5.)
 Eigen::Vector3d closest_point_on_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                                           const Eigen::Vector3d& b, const Eigen::Vector3d& c);
 Eigen::Vector3f closest_point_on_triangle(const Eigen::Vector3f& p, const Eigen::Vector3f& a,
                                           const Eigen::Vector3f& b, const Eigen::Vector3f& c);
 
-/// Point of the segment (a, b) that is nearest to `p`. Real-time safe: yes.
+/// Returns the point of the segment (a, b) nearest to `p`. Real-time safe: yes.
 Eigen::Vector3d closest_point_on_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                                          const Eigen::Vector3d& b);
 

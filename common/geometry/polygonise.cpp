@@ -10,14 +10,14 @@
 namespace phantom::geometry {
 namespace {
 
-constexpr int kBrick = 8;  // cells along a brick, whose corners are sampled at once
+constexpr int kBrick = 8;  // cells along a brick; a brick's corners are sampled at once
 constexpr int kCorners = kBrick + 1;
 constexpr int kBisections = 14;
-constexpr int kThinDepth = 7;   // walls down to 1/128 of a cell are found along an edge
-constexpr double kReach = 0.6;  // cells by which a vertex may leave its own
+constexpr int kThinDepth = 7;   // walls as thin as 1/128 of a cell are found along an edge
+constexpr double kReach = 0.6;  // how far, in cells, a vertex may lie outside its own cell
 using Cell = std::array<int, 3>;
 
-/// A point where the surface crosses, and which way is out there.
+/// A point where an edge crosses the surface, and the outward normal there.
 struct Crossing {
   Eigen::Vector3d p_m, normal;
 };
@@ -26,7 +26,7 @@ class Polygoniser {
  public:
   Polygoniser(const ImplicitSolid& solid, const Box& box, int cells) : solid_(&solid), cells_(cells) {
     edge_m_ = box.size_m().maxCoeff() / cells;
-    // An odd margin, so that faces of the box do not fall on samples.
+    // An uneven margin, so that faces of the box do not coincide with samples.
     origin_m_ = box.min_m - Eigen::Vector3d::Constant(1.37 * edge_m_);
     int longest = 0;
     for (int axis = 0; axis < 3; ++axis)
@@ -42,7 +42,7 @@ class Polygoniser {
     for (const auto& [cell, axis, outwards] : crossed_edges_) emit(cell, axis, outwards);
     return {std::move(mesh_), cells_, few(thin_places_)};
   }
-  /// Whether two sheets of the surface hardly ever pass through one cell.
+  /// Returns whether two sheets of the surface pass through one cell in a few places at most.
   bool sheets_are_apart() const { return few(meetings_); }
 
  private:
@@ -52,7 +52,8 @@ class Polygoniser {
     bool outwards;  // inside at the corner, outside at the other end
   };
 
-  /// The rims of wedges are thin, too, and no finer cells will change that.
+  /// Returns whether so few places are acceptable: the rims of wedges are thin, too, and finer cells do not
+  /// change that.
   bool few(std::size_t places) const {
     return places <= std::max(static_cast<std::size_t>(cells_ / 8), crossed_edges_.size() / 500);
   }
@@ -73,7 +74,7 @@ class Polygoniser {
     const Interval bounds = solid_->bounds(Region::box(corner_m(first) + half, half));
     if (bounds.lo >= 0.0 || bounds.hi < 0.0) return;
     if (size == kBrick) {
-      // Normals are taken from a little beyond the brick.
+      // Normals are sampled slightly beyond the brick.
       const ImplicitPtr fewer = solid_->within(Region::box(corner_m(first) + half, 1.01 * half));
       const ImplicitSolid* const whole = std::exchange(solid_, fewer ? fewer.get() : solid_);
       sample(first);
@@ -114,8 +115,8 @@ class Polygoniser {
     }
   }
 
-  /// Whether a face of the cell at its lower corner has its diagonals on different sides: two sheets in one
-  /// cell.
+  /// Returns whether two sheets pass through the cell: one of the faces at its lower corner has its two
+  /// diagonals on different sides of the surface.
   static bool sheets_meet(const std::array<bool, 8>& c) {
     const auto crossed = [&](std::size_t a, std::size_t b) {
       return c[0] == c[a | b] && c[a] == c[b] && c[0] != c[a];
@@ -130,13 +131,13 @@ class Polygoniser {
     const Eigen::Vector3d from = corner_m(corner);
     const auto other = find_other_side(from, from + step, from_inside, kThinDepth);
     if (!other) return;
-    // Two crossings on one edge: an edge or a corner of the solid that pokes in is no matter, a wall or a gap
-    // is.
+    // There are two crossings on one edge. An edge or corner of the solid that intrudes is acceptable, a thin
+    // wall or gap is not.
     const Crossing one = cross(from, *other), two = cross(from + step, *other);
     thin_places_ += one.normal.dot(two.normal) < -0.9;
   }
 
-  /// A point between two that are on the same side which is on the other.
+  /// Finds a point on the other side of the surface between two points on the same side.
   std::optional<Eigen::Vector3d> find_other_side(const Eigen::Vector3d& a, const Eigen::Vector3d& b, bool in,
                                                  int depth) const {
     const Eigen::Vector3d middle = 0.5 * (a + b);
@@ -148,7 +149,7 @@ class Polygoniser {
     return find_other_side(middle, b, in, depth - 1);
   }
 
-  /// Where the surface crosses between two points on different sides.
+  /// Finds the crossing of the surface between two points on different sides.
   Crossing cross(Eigen::Vector3d a, Eigen::Vector3d b) const {
     const bool a_inside = inside(a);
     for (int i = 0; i < kBisections; ++i) {
@@ -168,8 +169,8 @@ class Polygoniser {
     return crossing;
   }
 
-  /// The point nearest to all tangent planes at the cell's crossings: on an edge or a corner if the planes
-  /// have one.
+  /// Adds the cell's vertex: the point nearest to all tangent planes at the cell's crossings. It lies on an
+  /// edge or a corner if the planes meet in one.
   void add_vertex(const Cell& cell, const std::array<bool, 8>& corners) {
     std::array<Crossing, 12> crossings;
     std::size_t count = 0;
@@ -197,14 +198,14 @@ class Polygoniser {
     Eigen::Vector3d offset = Eigen::Vector3d::Zero();
     for (int i = 0; i < 3; ++i) {
       const double weight = solver.eigenvalues()[i];
-      // Directions that no plane says much about keep the middle.
+      // Directions that the planes hardly constrain keep the middle.
       if (weight > 0.05 * solver.eigenvalues()[2] && weight > 0.0) {
         const Eigen::Vector3d direction = solver.eigenvectors().col(i);
         offset += direction * (direction.dot(wanted) / weight);
       }
     }
-    // An edge or a corner may poke into the next cell without being seen there: some way out of the cell is
-    // allowed.
+    // An edge or a corner may extend into the next cell without being detected there, so the vertex may lie
+    // slightly outside its cell.
     const Eigen::Vector3d reach = Eigen::Vector3d::Constant(kReach * edge_m_);
     const Eigen::Vector3d low = corner_m(cell) - reach,
                           high = corner_m({cell[0] + 1, cell[1] + 1, cell[2] + 1}) + reach;
@@ -213,7 +214,7 @@ class Polygoniser {
     mesh_.vertices_m.push_back(p.cast<float>());
   }
 
-  /// A quadrilateral through the four cells around a crossed edge.
+  /// Adds a quadrilateral through the vertices of the four cells around a crossed edge.
   void emit(const Cell& corner, int axis, bool outwards) {
     const auto u = static_cast<std::size_t>((axis + 1) % 3), v = static_cast<std::size_t>((axis + 2) % 3);
     std::array<std::uint32_t, 4> q;
@@ -237,7 +238,7 @@ class Polygoniser {
     }
   }
 
-  const ImplicitSolid* solid_;  // near a brick, what of it matters there
+  const ImplicitSolid* solid_;  // while a brick is sampled, the solid simplified for it
   int cells_;                   // along the longest side
   double edge_m_ = 0.0;
   Eigen::Vector3d origin_m_;

@@ -5,26 +5,26 @@
 
 namespace phantom::geometry {
 
-/// How finely a solid by formula becomes a mesh.
+/// Sets how finely a solid given by a formula is meshed.
 struct PolygoniseOptions {
-  int cells = 64;       ///< along the longest side of the solid's box, at first
-  int max_cells = 256;  ///< at most, when walls or gaps thinner than a cell make finer cells necessary
+  int cells = 64;       ///< initial number along the longest side of the solid's box
+  int max_cells = 256;  ///< greatest number, if walls or gaps thinner than a cell require finer cells
 };
 
-/// What polygonise() made.
+/// Holds the result of polygonise().
 struct Polygonised {
   TriangleMesh mesh;
-  int cells = 0;  ///< along the longest side, in the end; 0: the shape made its own mesh
+  int cells = 0;  ///< final number along the longest side; 0: the shape supplied its own mesh
   bool whole =
-      true;  ///< false: walls or gaps thinner than a cell are there, and may be missing or closed in places
+      true;  ///< false: there are walls or gaps thinner than a cell, which may be missing or closed in places
 };
 
-/// The solid's surface as a mesh: closed (every edge belongs to an even number of triangles), triangles
-/// counter-clockwise seen from outside, sharp edges and corners kept: one vertex per cell, nearest to the
-/// tangent planes at the cell's crossings (dual contouring; Ju et al. 2002). Cells are halved until walls and
-/// gaps are thicker than a cell, but for a few places, or `max_cells` is reached. Where two sheets pass
-/// through one cell the mesh touches itself. A solid without inside gives an empty mesh. Cost rises with the
-/// surface. Not real-time safe.
+/// Converts a solid's surface into a mesh by dual contouring (Ju et al. 2002). The mesh is closed (every edge
+/// belongs to an even number of triangles) and its triangles are counter-clockwise seen from outside. Sharp
+/// edges and corners are kept: each cell has one vertex, nearest to the tangent planes at the cell's
+/// crossings. Cells are halved until walls and gaps are thicker than a cell except in a few places, or until
+/// `max_cells` is reached. Where two sheets pass through one cell, the mesh touches itself. A solid without
+/// inside gives an empty mesh. Cost grows with the surface. Not real-time safe.
 Polygonised polygonise(const ImplicitSolid& solid, const PolygoniseOptions& options = {});
 
 }  // namespace phantom::geometry

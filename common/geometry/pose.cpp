@@ -11,8 +11,8 @@ Eigen::Matrix3d rotation_about(const Eigen::Vector3d& axis, double angle_rad) {
 
 Eigen::Matrix3d rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   const Eigen::Vector3d a = from.normalized(), b = to.normalized();
-  // The direction across `a` in the plane of both, made orthogonal twice: exact where they are nearly
-  // opposite.
+  // The direction perpendicular to `a` in the plane of both. It is made orthogonal twice, to stay exact where
+  // they are nearly opposite.
   Eigen::Vector3d across = b - a.dot(b) * a;
   across -= a.dot(across) * a;
   const double sine = across.norm();

@@ -4,8 +4,7 @@
 
 namespace phantom::geometry {
 
-/// Rigid transform X_AB: p_A = rotation · p_B + translation_m. Frames are named at the use: `X_WS`,
-/// `X_W_link`.
+/// Rigid transform X_AB: p_A = rotation · p_B + translation_m. Variables name the frames: `X_WS`, `X_W_link`.
 struct Pose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d translation_m = Eigen::Vector3d::Zero();
@@ -17,21 +16,21 @@ struct Pose {
   Pose inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation_m)}; }
 };
 
-/// Rotation about fixed axes x (roll), then y (pitch), then z (yaw), as in URDF: R =
+/// Returns the rotation about the fixed axes x (roll), then y (pitch), then z (yaw), as in URDF: R =
 /// Rz(yaw)·Ry(pitch)·Rx(roll).
 Eigen::Matrix3d rotation_from_rpy(double roll_rad, double pitch_rad, double yaw_rad);
 
-/// Rotation by `angle_rad` about the unit vector `axis` (Rodrigues). Real-time safe: yes.
+/// Returns the rotation by `angle_rad` about the unit vector `axis` (Rodrigues). Real-time safe: yes.
 Eigen::Matrix3d rotation_about(const Eigen::Vector3d& axis, double angle_rad);
 
-/// The least rotation that turns the direction of `from` into that of `to`; opposite ones by half a turn
-/// about some axis across them. Neither may be zero. Real-time safe: yes.
+/// Returns the smallest rotation that turns the direction of `from` into that of `to`. Opposite directions
+/// give half a turn about some axis perpendicular to them. Neither vector may be zero. Real-time safe: yes.
 Eigen::Matrix3d rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
-/// Unit quaternion (x, y, z, w) of a rotation matrix, w ≥ 0. Real-time safe: yes.
+/// Returns the unit quaternion (x, y, z, w) of a rotation matrix, w ≥ 0. Real-time safe: yes.
 Eigen::Vector4d quaternion_xyzw(const Eigen::Matrix3d& rotation);
 
-/// Rotation matrix of a quaternion (x, y, z, w), normalised first. Real-time safe: yes.
+/// Returns the rotation matrix of a quaternion (x, y, z, w), which is normalised first. Real-time safe: yes.
 Eigen::Matrix3d rotation_from_quaternion(const Eigen::Vector4d& xyzw);
 
 }  // namespace phantom::geometry

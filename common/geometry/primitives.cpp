@@ -20,7 +20,8 @@ void add_quad(TriangleMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_
   mesh.triangles.push_back({a, c, d});
 }
 
-/// Vertex halfway between two others, pushed onto the unit sphere; shared by both triangles at the edge.
+/// Returns the vertex halfway between two others, projected onto the unit sphere. Both triangles at the edge
+/// share it.
 std::uint32_t midpoint(std::vector<Eigen::Vector3d>& points,
                        std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t>& known,
                        std::uint32_t a, std::uint32_t b) {

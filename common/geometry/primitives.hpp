@@ -4,7 +4,7 @@
 
 namespace phantom::geometry {
 
-/// Closed meshes around the origin, triangles facing outwards. All lengths must be > 0.
+/// Closed meshes around the origin, with triangles facing outwards. All lengths must be > 0.
 
 /// Box with edges `size_m` along x, y, z.
 TriangleMesh make_box(const Eigen::Vector3d& size_m);
@@ -12,10 +12,10 @@ TriangleMesh make_box(const Eigen::Vector3d& size_m);
 TriangleMesh make_sphere(double radius_m, int subdivisions = 4);
 /// Cylinder along z with flat ends at ±height/2; sides ≥ 3.
 TriangleMesh make_cylinder(double radius_m, double height_m, int sides = 48);
-/// Cone along z, its base (radius_m) at −height/2, its top at +height/2: flat with top_radius_m, or a point
-/// if that is 0.
+/// Cone along z with its base (radius_m) at −height/2 and its top at +height/2. The top is flat with
+/// top_radius_m, or a point if that is 0.
 TriangleMesh make_cone(double radius_m, double top_radius_m, double height_m, int sides = 48);
-/// A triangle in the plane z = 0 (corners counter-clockwise), drawn out along z to ±height/2.
+/// Prism from a triangle in the plane z = 0 (corners counter-clockwise), extruded along z to ±height/2.
 TriangleMesh make_prism(const std::array<Eigen::Vector2d, 3>& corners_m, double height_m);
 /// Torus around z: ring radius from the axis to the tube's centre, tube radius; both counts ≥ 3.
 TriangleMesh make_torus(double ring_radius_m, double tube_radius_m, int ring_sides = 64, int tube_sides = 32);

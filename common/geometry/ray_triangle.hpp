@@ -5,9 +5,9 @@
 
 namespace phantom::geometry {
 
-/// Where the line origin + s·direction meets the triangle (a, b, c), seen from either side: s, negative
-/// behind the origin; none if it passes by or runs in the triangle's plane. All in one frame. Real-time safe:
-/// yes. (Möller and Trumbore 1997.)
+/// Returns s where the line origin + s·direction meets the triangle (a, b, c), from either side; s is
+/// negative behind the origin. Returns none if the line misses the triangle or is parallel to its plane. All
+/// in one frame. Real-time safe: yes. (Möller and Trumbore 1997.)
 std::optional<double> ray_meets_triangle(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                                          const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                          const Eigen::Vector3d& c) noexcept;

@@ -12,9 +12,9 @@ namespace {
 using Eigen::Vector3d;
 using Corners = std::array<Vector3d, 3>;
 
-constexpr double kRounding = 1e-14;  // of a determinant, relative to the products it is made of
+constexpr double kRounding = 1e-14;  // of a determinant, relative to the products in it
 
-/// −1, 0, 1: side of d on the plane abc.
+/// Returns −1, 0 or 1: the side of the plane abc on which d lies.
 int side(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
   const Vector3d u = a - d, v = b - d, w = c - d;
   const double value = u.dot(v.cross(w));
@@ -22,7 +22,7 @@ int side(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d
   return value > kRounding * scale ? 1 : value < -kRounding * scale ? -1 : 0;
 }
 
-/// Of each corner, on the plane of the other triangle.
+/// Returns the side of each corner of `t`, relative to the other triangle's plane.
 std::array<int, 3> sides_of(const Corners& t, const Corners& plane) {
   return {side(plane[0], plane[1], plane[2], t[0]), side(plane[0], plane[1], plane[2], t[1]),
           side(plane[0], plane[1], plane[2], t[2])};
@@ -32,10 +32,10 @@ bool on_both_sides(const std::array<int, 3>& sides) {
   return std::max({sides[0], sides[1], sides[2]}) > 0 && std::min({sides[0], sides[1], sides[2]}) < 0;
 }
 
-/// The triangle with the corner first that lies alone on its side of the other's plane, and the same way
-/// round; `sides`: of its corners.
+/// Returns the triangle, with its orientation kept, starting at the corner that lies alone on its side of the
+/// other triangle's plane. `sides`: of its corners.
 Corners alone_first(const Corners& t, const std::array<int, 3>& sides) {
-  const int all = sides[0] + sides[1] + sides[2];  // two on one side; or one on either side and one on it
+  const int all = sides[0] + sides[1] + sides[2];  // two on one side; or one on each side, one on it
   for (std::size_t i = 0; i < 3; ++i) {
     const bool alone = all == 0 ? sides[i] > 0 : sides[i] == -all;
     if (alone) return {t[i], t[(i + 1) % 3], t[(i + 2) % 3]};
@@ -43,12 +43,13 @@ Corners alone_first(const Corners& t, const std::array<int, 3>& sides) {
   return t;
 }
 
-/// Whether two triangles, each with corners on both sides of the other's plane, have more than a point in
-/// common: their stretches of the line in which the planes meet overlap (Guigue & Devillers 2003, strictly).
+/// Returns whether two triangles, each with corners on both sides of the other's plane, have more than a
+/// point in common. They have if their segments of the line in which the planes intersect overlap (Guigue &
+/// Devillers 2003, strictly).
 bool stretches_overlap(const Corners& s, std::array<int, 3> s_sides, const Corners& t,
                        std::array<int, 3> t_sides) {
   Corners a = alone_first(s, s_sides), b = alone_first(t, t_sides);
-  // The theorem wants each alone corner on the positive side of the other's plane.
+  // The theorem requires each lone corner to be on the positive side of the other triangle's plane.
   if (side(b[0], b[1], b[2], a[0]) > 0) std::swap(b[1], b[2]);
   if (side(a[0], a[1], a[2], b[0]) > 0) std::swap(a[1], a[2]);
   return side(a[0], a[1], b[0], b[1]) * side(a[0], a[2], b[2], b[0]) > 0;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Private to this library: triangles that pass through one another.
+// Private to this library: finds triangles that pass through each other.
 
 #include "common/geometry/mesh.hpp"
 
@@ -11,11 +11,12 @@ struct TrianglePairs {
   bool complete = true;
 };
 
-/// Whether two triangles pass through one another: each has corners on both sides of the other and they share
-/// more than a point, or they overlap in a plane. Touching, also within rounding, does not count.
+/// Returns whether two triangles pass through each other: each has corners on both sides of the other's plane
+/// and they share more than a point, or they overlap in a plane. Touching, also within rounding, does not
+/// count.
 bool triangles_cross(const std::array<Eigen::Vector3d, 3>& s, const std::array<Eigen::Vector3d, 3>& t);
 
-/// Counts crossing pairs; stops after `max_pairs` were tested.
+/// Counts crossing pairs of triangles; stops after `max_pairs` tests.
 TrianglePairs crossing_pairs(const TriangleMesh& mesh, std::size_t max_pairs);
 
 }  // namespace phantom::geometry::detail

@@ -14,15 +14,17 @@
 
 namespace phantom::geometry {
 
-/// Numbers places: equal points are in one place, and places are numbered as they first appear. A point is a
-/// Vector3f (−0 and 0 are equal, NaN is not) or an array of integers of which the first three tell.
+/// Numbers distinct points in the order of their first occurrence. Equal points get the same number. A point
+/// is a Vector3f (−0 and 0 are equal, NaN equals nothing) or an array of integers whose first three elements
+/// are compared.
 template <class Point>
 class Places {
  public:
-  /// `points`: gets the point of each place; empty, and its own until this object goes.
+  /// `points`: receives the distinct points. It must be empty, and only this object may change it during this
+  /// object's lifetime.
   explicit Places(std::vector<Point>& points) : points_(points) {}
 
-  /// Makes room for so many places.
+  /// Reserves room for this many distinct points.
   void expect(std::size_t places) {
     points_.reserve(places);
     grow(std::bit_ceil(2 * places));
@@ -38,7 +40,7 @@ class Places {
     points_.push_back(p);
     return table_[at];
   }
-  /// Asks the memory for where number_of() will look. (Where it is not inlined, GCC takes it for a function
+  /// Prefetches the memory that number_of() will read. (Unless it is inlined, GCC treats it as a function
   /// without effect.)
   [[gnu::always_inline]] void prefetch(const Point& point) const {
     __builtin_prefetch(&table_[slot_of(plain(point))]);
@@ -70,10 +72,10 @@ class Places {
   }
 
   std::vector<Point>& points_;
-  std::vector<std::uint32_t> table_;  // places by hash; a power of two
+  std::vector<std::uint32_t> table_;  // numbers by hash; the size is a power of two
 };
 
-/// Per point the index of the first one in the same place, by Places' rule. O(n).
+/// Returns for each point the index of the first equal point, compared as in Places. O(n).
 template <class Point>
 std::vector<std::uint32_t> weld(const std::vector<Point>& points) {
   std::vector<Point> distinct;
@@ -89,30 +91,32 @@ std::vector<std::uint32_t> weld(const std::vector<Point>& points) {
   return first;
 }
 
-/// Points in a grid, to find which one lies near.
+/// Stores points in a grid, to find the nearest one.
 class PointGrid {
  public:
   struct Near {
     std::uint32_t index;
-    double square_m2;  ///< of the distance
+    double square_m2;  ///< square of the distance
   };
-  /// `radius_m`: how near; greater than 0.
+  /// `radius_m`: greatest distance of a match; greater than 0.
   explicit PointGrid(double radius_m) : radius_m_(radius_m) {}
 
   void add(const Eigen::Vector3d& p_m, std::uint32_t index);
-  /// The nearest point within the radius; of several as near the one of the lowest index.
+  /// Returns the nearest point within the radius. Of points at the same distance it is the one with the
+  /// lowest index.
   std::optional<Near> nearest(const Eigen::Vector3d& p_m) const;
 
  private:
   std::array<std::int64_t, 3> cell_of(const Eigen::Vector3d& p_m) const;
 
   double radius_m_;
-  /// By cube of twice the radius: all that lies near is in eight of them. Cubes far apart may share a key.
+  /// Points by cubes with edges of twice the radius, so that all near points lie in eight of them. Distant
+  /// cubes may share a key.
   std::unordered_map<std::uint64_t, std::vector<std::pair<Eigen::Vector3d, std::uint32_t>>> cells_;
 };
 
-/// Per point the index of the one that stands for it: the nearest within `tolerance_m` of those before it
-/// that stand for themselves; else itself.
+/// Returns for each point the index of its representative: the nearest earlier representative within
+/// `tolerance_m`, or else the point itself.
 std::vector<std::uint32_t> weld(std::span<const Eigen::Vector3d> points_m, double tolerance_m);
 
 }  // namespace phantom::geometry

@@ -12,7 +12,8 @@ constexpr std::uint32_t kLeafTriangles = 8;
 constexpr double kFar = 3.0;          // in radii of a group; Barill et al. use 2 with one more moment
 constexpr double kTriangleFar = 4.0;  // in radii of a single triangle
 
-/// Solid angle ÷ 2 of a triangle, corners relative to the eye (van Oosterom and Strackee 1983).
+/// Returns half the solid angle of a triangle, with corners relative to the eye (van Oosterom and Strackee
+/// 1983).
 double half_solid_angle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
   const double la = a.norm(), lb = b.norm(), lc = c.norm();
   const double volume = a.dot(b.cross(c));

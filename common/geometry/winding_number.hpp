@@ -9,30 +9,31 @@
 
 namespace phantom::geometry {
 
-/// Generalised winding number of a mesh at a point: its signed solid angle ÷ 4π (Jacobson, Kavan,
-/// Sorkine-Hornung 2013). Inside a closed mesh that faces outwards 1, outside 0; with holes something
-/// between, changing smoothly everywhere off the surface. Every triangle is summed: slow. A triangle whose
-/// plane holds the point contributes 0.
+/// Returns the generalised winding number of a mesh at a point: its signed solid angle ÷ 4π (Jacobson, Kavan,
+/// Sorkine-Hornung 2013). Inside a closed mesh that faces outwards it is 1, outside 0. For a mesh with holes
+/// it lies between and changes smoothly everywhere off the surface. Slow: sums every triangle. A triangle
+/// whose plane contains the point contributes 0.
 double winding_number(const TriangleMesh& mesh, const Eigen::Vector3d& p_m);
 
-/// The same, fast: far groups of triangles act as a dipole and its first moment (Barill et al. 2018), near
-/// triangles are summed exactly. Off by less than 0.02 for meshes whose triangles agree on outside.
+/// Computes winding numbers fast: far groups of triangles are approximated by a dipole and its first moment
+/// (Barill et al. 2018), and near triangles are summed exactly. The error is below 0.02 for meshes that are
+/// oriented consistently.
 class WindingTree {
  public:
-  /// Copies what it needs. O(n log n).
+  /// Builds the tree in O(n log n). Copies what it needs of the mesh.
   explicit WindingTree(const TriangleMesh& mesh);
 
-  /// Thread-safe. Allocates nothing.
+  /// Returns the winding number at a point. Thread-safe. Allocates nothing.
   double at(const Eigen::Vector3d& p_m) const;
 
  private:
-  struct Group {             // the triangles below a node of the tree, as they look from afar
-    Eigen::Vector3d centre;  ///< of area
+  struct Group {             // far-field approximation of the triangles below a node of the tree
+    Eigen::Vector3d centre;  ///< area centroid
     Eigen::Vector3d normal;  ///< sum of area normals, m²
     Eigen::Matrix3d moment;  ///< Σ (centre of triangle − centre) · area normalᵀ
-    double radius = 0;       ///< of the ball around `centre` that holds the triangles
+    double radius = 0;       ///< radius of the ball around `centre` that holds the triangles
   };
-  struct Corners {  // of a triangle, and what stands for it from afar
+  struct Corners {  // a triangle's corners and its far-field approximation
     Eigen::Vector3d a, b, c, centre, area_normal;
     double radius_2;  ///< square of the farthest corner's distance from the centre
   };

@@ -1,5 +1,5 @@
-// Private to this library: triangles' corners, side by side for vectors of triangles. Compiled once per
-// instruction set.
+// Private to this library: loads the corners of several triangles into vectors, one triangle per lane.
+// Compiled once per instruction set.
 
 #if defined(PHANTOM_VOXELISE_CORNER_LANES_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef PHANTOM_VOXELISE_CORNER_LANES_INL
@@ -21,9 +21,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr hn::ScalableTag<std::int32_t> kInts;
 
-/// Most triangles at once, for arrays; there are Lanes(kInts) of them.
+/// Greatest number of triangles per vector, for array sizes; the actual number is Lanes(kInts).
 constexpr std::size_t kMostLanes = hn::MaxLanes(kInts);
-using CornerLanes = std::int32_t[3][3][kMostLanes];  // [corner][axis], each a whole aligned vector
+using CornerLanes = std::int32_t[3][3][kMostLanes];  // [corner][axis], each one aligned vector
 
 /// Loads the corners of triangle(0), triangle(1), …
 template <class TriangleAt>

@@ -1,5 +1,5 @@
-// Private to line_crossings.cpp: triangles of a fine mesh, a vector of them at once. Compiled once per
-// instruction set.
+// Private to line_crossings.cpp: processes the triangles of a fine mesh, one vector of them at a time.
+// Compiled once per instruction set.
 
 #if defined(PHANTOM_VOXELISE_CROSS_FEW_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef PHANTOM_VOXELISE_CROSS_FEW_INL
@@ -21,8 +21,8 @@ HWY_BEFORE_NAMESPACE();
 namespace phantom::voxelise::detail::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Triangles that reach over few lines; sorts out all others. Edge functions are whole numbers below 2³⁷,
-/// which a double holds.
+/// Crosses triangles that reach over few lines, and sorts out all others. Edge functions are whole numbers
+/// below 2³⁷, which a double represents exactly.
 class FewLines {
  public:
   static constexpr int kFew = 4;  ///< lines along u, and along v
@@ -33,9 +33,9 @@ class FewLines {
 
   static std::size_t at_once() { return hn::Lanes(kInts); }
 
-  /// Writes the crossings of the first `valid` of at_once() triangles, of which there are at most
-  /// kMostCrossings, and returns the first place after them; calls other(triangle) for those that reach over
-  /// many lines. `number`: of a triangle, by lane.
+  /// Writes the crossings of the first `valid` of at_once() triangles, at most kMostCrossings, and returns
+  /// the first place after them. Calls other(triangle) for triangles that reach over many lines. `number`:
+  /// returns a triangle's number by lane.
   template <class NumberAt, class Other>
   Crossing* cross(const NumberAt& number, std::size_t valid, Crossing* to, const Other& other) {
     const auto triangle = [&](std::size_t lane) HWY_ATTR { return mesh_.triangles[number(lane)]; };
@@ -55,7 +55,7 @@ class FewLines {
   using Mask = hn::Mask<decltype(kDoubles)>;
 
   struct Edge {
-    Doubles du, dv, value, bias;  // value at the first line; bias −1 if a line right on the edge is not ours
+    Doubles du, dv, value, bias;  // value at the first line; bias −1: lines on the edge do not count
   };
 
   template <class D>
@@ -65,7 +65,7 @@ class FewLines {
     return bytes[0] | static_cast<std::uint32_t>(bytes[1]) << 8;
   }
 
-  /// Finds which lines the triangles reach over; returns those that reach over few, a bit each.
+  /// Finds the lines over which the triangles reach. Returns the triangles that reach over few, one bit each.
   template <class Other>
   HWY_INLINE std::uint32_t find_lines(std::size_t valid, const Other& other) {
     constexpr auto kHalf = static_cast<std::int32_t>(kSub / 2);
@@ -107,7 +107,7 @@ class FewLines {
     Edge e;
     e.du = hn::IfThenElse(turned, hn::Neg(along_u), along_u);
     e.dv = hn::IfThenElse(turned, hn::Neg(along_v), along_v);
-    const auto at = [&](const std::int32_t* line) HWY_ATTR {  // the first line's place
+    const auto at = [&](const std::int32_t* line) HWY_ATTR {  // position of the first line
       const auto sub = hn::Set(kDoubles, static_cast<double>(kSub)), half = hn::Set(kDoubles, 0.5 * kSub);
       return hn::Add(hn::Mul(load(line + lane), sub), half);
     };
@@ -119,7 +119,7 @@ class FewLines {
     return e;
   }
 
-  /// The triangles from `lane` on, of which `few` says which count.
+  /// Crosses the triangles from `lane` on; the bits of `few` select which of them count.
   HWY_INLINE Crossing* cross_vector(std::size_t lane, std::uint8_t few, Crossing* to) {
     const auto zero = hn::Zero(kDoubles), sub = hn::Set(kDoubles, static_cast<double>(kSub));
     const auto minus = [&](std::size_t a, std::size_t b, std::size_t axis)
@@ -127,7 +127,8 @@ class FewLines {
     const auto signed_area = hn::Sub(hn::Mul(minus(1, 0, axes_.u), minus(2, 0, axes_.v)),
                                      hn::Mul(minus(2, 0, axes_.u), minus(1, 0, axes_.v)));
     const auto turned = hn::Lt(signed_area, zero), has_area = hn::Ne(signed_area, zero);
-    // Seen along the line: counter-clockwise triangles face forwards, the line leaves there.
+    // Triangles that are counter-clockwise seen along the line face forwards: the line leaves the solid
+    // there.
     const auto step = hn::IfThenElse(turned, hn::Set(kDoubles, 1.0), hn::Set(kDoubles, -1.0));
     hn::Store(hn::DemoteTo(kHalfInts, step), kHalfInts, step_ + lane);
     std::uint8_t mask[8] = {few};
@@ -155,7 +156,7 @@ class FewLines {
     return to;
   }
 
-  /// Writes the crossings with the lines (i, j) from the first.
+  /// Writes the crossings with the line that is (i, j) lines from the first.
   HWY_INLINE Crossing* put(std::size_t lane, Mask hit, int i, int j, Doubles w1, Doubles w2, Doubles area,
                            Crossing* to) const {
     const auto a0 = load(at_[0][axes_.a] + lane), a1 = hn::Sub(load(at_[1][axes_.a] + lane), a0),
@@ -188,7 +189,7 @@ class FewLines {
            static_cast<std::uint32_t>(u);
   }
 
-  /// Those right at a voxel's centre.
+  /// Decides crossings that are very close to a voxel's centre, in integers.
   void decide(std::size_t lane, std::uint32_t doubtful, Doubles w1, Doubles w2, Doubles area,
               std::int32_t* at) const {
     alignas(64) double e1[kMostLanes], e2[kMostLanes], areas[kMostLanes];
@@ -210,8 +211,8 @@ class FewLines {
   Lines lines_;
   alignas(64) CornerLanes at_;
   alignas(64) std::int32_t first_[2][kMostLanes],
-      beyond_[2][kMostLanes];                   // lines along u and v: the first, and how many more
-  alignas(64) std::uint32_t line_[kMostLanes];  // the first, by number
+      beyond_[2][kMostLanes];                   // lines along u and v: the first one, and how many follow
+  alignas(64) std::uint32_t line_[kMostLanes];  // number of the first line
   alignas(64) std::int32_t step_[kMostLanes];
 };
 

@@ -6,10 +6,10 @@
 namespace phantom::voxelise::detail {
 namespace {
 
-using Event = std::int32_t;  // of a Crossing
+using Event = std::int32_t;  // see Crossing::event
 
-/// Calls visit(u, v, events sorted by voxel) for each line that is crossed. `over`: the triangles that may;
-/// null: all.
+/// Calls visit(u, v, events sorted by voxel) for each line that is crossed. `over`: the triangles that may
+/// cross; null: all.
 template <class Visit>
 void for_each_line(const SnappedMesh& mesh, const std::vector<std::uint32_t>* over, const Axes& axes,
                    const Lines& lines, const Visit& visit) {
@@ -27,7 +27,7 @@ void for_each_line(const SnappedMesh& mesh, const std::vector<std::uint32_t>* ov
     for (std::int32_t u = 0; u < lines.size_u; ++u, from = *end++) {
       if (*end == from) continue;
       const std::span<Event> here(events.data() + from, *end - from);
-      if (here.size() == 2) {  // by far the most
+      if (here.size() == 2) {  // by far the most frequent case
         if (here[0] > here[1]) std::swap(here[0], here[1]);
       } else {
         std::sort(here.begin(), here.end());
@@ -37,7 +37,7 @@ void for_each_line(const SnappedMesh& mesh, const std::vector<std::uint32_t>* ov
   }
 }
 
-/// Calls visit(first, last) for each run of voxels [first, last) with a winding number that is not 0.
+/// Calls visit(first, last) for each run of voxels [first, last) whose winding number is not 0.
 template <class Visit>
 LineSigns for_each_run(std::span<const Event> events, std::int32_t size, const Visit& visit) {
   LineSigns signs;
@@ -45,7 +45,7 @@ LineSigns for_each_run(std::span<const Event> events, std::int32_t size, const V
   for (std::size_t i = 0; i < events.size();) {
     const std::int32_t at = Crossing::at(events[i]), before = winding;
     for (; i < events.size() && Crossing::at(events[i]) == at; ++i) winding += Crossing::step(events[i]);
-    if (at >= size) {  // behind the box: what lasts until there is inside up to the box's end
+    if (at >= size) {  // behind the box: a run that lasts until here is inside up to the box's end
       winding = before;
       break;
     }
@@ -71,7 +71,7 @@ void set_run(std::uint64_t* row, std::int32_t first, std::int32_t last) {
   row[to] |= tail;
 }
 
-/// Each bit becomes the parity of the bits up to it along y or z, 64 lines at once.
+/// Replaces each bit by the parity of the bits up to it along y or z, for 64 lines at once.
 void accumulate(int axis, workspace::BitVolume& volume) {
   for (std::int32_t z = axis == 2 ? 1 : 0; z < volume.size()[2]; ++z) {
     for (std::int32_t y = axis == 1 ? 1 : 0; y < volume.size()[1]; ++y) {

@@ -32,7 +32,7 @@ double DistanceField::sample_m(workspace::Index3 v) const noexcept {
 
 namespace {
 
-/// The eight samples around a point and where it lies between them.
+/// The first of the eight samples around a point, and the point's position between them.
 struct Neighbourhood {
   workspace::Index3 base;
   Eigen::Vector3d t;

@@ -17,7 +17,7 @@ constexpr double kQuanta = 32767.0;
 
 }  // namespace
 
-/// Adds bodies one after the other to a field.
+/// Adds bodies to a field, one after the other.
 class DistanceFieldBuilder {
  public:
   DistanceFieldBuilder(const workspace::GridSpec& grid, const DistanceFieldOptions& options) {
@@ -32,7 +32,7 @@ class DistanceFieldBuilder {
         std::max(options.outside_m, options.inside_m) / grid.voxel_size_m + 1.0;  // one for interpolation
   }
 
-  /// What can be done for several bodies at once: everything but the merge.
+  /// The part of the work that can be done for several bodies at once: everything but the merge.
   struct Prepared {
     std::uint16_t id = 0;
     SolidVoxels solid;
@@ -57,7 +57,7 @@ class DistanceFieldBuilder {
           ((vertex.cast<double>() - grid.origin_m) / grid.voxel_size_m).cast<float>());
     }
     const auto halo = static_cast<std::int32_t>(std::ceil(reach_vox_)) + 1;
-    // Triangles outside of the grid count as far as they reach in.
+    // Triangles outside the grid count as far as their distances reach into it.
     prepared->region = voxel_bounds(body.mesh_W.bounding_box(), grid)
                            .grown(halo)
                            .intersection(workspace::VoxelBox::of(grid).grown(halo));
@@ -73,7 +73,7 @@ class DistanceFieldBuilder {
   bool goes_on() const { return !keep_going_ || keep_going_(); }
   static core::Status ended() { return {core::ErrorCode::kUnavailable, "distance field: was told to end"}; }
 
-  /// Returns whether it was done, not told to end.
+  /// Returns true if the merge was completed, false if keep_going ended it.
   bool merge(const Prepared& body) {
     if (!body.nearest) return true;
     const workspace::VoxelBox cubes =
@@ -91,7 +91,7 @@ class DistanceFieldBuilder {
   DistanceField take() { return std::move(field_); }
 
  private:
-  /// The region's cubes, whole, within the grid.
+  /// Returns the region enlarged to whole cubes, within the grid.
   workspace::VoxelBox cube_aligned(const workspace::VoxelBox& region) const {
     const auto down = [](std::int32_t v) { return v & ~7; };
     const workspace::Index3 min{down(region.min.x), down(region.min.y), down(region.min.z)};
@@ -114,7 +114,7 @@ class DistanceFieldBuilder {
     const detail::NearestTriangles& nearest = *body.nearest;
     std::int32_t& entry = field_.directory_[field_.cube_index(corner.x >> 3, corner.y >> 3, corner.z >> 3)];
     if (entry == DistanceField::kDeep) return;
-    if (!nearest.knows_cube(corner)) {  // no surface near: all of it is inside or outside
+    if (!nearest.knows_cube(corner)) {  // no surface near: the whole cube is inside or outside
       if (inside(body.solid, corner)) entry = DistanceField::kDeep;
       return;
     }
@@ -168,8 +168,8 @@ core::Expected<DistanceField> DistanceField::build(const workspace::GridSpec& gr
     }
   }
   DistanceFieldBuilder builder(grid, options);
-  // Bodies are prepared side by side, a few ahead, and merged in their order: the result does not depend on
-  // the timing.
+  // Bodies are prepared in parallel, a few ahead, and merged in their order, so that the result does not
+  // depend on timing.
   using Result = core::Expected<std::unique_ptr<DistanceFieldBuilder::Prepared>>;
   std::deque<std::future<Result>> ahead;
   const std::size_t most_ahead = std::max(1U, std::thread::hardware_concurrency());

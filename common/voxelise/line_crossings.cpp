@@ -14,7 +14,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace phantom::voxelise::detail::HWY_NAMESPACE {
 
-/// Writes the crossings of the triangles that reach over few lines; the others' corners into `others`.
+/// Writes the crossings of triangles that reach over few lines, and the corners of all other triangles into
+/// `others`.
 void CrossFew(const SnappedMesh& mesh, const std::vector<std::uint32_t>* over, const Axes& axes,
               const Lines& lines, workspace::LargeVector<Crossing>& crossings, std::vector<Corners>& others) {
   FewLines few(mesh, axes, lines);
@@ -47,10 +48,10 @@ HWY_EXPORT(CrossFew);
 
 namespace {
 
-/// Value of the edge function at a line: > 0 to the left of the edge.
+/// An edge function: > 0 at lines to the left of the edge.
 struct Edge {
   std::int64_t du, dv, value,
-      bias;  // value at the current line; bias −1 if a line right on the edge is not ours
+      bias;  // value at the current line; bias −1 if a line exactly on the edge belongs to the other triangle
 };
 
 constexpr std::int64_t kHalf = kSub / 2;
@@ -67,7 +68,8 @@ Edge make_edge(const SnappedPoint& from, const SnappedPoint& to, std::size_t u, 
   return edge;
 }
 
-/// As first_behind_exactly(), which decides where doubles might not. per_area: 1 / area.
+/// Returns the same as first_behind_exactly(), which is called only where doubles might be wrong. per_area: 1
+/// / area.
 std::int64_t first_behind(std::int64_t a0, std::int64_t a1, std::int64_t a2, std::int64_t e1, std::int64_t e2,
                           std::int64_t area, double per_area) {
   const double crossing = static_cast<double>(a0) +
@@ -81,7 +83,7 @@ std::int64_t first_behind(std::int64_t a0, std::int64_t a1, std::int64_t a2, std
   return first_behind_exactly(a0, a1, a2, e1, e2, area);
 }
 
-/// Adds the triangle's crossings, at most as many as it reaches over lines.
+/// Adds the triangle's crossings, at most one per line over which it reaches.
 void cross_triangle(const SnappedPoint& p0, const SnappedPoint* p1, const SnappedPoint* p2, const Axes& axes,
                     const Lines& lines, std::vector<Crossing>& crossings) {
   const auto [a, u, v] = axes;
@@ -98,7 +100,7 @@ void cross_triangle(const SnappedPoint& p0, const SnappedPoint* p1, const Snappe
   std::int64_t area = (std::int64_t{(*p1)[u]} - p0[u]) * (std::int64_t{(*p2)[v]} - p0[v]) -
                       (std::int64_t{(*p2)[u]} - p0[u]) * (std::int64_t{(*p1)[v]} - p0[v]);
   if (area == 0) return;
-  // Seen along the line: counter-clockwise triangles face forwards, the line leaves there.
+  // Triangles that are counter-clockwise seen along the line face forwards: the line leaves the solid there.
   const std::int32_t step = area > 0 ? -1 : 1;
   if (area < 0) {
     std::swap(p1, p2);

@@ -1,5 +1,5 @@
-// Private to mark_triangles.cpp: the tests of triangles that lie within a tile of 4 × 4 × 4 voxels, prepared
-// a vector of triangles at a time. Compiled once per instruction set.
+// Private to mark_triangles.cpp: tests of triangles against tiles of 4 × 4 × 4 voxels, prepared for one
+// vector of triangles at a time. Compiled once per instruction set.
 
 #if defined(PHANTOM_VOXELISE_MARK_MEDIUM_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef PHANTOM_VOXELISE_MARK_MEDIUM_INL
@@ -25,7 +25,7 @@ struct Range {
   std::int32_t first, last;
 };
 
-/// 16 bits, each becomes a nibble.
+/// Expands each of 16 bits to a nibble.
 HWY_INLINE std::uint64_t nibbles(std::uint64_t bits) {
   bits = (bits | bits << 24) & 0x000000ff000000ffULL;
   bits = (bits | bits << 12) & 0x000f000f000f000fULL;
@@ -34,14 +34,14 @@ HWY_INLINE std::uint64_t nibbles(std::uint64_t bits) {
   return bits * 0xf;
 }
 
-/// 4 nibbles, each four times.
+/// Repeats each of 4 nibbles four times.
 HWY_INLINE std::uint64_t nibble_runs(std::uint64_t bits) {
   bits = (bits | bits << 24) & 0x000000ff000000ffULL;
   bits = (bits | bits << 12) & 0x000f000f000f000fULL;
   return bits * 0x1111;
 }
 
-/// Which voxels of a tile lie within the ranges.
+/// Returns the voxels of a tile that lie within the ranges.
 HWY_INLINE std::uint64_t within(std::int32_t x, std::int32_t y, std::int32_t z, const Range* range) {
   const auto ones = [](std::int32_t count) { return (1U << std::min(count, kTile)) - 1U; };
   const std::uint64_t in_row = ones(range[0].last - x + 1);
@@ -51,16 +51,16 @@ HWY_INLINE std::uint64_t within(std::int32_t x, std::int32_t y, std::int32_t z, 
          nibble_runs(nibbles(layers) & 0xffff);
 }
 
-// Squares of a tile's side, bit 4 v + u.
+// Coordinates of the squares of a tile's side, at bit 4 v + u.
 alignas(64) constexpr double kSquareU[16] = {0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3};
 alignas(64) constexpr double kSquareV[16] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3};
 
-/// Triangles in coordinates from the corner of a tile that holds them, below 2¹⁶. All values are whole
-/// numbers below 2⁵³, which a double holds. The thirteen directions are those of larger triangles
-/// (mark_triangles.cpp).
+/// Tests medium triangles, in coordinates below 2¹⁷ from the corner of their first voxel. All values are
+/// whole numbers below 2⁵³, which a double represents exactly. The thirteen separating directions are those
+/// of larger triangles (mark_triangles.cpp).
 class MediumTriangles {
  public:
-  /// For `count` triangles, whole vectors of them; at[corner][axis][triangle].
+  /// Prepares the tests of `count` triangles, a multiple of the vector length; at[corner][axis][triangle].
   void prepare(const CornerLanes& at, std::size_t count) {
     const hn::Rebind<std::int32_t, decltype(kDoubles)> ints;
     for (std::size_t i = 0; i < count; i += hn::Lanes(kDoubles)) {
@@ -84,8 +84,8 @@ class MediumTriangles {
     }
   }
 
-  /// Squares of a tile's side, which begins at the square (u, v), that the shadow on the plane xy, yz or xz
-  /// meets.
+  /// Returns the squares of a tile's side, which begins at the square (u, v), that the triangle's projection
+  /// (its shadow) on the plane xy, yz or xz meets.
   HWY_INLINE std::uint32_t squares(std::size_t plane, std::size_t triangle, std::int32_t at_u,
                                    std::int32_t at_v) const {
     const auto first_u = hn::Set(kRow, static_cast<double>(at_u)),
@@ -107,8 +107,8 @@ class MediumTriangles {
     return ~outside & 0xffff;
   }
 
-  /// Voxels of the tile that begins at the voxel (x, y, z) through which the triangle's plane passes: bit
-  /// 16 dz + 4 dy + dx.
+  /// Returns the voxels of the tile, which begins at the voxel (x, y, z), through which the triangle's plane
+  /// passes: bit 16 dz + 4 dy + dx.
   HWY_INLINE std::uint64_t passed(std::size_t triangle, std::int32_t x, std::int32_t y,
                                   std::int32_t z) const {
     const auto step_x = hn::Set(kRow, step_[0][triangle]), step_y = hn::Set(kRow, step_[1][triangle]),
@@ -132,7 +132,7 @@ class MediumTriangles {
 
  private:
   static constexpr hn::ScalableTag<double> kDoubles{};
-  static constexpr hn::CappedTag<double, 8> kRow{};  // masks of a byte
+  static constexpr hn::CappedTag<double, 8> kRow{};  // its masks fit in a byte
   using Doubles = hn::Vec<decltype(kDoubles)>;
   struct Edge {
     alignas(64) double step_u[kMostLanes], step_v[kMostLanes], at_origin[kMostLanes];
@@ -161,8 +161,8 @@ class MediumTriangles {
     hn::Store(span, kDoubles, span_ + i);
   }
 
-  /// `area`: negative if the shadow's edges run so that it is on their right; they are turned then. One
-  /// without area is a segment, whose edges run both ways.
+  /// Prepares the edge tests of a shadow. `area`: negative if the shadow lies on the right of its edges,
+  /// which are reversed then. A shadow without area is a segment whose edges run both ways.
   HWY_INLINE void prepare_shadow(Shadow& shadow, std::size_t u, std::size_t v, const Doubles& area,
                                  const Doubles p[3][3], const Doubles edge[3][3], std::size_t i) {
     const auto zero = hn::Zero(kDoubles), whole = hn::Set(kDoubles, static_cast<double>(kSub));
@@ -174,7 +174,7 @@ class MediumTriangles {
       const auto from = hn::Sub(hn::Mul(dv, p[k][u]), hn::Mul(du, p[k][v]));
       hn::Store(step_u, kDoubles, shadow.edges[k].step_u + i);
       hn::Store(step_v, kDoubles, shadow.edges[k].step_v + i);
-      // Value at the square's corner that lies farthest to the left of the edge.
+      // The value at the square's corner that lies farthest to the left of the edge.
       hn::Store(hn::Add(from, hn::Add(hn::Max(zero, step_u), hn::Max(zero, step_v))), kDoubles,
                 shadow.edges[k].at_origin + i);
     }

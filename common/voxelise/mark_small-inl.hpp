@@ -1,5 +1,5 @@
-// Private to mark_triangles.cpp: the small triangles of a fine mesh, a vector of them at once. Compiled once
-// per instruction set.
+// Private to mark_triangles.cpp: marks the small triangles of a fine mesh, one vector of them at a time.
+// Compiled once per instruction set.
 
 #if defined(PHANTOM_VOXELISE_MARK_SMALL_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef PHANTOM_VOXELISE_MARK_SMALL_INL
@@ -23,11 +23,11 @@ HWY_BEFORE_NAMESPACE();
 namespace phantom::voxelise::detail::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// The small triangles, which span at most two voxels along each axis; sorts out those that span a few more
-/// (MediumTriangles) and all others. In coordinates from the corner of their first
-/// voxel on, products of two differences fit 32 bits: 2 · 32767² + 32767 · 32768 wraps where it is formed,
-/// but no value that is compared does. The thirteen directions are those of larger triangles
-/// (mark_triangles.cpp), for all eight voxels.
+/// Marks small triangles, which span at most two voxels along each axis, and sorts out those that span a few
+/// more (MediumTriangles) and all others. In coordinates from the corner of their first voxel, products of
+/// two differences fit 32 bits: 2 · 32767² + 32767 · 32768 wraps where it is formed, but no value that is
+/// compared does. The thirteen separating directions are those of larger triangles (mark_triangles.cpp),
+/// applied to all eight voxels.
 class SmallTriangles {
  public:
   SmallTriangles(const SnappedMesh& mesh, Slab slab, workspace::BitVolume& boundary)
@@ -40,13 +40,13 @@ class SmallTriangles {
         counted_in_32_bits_(boundary.words().size() <= 0xffffffffU) {}
 
   static constexpr std::size_t kMost = kMostLanes;
-  static std::size_t at_once() { return hn::Lanes(kInts); }  ///< at most kMost
+  static std::size_t at_once() { return hn::Lanes(kInts); }  ///< number of triangles per call, at most kMost
 
-  /// Marks the voxels of those of at_once() triangles that are small. Calls tile(bits, x, y, z) with what
-  /// those that span up to eight voxels along each axis meet of the tile at (x, y, z), and other(triangle)
-  /// for those that span more, or reach beyond the slab or the volume. Writes into `over`, which has room for
-  /// all, the numbers of those of the first `valid` that reach over centres of the slab along y and z;
-  /// returns how many. `number`: of the first triangle.
+  /// Marks the voxels of the small ones among at_once() triangles. For triangles that span up to eight voxels
+  /// along each axis, calls tile(bits, x, y, z) with the voxels that they meet in the tile at (x, y, z).
+  /// Calls other(triangle) for triangles that span more, or reach beyond the slab or the volume. Writes into
+  /// `over`, which has room for all, the numbers of those among the first `valid` triangles that reach over
+  /// centres of the slab along y and z. Returns how many they are. `number`: of the first triangle.
   template <class Tile, class Other>
   std::size_t mark(const Corners* triangles, std::uint32_t number, std::size_t valid, std::uint32_t* over,
                    const Tile& tile, const Other& other) {
@@ -72,7 +72,7 @@ class SmallTriangles {
   static constexpr std::int32_t kOther = 0, kMedium = 1, kSmall = 2, kOutside = 3;
   static_assert(kMostLanes <= 64);
 
-  /// One kind after the other: which one a triangle is the processor cannot foresee.
+  /// Processes one kind after the other, because branches on the kind of each triangle are unpredictable.
   template <class Visit>
   HWY_INLINE static void for_each_lane(std::uint64_t lanes, const Visit& visit) {
     for (; lanes != 0; lanes &= lanes - 1) visit(static_cast<std::size_t>(std::countr_zero(lanes)));
@@ -97,10 +97,10 @@ class SmallTriangles {
     return hn::CountTrue(kInts, reaches);
   }
 
-  /// Eight bits each, 4 z + 2 y + x: voxels of the box around the triangle; 0 if it is not small. Moves the
-  /// corners to where the box begins.
+  /// Returns eight bits per triangle, 4 z + 2 y + x: the voxels of the box around it, or 0 if it is not
+  /// small. Moves the corners' origin to where the box begins.
   HWY_INLINE Ints spanned_voxels() {
-    // Without the second voxel along x, y, z these remain.
+    // The voxels that remain without the second one along x, y, z.
     constexpr std::int32_t kWithout[3] = {0x55, 0x33, 0x0f};
     const std::int32_t least[3] = {0, 0, slab_.first};
     const std::int32_t most[3] = {size_[0] - 1, size_[1] - 1, slab_.last - 1};
@@ -137,7 +137,8 @@ class SmallTriangles {
     return hn::IfThenElseZero(hn::Eq(kind, hn::Set(kInts, kSmall)), voxels);
   }
 
-  /// For the squares 2 v + u of the plane (u, v): negative where the triangle's shadow does not meet them.
+  /// Returns a number per square 2 v + u of the plane (u, v): negative where the triangle's projection (its
+  /// shadow) does not meet the square.
   HWY_INLINE void shadow(std::size_t u, std::size_t v, Ints outside[4]) const {
     const auto minus = [&](std::size_t to, std::size_t from, std::size_t axis) HWY_ATTR {
       return hn::Sub(hn::Load(kInts, at_[to][axis]), hn::Load(kInts, at_[from][axis]));
@@ -177,8 +178,8 @@ class SmallTriangles {
     return met;
   }
 
-  /// Of the voxels met those through which the triangle's plane passes. Its values are whole numbers below
-  /// 2⁴⁸, which a double holds.
+  /// Keeps the voxels through which the triangle's plane passes. Its values are whole numbers below 2⁴⁸,
+  /// which a double represents exactly.
   HWY_INLINE void keep_what_planes_pass() {
     const hn::Rebind<std::int32_t, decltype(kDoubles)> ints;
     const auto zero = hn::Zero(kDoubles), edge = hn::Set(kDoubles, static_cast<double>(kSub));
@@ -214,7 +215,7 @@ class SmallTriangles {
     }
   }
 
-  /// Where the triangles' first voxels are, if they are within the volume.
+  /// Finds the words that hold the triangles' first voxels, if these are within the volume.
   HWY_INLINE void find_first_words() {
     const hn::RebindToUnsigned<decltype(kInts)> numbers;
     const auto at = [&](std::size_t axis)
@@ -225,8 +226,8 @@ class SmallTriangles {
               numbers, word_);
   }
 
-  /// Asks the memory for the rows of medium triangles; for those of small ones the processor need not wait.
-  /// (Never a function of its own: one that does nothing else has no effect in GCC's eyes, and is left out.)
+  /// Prefetches the rows of medium triangles; writing those of small ones does not make the processor wait.
+  /// (Always inlined: GCC would remove a function that only prefetches, as one without effect.)
   HWY_INLINE void ask_for_rows() const {
     for (std::uint64_t lanes = lanes_of_[kMedium]; lanes != 0; lanes &= lanes - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(lanes));
@@ -257,8 +258,8 @@ class SmallTriangles {
     }
   }
 
-  /// Words from a small triangle's first row to its second one and to the layer above; 0 if its box does not
-  /// reach there.
+  /// Number of words from a small triangle's first row to its second one and to the layer above; 0 if its box
+  /// does not reach there.
   struct Rows {
     std::size_t second, layer;
   };
@@ -267,7 +268,7 @@ class SmallTriangles {
             last_[2][lane] > first_[2][lane] ? layer_words_ : 0};
   }
 
-  /// All four rows whether met or not, for the processor cannot foresee which are.
+  /// Writes all four rows, met or not, because branches on that are unpredictable.
   HWY_INLINE void put(std::size_t lane) {
     const int shift = first_[0][lane] & 63;
     const auto met = static_cast<std::uint64_t>(met_[lane]);
@@ -293,11 +294,12 @@ class SmallTriangles {
   std::array<std::int32_t, 3> size_;
   std::uint64_t* words_;
   std::size_t row_words_, layer_words_;
-  bool counted_in_32_bits_;  // the volume's words; of 32 GiB and more every triangle is other
+  bool counted_in_32_bits_;  // whether the volume's words can be; from 32 GiB on, every triangle counts as
+                             // other
   MediumTriangles medium_;
   alignas(64) CornerLanes at_;
   alignas(64) std::int32_t first_[3][kMost], last_[3][kMost], met_[kMost] = {};
-  std::uint64_t lanes_of_[3] = {};  // by kind, a bit each
+  std::uint64_t lanes_of_[3] = {};  // by kind, one bit per lane
   alignas(64) std::uint32_t word_[kMost];
 };
 

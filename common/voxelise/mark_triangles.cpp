@@ -20,13 +20,13 @@ namespace phantom::voxelise::detail::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // Voxels are tested in tiles of 4 × 4 × 4, one bit each: bit 16 z + 4 y + x. A closed triangle and a closed
-// cube meet unless one of thirteen directions separates them: the cube's axes (the ranges below), the cross
-// products of the axes with the triangle's edges (three shadows with three edges each) and the triangle's
-// normal.
+// cube intersect unless one of thirteen directions separates them: the cube's axes (the ranges below), the
+// cross products of the axes with the triangle's edges (three shadows with three edges each) and the
+// triangle's normal.
 alignas(64) constexpr std::int64_t kOddLanes[kTile] = {0, -1, 0, -1}, kUpperLanes[kTile] = {0, 0, -1, -1};
 alignas(64) constexpr double kLaneNumbers[kTile] = {0, 1, 2, 3};
 
-/// The triangle's shadow on the plane (u, v), as seen by whole squares of the grid.
+/// The triangle's projection (its shadow) on the plane (u, v), tested against whole squares of the grid.
 struct Shadow {
   std::int64_t step_u[3], step_v[3], at_origin[3];
   int u, v;
@@ -34,8 +34,8 @@ struct Shadow {
   Shadow(const std::array<SnappedPoint, 3>& t, int u_axis, int v_axis) : u(u_axis), v(v_axis) {
     const std::int64_t area = (std::int64_t{t[1][u]} - t[0][u]) * (std::int64_t{t[2][v]} - t[0][v]) -
                               (std::int64_t{t[2][u]} - t[0][u]) * (std::int64_t{t[1][v]} - t[0][v]);
-    // Edges run so that the shadow is on their left. One without area is a segment: its edges run both ways,
-    // so both its sides are tested.
+    // Edges are directed so that the shadow is on their left. A shadow without area is a segment: its edges
+    // run both ways, so both of its sides are tested.
     const std::int64_t way = area < 0 ? -1 : 1;
     for (int i = 0; i < 3; ++i) {
       const SnappedPoint &from = t[i], &to = t[(i + 1) % 3];
@@ -43,13 +43,13 @@ struct Shadow {
                          dv = way * (std::int64_t{to[v]} - from[v]);
       step_u[i] = -dv * kSub;
       step_v[i] = du * kSub;
-      // Value at the square's corner that lies farthest to the left of the edge.
+      // The value at the square's corner that lies farthest to the left of the edge.
       at_origin[i] = dv * from[u] - du * from[v] + std::max<std::int64_t>(0, step_u[i]) +
                      std::max<std::int64_t>(0, step_v[i]);
     }
   }
-  /// Squares of the tile at (cell_u, cell_v) that meet the shadow, at least in its first `rows` rows along v:
-  /// bit 4 v + u.
+  /// Returns the squares of the tile at (cell_u, cell_v) that meet the shadow, for at least the first `rows`
+  /// rows along v: bit 4 v + u.
   std::uint32_t tile(std::int64_t cell_u, std::int64_t cell_v, int rows) const {
     const hn::CappedTag<std::int64_t, kTile> d;
     const std::size_t lanes = hn::Lanes(d);
@@ -57,7 +57,7 @@ struct Shadow {
     for (int i = 0; i < 3; ++i) corner[i] = at_origin[i] + cell_u * step_u[i] + cell_v * step_v[i];
     std::uint32_t outside = 0;
     for (std::size_t part = 0; part < kTile; part += lanes) {
-      // Start + {0, 1, 2, 3} · step, without a way through memory.
+      // Start + {0, 1, 2, 3} · step, computed in registers only.
       const auto odd = hn::Load(d, kOddLanes + part), upper = hn::Load(d, kUpperLanes + part);
       const auto ramp = [&](int i) {
         return hn::Add(hn::Set(d, corner[i]), hn::Add(hn::And(hn::Set(d, step_u[i]), odd),
@@ -78,7 +78,7 @@ struct Shadow {
   }
 };
 
-/// The triangle's plane against whole voxels.
+/// The triangle's plane, tested against whole voxels.
 class Plane {
  public:
   explicit Plane(const std::array<SnappedPoint, 3>& t) : origin_(t[0]) {
@@ -97,11 +97,11 @@ class Plane {
       bound += std::abs(static_cast<double>(normal_[i])) *
                static_cast<double>(std::max(std::abs(b[i]), std::abs(c[i])) + 8 * kSub);
     }
-    // Below 2⁵² all values are whole numbers that a double holds; above, doubtful ones are decided in
-    // integers.
+    // Below 2⁵² all values are whole numbers that a double represents exactly. Above, doubtful cases are
+    // decided in integers.
     doubt_ = bound < 0x1p52 ? -1.0 : bound * 0x1p-48;
   }
-  /// Value n · (corner of the voxel − a point of the plane).
+  /// Returns n · (corner of the voxel − a point of the plane).
   double at(std::int32_t x, std::int32_t y, std::int32_t z) const {
     const std::int32_t cell[3] = {x, y, z};
     double value = 0;
@@ -109,7 +109,7 @@ class Plane {
       value += static_cast<double>(normal_[i]) * static_cast<double>(cell[i] * kSub - origin_[i]);
     return value;
   }
-  /// Voxels of the tile through which the plane passes; right at least where `asked` has bits.
+  /// Returns the voxels of the tile through which the plane passes; valid at least where `asked` has bits.
   std::uint64_t tile(std::int32_t x, std::int32_t y, std::int32_t z, std::uint64_t asked) const {
     const hn::CappedTag<double, kTile> d;
     const std::size_t lanes = hn::Lanes(d);
@@ -141,10 +141,11 @@ class Plane {
     }
     return meets;
   }
-  /// Cells along x, never too few, that the plane can meet above the rows [y, y+4) × [z, z+4).
+  /// Returns the cells along x that the plane can meet above the rows [y, y+4) × [z, z+4); may return too
+  /// many, never too few.
   Range above(std::int32_t y, std::int32_t z, const Range& x) const {
     if (step_[0] == 0) return x;
-    const double first = at(x.first, y, z) + low_ - std::min(0.0, step_[0]);  // of the lowest x side
+    const double first = at(x.first, y, z) + low_ - std::min(0.0, step_[0]);  // at the lowest x side
     const double span_rows = span_ - std::abs(step_[0]);
     const double other = kTile - 1;
     const double least = first + other * (std::min(0.0, step_[1]) + std::min(0.0, step_[2]));
@@ -175,10 +176,10 @@ class Plane {
   double step_[3], low_ = 0, span_ = 0, doubt_ = 0;
 };
 
-/// Rows of a tile at `at` that a range reaches.
+/// Returns the number of rows of a tile at `at` that a range reaches.
 HWY_INLINE int rows_from(std::int32_t at, const Range& range) { return std::min(kTile, range.last - at + 1); }
 
-/// The volume that voxels are marked in.
+/// The volume in which voxels are marked.
 class Marks {
  public:
   explicit Marks(workspace::BitVolume& volume) : volume_(volume) {
@@ -186,7 +187,7 @@ class Marks {
     for (std::size_t i = 0; i < kTile * kTile; ++i) offsets_[i] = i % kTile * row + i / kTile * layer;
   }
   std::int32_t size(std::size_t axis) const { return volume_.size()[axis]; }
-  /// Sets the bits of a tile that begins at a voxel of the volume.
+  /// Sets the bits of a tile. The tile begins at a voxel of the volume.
   HWY_INLINE void put(std::uint64_t tile, std::int32_t x, std::int32_t y, std::int32_t z) {
     const int shift = x & 63;
     std::uint64_t* const first = volume_.row(y, z) + (x >> 6);
@@ -206,7 +207,7 @@ class Marks {
   std::size_t offsets_[kTile * kTile];  // words from a tile's first row to its others
 };
 
-/// A triangle within one layer of voxels across `flat`: its shadow along that axis decides.
+/// Marks a triangle that lies within one layer of voxels across `flat`: its shadow along that axis decides.
 void mark_flat(const std::array<SnappedPoint, 3>& t, const Range* range, int flat, Marks& boundary) {
   const int u = flat == 0 ? 1 : 0, v = flat == 2 ? 1 : 2;
   const Shadow shadow(t, u, v);
@@ -214,7 +215,7 @@ void mark_flat(const std::array<SnappedPoint, 3>& t, const Range* range, int fla
   for (cell[v] = range[v].first; cell[v] <= range[v].last; cell[v] += kTile) {
     for (cell[u] = range[u].first; cell[u] <= range[u].last; cell[u] += kTile) {
       const std::uint64_t squares = shadow.tile(cell[u], cell[v], rows_from(cell[v], range[v]));
-      // Bits (v, u) into the tile's layer at the flat axis's first cell.
+      // Moves the bits (v, u) into the tile's layer at the first cell of the flat axis.
       const std::uint64_t tile = flat == 2   ? squares
                                  : flat == 1 ? nibble_runs(squares) & 0x000f000f000f000fULL
                                              : nibbles(squares) & 0x1111111111111111ULL;
@@ -262,7 +263,7 @@ void mark(const std::array<SnappedPoint, 3>& t, Slab slab, Marks& boundary) {
   }
   if (wide_axes == 3) return mark_steep(t, range, boundary);
   if (wide_axes == 2) return mark_flat(t, range, flat, boundary);
-  // A row of voxels: the triangle is connected, so it passes through each.
+  // A row of voxels. The triangle is connected, so it passes through each.
   for (std::int32_t z = range[2].first; z <= range[2].last; ++z) {
     for (std::int32_t y = range[1].first; y <= range[1].last; ++y) {
       for (std::int32_t x = range[0].first; x <= range[0].last; ++x) boundary.set(x, y, z);

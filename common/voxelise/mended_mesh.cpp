@@ -56,7 +56,7 @@ bool turn_stray_shells(const geometry::TriangleMesh& mesh_W, MendedMesh& mended)
     sample[mended.topology.shell_of[i]] = i;
   }
   constexpr double kAffordable =
-      2e8;  // triangles summed; beyond, every inward shell is turned: solid is safe
+      2e8;  // triangles summed; above this, every inward shell is turned, because a solid is the safe choice
   const auto inward = std::count_if(six_volumes.begin(), six_volumes.end(), [](double v) { return v < 0; });
   const bool affordable =
       static_cast<double>(inward) * static_cast<double>(mended.triangles.size()) < kAffordable;

@@ -10,10 +10,10 @@
 namespace phantom::voxelise::detail {
 namespace {
 
-constexpr float kDiagonal = 1.75F;  // √3, a voxel's
+constexpr float kDiagonal = 1.75F;  // slightly above √3, the diagonal of a voxel
 constexpr float kLarge_vox = 4.0F;
 constexpr float kBucketsPerVoxel = 4.0F;
-constexpr std::size_t kAskEvery = 8192;  // voxels: some milliseconds
+constexpr std::size_t kAskEvery = 8192;  // voxels: takes some milliseconds
 
 }  // namespace
 
@@ -40,7 +40,7 @@ NearestTriangles::NearestTriangles(const std::vector<Eigen::Vector3f>& vertices_
     if (!goes_on(keep_going, seed(i))) return;
   }
   for (; bucket_ < buckets_.size(); ++bucket_) {
-    for (std::size_t i = 0; i < buckets_[bucket_].size(); ++i) {  // grows while it is worked on
+    for (std::size_t i = 0; i < buckets_[bucket_].size(); ++i) {  // grows while it is processed
       const Entry entry = buckets_[bucket_][i];
       hand_on(entry);
       if (!goes_on(keep_going, 1)) return;
@@ -93,7 +93,7 @@ void NearestTriangles::take(const Entry& entry, Cell& cell, const Cell& better) 
   if (better.distance <= reach_) buckets_[std::max(bucket_, bucket_of(better.distance))].push_back(entry);
 }
 
-// Returns how many voxels were looked at.
+// Computes the exact distances near a triangle. Returns how many voxels were looked at.
 std::size_t NearestTriangles::seed(std::uint32_t triangle) {
   const auto& t = triangles_[triangle];
   const Eigen::Vector3f &a = vertices_[t[0]], &b = vertices_[t[1]], &c = vertices_[t[2]];
@@ -126,7 +126,7 @@ void NearestTriangles::hand_on(const Entry& entry) {
   Cell& mine = cell(entry);
   if (mine.handed_on) return;
   if (!mine.exact) {
-    mine.distance = std::nextafter(mine.distance, 2 * reach_);  // the same place, exactly, counts as better
+    mine.distance = std::nextafter(mine.distance, 2 * reach_);  // an equal exact distance counts as better
     mine.exact = true;
     offer(entry, mine, mine.triangle);
   }
@@ -139,22 +139,23 @@ void NearestTriangles::hand_on(const Entry& entry) {
     for (std::int16_t dy = -1; dy <= 1; ++dy) {
       for (std::int16_t dx = -1; dx <= 1; ++dx) {
         const Eigen::Vector3f step(dx, dy, dz);
-        if (step.dot(away) <= 0) continue;  // the front moves outwards (and the middle is the voxel itself)
+        if (step.dot(away) <= 0) continue;  // the front moves outwards only; also skips the voxel itself
         const Entry next{static_cast<std::int16_t>(entry.x + dx), static_cast<std::int16_t>(entry.y + dy),
                          static_cast<std::int16_t>(entry.z + dz)};
         if (!in_region(next)) continue;
-        const float distance2 = (away + step).squaredNorm();  // to our nearest point: an upper bound
-        // Nearer than that by the square of the step at best (see below): out of reach then too.
+        const float distance2 = (away + step).squaredNorm();  // to this voxel's nearest point: an upper bound
+        // The exact distance is smaller by at most the square of the step (see below): still out of reach.
         if (distance2 - step.squaredNorm() > reach2) continue;
         Cell& neighbour = cell(next);
         if (neighbour.triangle == from.triangle && neighbour.exact) continue;
         const float known2 = neighbour.distance * neighbour.distance;
         if (large) {
-          // Projections onto a convex set: the triangle's own nearest point to the neighbour is at best
-          // nearer than ours by the square of the step.
+          // By projection onto a convex set: the triangle's point nearest to the neighbour is nearer than
+          // this upper bound by at most the square of the step (in squared distance).
           if (distance2 - step.squaredNorm() < known2) offer(next, neighbour, from.triangle);
         } else if (distance2 < known2) {
-          // A small triangle gains less: the exact distance can wait until the front gets there.
+          // For a small triangle the difference is smaller: the exact distance is computed when the front
+          // arrives.
           take(next, neighbour, {std::sqrt(distance2), from.triangle, from.nearest, false, false});
         }
       }

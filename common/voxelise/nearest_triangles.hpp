@@ -1,6 +1,6 @@
 #pragma once
 
-// Private to this library: the distance from voxel centres to a mesh, in a band around it.
+// Private to this library: computes the distance from voxel centres to a mesh, in a band around it.
 
 #include <array>
 #include <cstdint>
@@ -14,29 +14,30 @@
 
 namespace phantom::voxelise::detail {
 
-/// Distances in voxels from the centres of voxels to the nearest triangle of a mesh.
+/// Holds distances, in voxels, from voxel centres to the nearest triangle of a mesh.
 ///
-/// Exact within a voxel of each triangle. Farther out a front moves away from the surface: each voxel hands
-/// its nearest triangle on to its neighbours, which compute their own distance to it exactly. A voxel may so
-/// get the second nearest triangle: the error is below a twentieth of a voxel. Time and memory grow with the
-/// band's voxels, not with the box's.
+/// Distances are exact within a voxel of each triangle. Farther out, a front moves away from the surface:
+/// each voxel passes its nearest triangle on to its neighbours, which compute their own exact distance to it.
+/// A voxel may thus get the second nearest triangle; the error is below a twentieth of a voxel. Time and
+/// memory grow with the number of voxels in the band, not in the box.
 class NearestTriangles {
  public:
-  /// `vertices_vox`: the mesh in voxels from the grid's corner. Only voxels of `region` (at most 16384 along
-  /// an axis) are looked at, and only distances up to `reach_vox`. The mesh must outlive this object.
-  /// `keep_going`, if there is one, is asked now and then; "no" leaves the rest undone: see is_whole().
+  /// Computes all distances. `vertices_vox`: the mesh's vertices in voxels from the grid's corner. Only
+  /// voxels of `region` (at most 16384 along an axis) and distances up to `reach_vox` are considered. The
+  /// mesh must outlive this object. `keep_going`, if set, is called repeatedly; if it returns false, the rest
+  /// is left undone (see is_whole()).
   NearestTriangles(const std::vector<Eigen::Vector3f>& vertices_vox,
                    const std::vector<std::array<std::uint32_t, 3>>& triangles,
                    const workspace::VoxelBox& region, float reach_vox,
                    const std::function<bool()>& keep_going = {});
 
-  /// Whether all was done; otherwise the distances mean nothing.
+  /// Returns whether the computation was completed; otherwise the distances have no meaning.
   bool is_whole() const { return whole_; }
 
-  /// Distance of a voxel, given by its address in the grid; infinity beyond the reach and outside of the
-  /// region.
+  /// Returns the distance of a voxel, given by its address in the grid; infinity beyond the reach and outside
+  /// the region.
   float distance_vox(workspace::Index3 v) const;
-  /// Whether any distance is known in the cube of 8³ voxels whose corner (multiples of 8) this is.
+  /// Returns whether any distance is known in the cube of 8³ voxels with this corner (multiples of 8).
   bool knows_cube(workspace::Index3 corner) const;
 
  private:
@@ -44,8 +45,8 @@ class NearestTriangles {
     float distance = std::numeric_limits<float>::infinity();
     std::int32_t triangle = -1;
     Eigen::Vector3f nearest = Eigen::Vector3f::Zero();
-    bool exact = true;       // else an upper bound: the distance to a neighbour's nearest point
-    bool handed_on = false;  // to the neighbours
+    bool exact = true;       // false: an upper bound, the distance to a neighbour's nearest point
+    bool handed_on = false;  // whether it was passed on to the neighbours
   };
   using Cube = std::array<Cell, 512>;
   /// A voxel of the front, counted from origin_.
@@ -70,7 +71,7 @@ class NearestTriangles {
   }
   Cell& cell(const Entry& e);
 
-  /// Counts work; false once it is to end.
+  /// Counts work. Returns false once keep_going has ended it.
   bool goes_on(const std::function<bool()>& keep_going, std::size_t work);
   std::size_t seed(std::uint32_t triangle);
   void offer(const Entry& entry, Cell& cell, std::int32_t triangle);
@@ -80,16 +81,16 @@ class NearestTriangles {
 
   const std::vector<Eigen::Vector3f>& vertices_;
   const std::vector<std::array<std::uint32_t, 3>>& triangles_;
-  std::vector<std::uint8_t> large_;  // per triangle: several voxels long
+  std::vector<std::uint8_t> large_;  // per triangle: 1 if it is several voxels long
   float reach_;
-  workspace::Index3 origin_;       // of the cubes, in the grid
+  workspace::Index3 origin_;       // corner of the first cube, in the grid
   workspace::Index3 first_, end_;  // the region, from origin_
   std::size_t cubes_x_ = 0, cubes_y_ = 0;
   std::vector<Cube*> directory_;
   std::deque<Cube> cubes_;
   std::vector<std::vector<Entry>> buckets_;  // the front, nearest first
-  std::size_t bucket_ = 0;                   // that is being worked on
-  std::size_t unasked_ = 0;                  // work since keep_going was asked
+  std::size_t bucket_ = 0;                   // the bucket that is being processed
+  std::size_t unasked_ = 0;                  // work since the last call of keep_going
   bool whole_ = true;
 };
 

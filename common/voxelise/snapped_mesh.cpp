@@ -16,7 +16,7 @@ namespace phantom::voxelise::detail::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Snaps `count` vertices of three floats each; returns the farthest coordinate.
+/// Snaps `count` vertices of three floats each. Returns the greatest absolute coordinate.
 double SnapVertices(const float* vertices_m, std::size_t count, const Lattice& lattice,
                     SnappedPoint* points) {
   const hn::CappedTag<double, 4> d;
@@ -37,7 +37,7 @@ double SnapVertices(const float* vertices_m, std::size_t count, const Lattice& l
       hn::StoreU(hn::DemoteTo(ints, hn::Sub(hn::Add(held, rounder), rounder)), ints, to + part);
     }
   };
-  // The fourth float read is the next vertex's, scaled to 0; the last vertex has no next one.
+  // The fourth float read belongs to the next vertex and is scaled to 0. The last vertex has no next one.
   for (std::size_t i = 0; i + 1 < count; ++i) snap(vertices_m + 3 * i, points[i].data());
   if (count > 0) {
     const float* const last = vertices_m + 3 * (count - 1);

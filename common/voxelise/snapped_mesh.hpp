@@ -1,6 +1,6 @@
 #pragma once
 
-// Private to this library: the integer geometry that voxelisation decides on.
+// Private to this library: the integer geometry in which voxelisation makes its decisions.
 
 #include <Eigen/Core>
 #include <array>
@@ -17,7 +17,8 @@ inline constexpr std::int64_t kSub = 1 << kSubBits;  // one voxel
 inline constexpr std::int64_t kReach =
     1LL << (14 + kSubBits);  // farthest coordinate: products of differences fit 63 bits
 
-/// In 1/kSub voxel from the box's corner; the fourth is 0, so that a point fills a vector.
+/// A point in units of 1/kSub voxel from the box's corner. The fourth element is 0, so that a point fills a
+/// vector register.
 struct alignas(16) SnappedPoint : std::array<std::int32_t, 4> {};
 using Corners = std::array<std::uint32_t, 3>;  // indices of points
 
@@ -26,41 +27,43 @@ struct SnappedMesh {
   std::span<const Corners> triangles;
 };
 
-/// How vertices become points; the fourth of each serves the fourth of a point.
+/// Defines how vertices are converted to points. The fourth element of each array serves the fourth of a
+/// point.
 struct Lattice {
   alignas(32) double origin_m[4], voxel_m[4];  ///< of the grid
   alignas(32) double corner[4];                ///< of the box, in voxels
   alignas(32) double scale[4];                 ///< kSub
 };
-/// Rounds vertices, which are finite, to points; false if one is farther away than kReach.
+/// Rounds finite vertices to points. Returns false if one is farther away than kReach.
 bool snap(std::span<const Eigen::Vector3f> vertices_m, const Lattice& lattice, int threads,
           std::vector<SnappedPoint>& points);
 
-/// Layers [first, last) of a volume.
+/// The layers [first, last) of a volume.
 struct Slab {
   std::int32_t first, last;
 };
 
-/// Sets the bits of all voxels of the slab (along z) that a triangle passes through: triangle and voxel are
-/// closed sets, but the voxels that only touch the upper end of the triangle's box from above are those that
-/// floor() names. Writes into `over` those triangles, by number, whose box reaches over voxels' centres of
-/// the slab both along y and along z: no others cross lines along x.
+/// Sets the bits of all voxels of the slab (along z) through which a triangle passes. Triangle and voxel are
+/// closed sets; but of the voxels that only touch the upper end of the triangle's box from above, those named
+/// by floor() count. Writes into `over` the numbers of the triangles whose box reaches over voxel centres of
+/// the slab both along y and along z. No other triangles cross lines along x.
 void mark_triangles(const SnappedMesh& mesh, Slab z, workspace::BitVolume& boundary,
                     std::vector<std::uint32_t>& over);
 
-/// How a mesh crosses the lines along one axis through the voxel centres.
+/// Tells which signs of winding numbers occur on the lines along one axis through the voxel centres.
 struct LineSigns {
-  bool positive = false, negative = false;  ///< winding numbers of either sign occur
+  bool positive = false, negative = false;  ///< whether winding numbers of this sign occur
 };
 
-/// Winding number along x at every voxel centre of the slab (along z); sets `inside` where it is not 0. The
-/// mesh must be a closed, oriented surface: what enters leaves. `over`: the triangles that may cross lines of
-/// the slab; null: all.
+/// Computes the winding number along x at every voxel centre of the slab (along z), and sets `inside` where
+/// it is not 0. The mesh must be a closed, oriented surface, so that each line leaves as often as it enters.
+/// `over`: the triangles that may cross lines of the slab; null: all.
 LineSigns fill_inside(const SnappedMesh& mesh, const std::vector<std::uint32_t>* over, Slab z,
                       workspace::BitVolume& inside);
 
-/// The same along x, y or z for any mesh. A line whose crossings do not add up to 0 says nothing: it is set
-/// in `silent`, which has one bit per line: (y, z) for x, (x, z) for y, (x, y) for z, and its voxels stay 0.
+/// Does the same along x, y or z for any mesh. If the crossings of a line do not add up to 0, its voxels stay
+/// 0 and the line is marked in `silent`, which has one bit per line: (y, z) for x, (x, z) for y, (x, y) for
+/// z.
 void fill_inside_along(int axis, const SnappedMesh& mesh, workspace::BitVolume& inside,
                        workspace::BitVolume& silent);
 

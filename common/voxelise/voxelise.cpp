@@ -24,7 +24,7 @@ using detail::Slab;
 using detail::SnappedMesh;
 using detail::SnappedPoint;
 
-/// Runs work(slab, its number) on slabs of the layers [0, layers), one a thread.
+/// Runs work(slab, its number) on slabs of the layers [0, layers), one slab per thread.
 template <class Work>
 void in_slabs(std::int32_t layers, int threads, const Work& work) {
   const std::int32_t count = std::clamp<std::int32_t>(threads, 1, std::max(1, layers));
@@ -53,10 +53,10 @@ void clear(Slab z, workspace::BitVolume& volume) {
               layer * static_cast<std::size_t>(z.last - z.first), 0);
 }
 
-/// The triangles that may cross lines of each slab; none: not known.
+/// The triangles that may cross lines of each slab; empty: not known.
 using OverSlabs = std::vector<std::vector<std::uint32_t>>;
 
-/// Writes all of `inside`.
+/// Fills the inside of a closed mesh. Writes all of `inside`.
 LineSigns fill_closed(const SnappedMesh& mesh, const OverSlabs& over, int threads,
                       workspace::BitVolume& inside) {
   std::atomic<bool> positive = false, negative = false;
@@ -69,7 +69,7 @@ LineSigns fill_closed(const SnappedMesh& mesh, const OverSlabs& over, int thread
   return {positive, negative};
 }
 
-/// What the lines along the axes say about each voxel.
+/// Holds the votes of the lines along the three axes about each voxel.
 struct Votes {
   workspace::BitVolume inside[3], silent[3];
 };
@@ -85,7 +85,7 @@ Votes ask_all_axes(const SnappedMesh& mesh, const workspace::VoxelBox& box) {
   return votes;
 }
 
-/// Decides voxels of a row by the generalised winding number.
+/// Decides whether voxels of a row are inside, by the generalised winding number.
 class InsideTest {
  public:
   InsideTest(const geometry::WindingTree& tree, const workspace::GridSpec& grid,
@@ -93,7 +93,8 @@ class InsideTest {
       : tree_(tree), grid_(grid), box_(box) {}
 
   /// Sets the voxels of [first, last] that are inside; no surface may lie between them. Off the surface the
-  /// number changes smoothly: between two places that clearly agree it is not asked again.
+  /// winding number changes smoothly: between two places where it is clearly on the same side of the
+  /// threshold it is not evaluated again.
   void run(std::uint64_t* row, std::int32_t first, std::int32_t last, std::int32_t y, std::int32_t z) const {
     double w = at(first, y, z);
     for (std::int32_t from = first; from < last;) {
@@ -109,7 +110,7 @@ class InsideTest {
  private:
   static constexpr std::int32_t kStride = 16;
   static constexpr double kClearPerVoxel =
-      0.0125;  // off the threshold, times the places' distance: 0.2 a stride
+      0.0125;  // distance from the threshold per voxel between the places: 0.2 for a stride
 
   double at(std::int32_t x, std::int32_t y, std::int32_t z) const {
     return std::abs(tree_.at(grid_.centre_of({box_.min.x + x, box_.min.y + y, box_.min.z + z})));
@@ -117,7 +118,7 @@ class InsideTest {
   static void put(std::uint64_t* row, std::int32_t x, double w) {
     if (w > 0.5) row[x >> 6] |= std::uint64_t{1} << (x & 63);
   }
-  /// Voxels [from, to).
+  /// Decides the voxels [from, to).
   void between(std::uint64_t* row, std::int32_t from, double w_from, std::int32_t to, double w_to,
                std::int32_t y, std::int32_t z) const {
     const double low = std::min(w_from, w_to), high = std::max(w_from, w_to);
@@ -137,7 +138,7 @@ class InsideTest {
   const workspace::VoxelBox& box_;
 };
 
-/// Writes what is agreed about a row, and into `disputed` what is not.
+/// Writes the voxels of a row on which the votes agree, and into `disputed` the others.
 void count_votes(const Votes& votes, std::int32_t y, std::int32_t z, std::int32_t size_x,
                  std::uint64_t* inside, std::vector<std::uint64_t>& disputed) {
   const auto any = [](const std::uint64_t* bits) { return bits[0] | bits[1] | bits[2]; };
@@ -157,8 +158,8 @@ void count_votes(const Votes& votes, std::int32_t y, std::int32_t z, std::int32_
   }
 }
 
-/// Settles rows of the slab: agreed voxels as agreed, the others by the winding number; returns how many
-/// those are.
+/// Decides all voxels of the slab: by the votes where they agree, otherwise by the winding number. Returns
+/// the number of the latter.
 std::size_t decide_slab(const Votes& votes, Slab slab, const InsideTest& inside_test, SolidVoxels& solid) {
   std::size_t disputed_voxels = 0;
   std::vector<std::uint64_t> disputed(solid.inside.words_per_row());
@@ -187,7 +188,7 @@ std::size_t decide_slab(const Votes& votes, Slab slab, const InsideTest& inside_
   return disputed_voxels;
 }
 
-/// Settles all rows, which may take long; false if that is to end here.
+/// Decides all rows, which may take long. Returns false if options.go_on ended it.
 bool decide_all(const Votes& votes, const InsideTest& inside_test, const workspace::WorkOptions& options,
                 SolidVoxels& solid) {
   std::atomic<std::size_t> disputed = 0;
@@ -205,8 +206,8 @@ bool decide_all(const Votes& votes, const InsideTest& inside_test, const workspa
   return !stopped;
 }
 
-/// The inside of a mesh that is no closed surface facing one way as it stands; false if the work is to end
-/// here.
+/// Repairs a mesh that is not a closed, consistently oriented surface, and fills its inside. Returns false if
+/// options.go_on ended it.
 bool fill_mended(const geometry::TriangleMesh& mesh_W, const SnappedMesh& snapped,
                  const workspace::GridSpec& grid, const workspace::WorkOptions& options, SolidVoxels& solid) {
   detail::MendedMesh mended = detail::mend(snapped);
@@ -239,7 +240,7 @@ workspace::VoxelBox voxel_bounds(const geometry::BoundingBox& bounds_W, const wo
   if (bounds_W.empty()) return {};
   const workspace::Index3 first = grid.index_of(bounds_W.min_m.cast<double>());
   const workspace::Index3 last = grid.index_of(bounds_W.max_m.cast<double>());
-  // One voxel more on each side: snapping may carry a vertex across a border.
+  // One more voxel on each side, because snapping may move a vertex across a border.
   return {{first.x - 1, first.y - 1, first.z - 1},
           {last.x - first.x + 3, last.y - first.y + 3, last.z - first.z + 3}};
 }
@@ -258,7 +259,7 @@ core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const
   if (bounds.empty()) return solid;
   const double farthest_m = std::max(-bounds.min_m.minCoeff(), bounds.max_m.maxCoeff());
   if (!(farthest_m < std::min(1e6, 1e9 * grid.voxel_size_m)))
-    return too_far;  // voxel addresses are 32 bit integers
+    return too_far;  // voxel indices are 32-bit integers
   solid.box = voxel_bounds(bounds, grid).intersection(clip);
   if (solid.box.empty()) return solid;
   SnappedMesh mesh{{}, mesh_W.triangles};
@@ -275,7 +276,8 @@ core::Expected<SolidVoxels> voxelise(const geometry::TriangleMesh& mesh_W, const
   bool mended = true;
   if (geometry::is_oriented_surface(mesh_W.triangles)) {
     const LineSigns signs = fill_closed(mesh, over, options.threads, solid.inside);
-    // Some shell may face the wrong way; or each triangle stands there twice, facing both ways.
+    // If both signs occur, some shell may face the wrong way. If none occurs, each triangle may be present
+    // twice, in both orientations.
     mended = signs.positive == signs.negative;
   }
   if (mended && !fill_mended(mesh_W, mesh, grid, options, solid))

@@ -16,11 +16,11 @@ using geometry::Region;
 
 constexpr int kPartDepth = 4;
 static_assert(kImplicitPart_vox * (1 << kPartDepth) == 1.0);
-/// Voxels are looked at this much lower, so that a surface on a border belongs to the upper voxel whatever
-/// the rounding.
+/// Voxels are tested at a position lower by this much, so that a surface on a border belongs to the upper
+/// voxel despite rounding.
 constexpr double kShift_vox = 1.0 / 32768.0;
-/// Cubes of this edge, in voxels, are shared out to the threads; two of them side by side along x fill the
-/// words of 64.
+/// Cubes of this edge, in voxels, are distributed to the threads. Two neighbours along x fill words of 64
+/// bits.
 constexpr std::int32_t kPiece = 32;
 
 class Voxeliser {
@@ -32,12 +32,12 @@ class Voxeliser {
     shift_m_ = Eigen::Vector3d::Constant(kShift_vox * grid.voxel_size_m);
   }
 
-  /// False if it was stopped.
+  /// Marks all voxels. Returns false if options.go_on stopped it.
   bool run(const workspace::WorkOptions& options) {
     std::int32_t size = kPiece;
     while (size < *std::max_element(voxels_.box.size.begin(), voxels_.box.size.end())) size *= 2;
     split({0, 0, 0}, size);
-    // Neighbours along x one after the other: those that share words are one thread's.
+    // Sorted so that neighbours along x follow each other: those that share words go to one thread.
     const auto place = [](workspace::Index3 v) { return std::array{v.z, v.y, v.x}; };
     std::sort(pieces_.begin(), pieces_.end(),
               [&](workspace::Index3 a, workspace::Index3 b) { return place(a) < place(b); });
@@ -75,7 +75,7 @@ class Voxeliser {
     return {v.x + (i & 1) * half, v.y + (i >> 1 & 1) * half, v.z + (i >> 2) * half};
   }
 
-  /// Settles large cubes; those of kPiece that are neither in nor out become pieces.
+  /// Decides large cubes as a whole; cubes of kPiece that may hold the surface become pieces.
   void split(workspace::Index3 v, std::int32_t size) {
     if (beyond(v)) return;
     if (size == kPiece) return pieces_.push_back(v);
@@ -92,7 +92,7 @@ class Voxeliser {
     if (bounds.lo > 0.0) return;
     if (bounds.hi < 0.0) return fill(v, size);
     if (size == 1) return mark(solid, cube, v);
-    // Now and then parts of the solid that are far from here are left out.
+    // At some sizes, parts of the solid that are far from the cube are left out.
     const geometry::ImplicitPtr fewer = size == kPiece || size == 8 ? solid.within(cube) : nullptr;
     const ImplicitSolid& here = fewer ? *fewer : solid;
     for (int i = 0; i < 8; ++i) visit(here, part(v, size / 2, i), size / 2);
@@ -104,7 +104,7 @@ class Voxeliser {
       voxels_.boundary.set(v.x, v.y, v.z);
   }
 
-  /// The cheap proof that the surface passes: points of the voxel on either side.
+  /// Proves cheaply that the surface passes: the voxel has points on both sides.
   static bool corners_differ(const ImplicitSolid& solid, const Region& cube) {
     const bool inside = solid.value(cube.centre_m) < 0.0;
     for (int i = 0; i < 8; ++i) {
@@ -158,7 +158,7 @@ workspace::VoxelBox voxel_bounds(const ImplicitSolid& solid_W, const workspace::
   const geometry::Box box = solid_W.bounding_box();
   if (box.empty()) return {};
   const workspace::Index3 first = grid.index_of(box.min_m), last = grid.index_of(box.max_m);
-  // One voxel more on each side, for a surface on a border.
+  // One more voxel on each side, for a surface on a border.
   return {{first.x - 1, first.y - 1, first.z - 1},
           {last.x - first.x + 3, last.y - first.y + 3, last.z - first.z + 3}};
 }

@@ -19,7 +19,8 @@ constexpr int kLevel = 1;  // bricks are smooth: higher levels cost time and sav
 
 static_assert(sizeof(BrickData) == kPlainBytes, "a brick's memory is its plain form");
 
-// A context is large and made of fresh memory: one for each thread, for all of its bricks.
+// A context is large, and newly allocated memory is slow, so each thread keeps one context for all of its
+// bricks.
 ZSTD_CCtx* compressor() {
   thread_local const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(),
                                                                                   ZSTD_freeCCtx);
@@ -74,7 +75,7 @@ core::Status decode_brick(std::span<const std::uint8_t> bytes, BrickContent& con
     content.facts = facts_of(content.voxels);
     return core::Status::ok();
   }
-  if (size > kMostTiledBytes) {  // or unknown, or no frame at all
+  if (size > kMostTiledBytes) {  // also if the size is unknown, or if this is not a frame
     return core::Status::invalid_argument("brick: is not a zstd frame of a brick: its content is neither " +
                                           std::to_string(kPlainBytes) + " bytes nor at most " +
                                           std::to_string(kMostTiledBytes));

@@ -7,7 +7,7 @@
 
 namespace phantom::workspace {
 
-/// One brick on its own, in brick_offset order.
+/// Holds the voxels of one brick in brick_offset order.
 struct BrickData {
   std::array<std::uint8_t, kBrickVoxels> mu_code;
   std::array<std::int8_t, kBrickVoxels> order;
@@ -16,22 +16,22 @@ struct BrickData {
   Workspace::BrickView view() const { return {mu_code.data(), order.data(), object.data()}; }
 };
 
-/// What a workspace must know of a brick to keep it in as little memory as it needs.
+/// Summarises a brick's voxels, so that a workspace can store the brick in as little memory as possible.
 struct BrickFacts {
-  static constexpr std::uint16_t kSeveral = 65535;  ///< no object's id
+  static constexpr std::uint16_t kSeveral = 65535;  ///< is no object's id
 
-  std::uint16_t object = 0;  ///< that every voxel with a μ belongs to, and no other voxel; kSeveral: there is
-                             ///< no such object
-  bool uniform = false;  ///< all voxels have one code and one order
+  std::uint16_t object = 0;  ///< the object to which every voxel with a μ and no other voxel belongs;
+                             ///< kSeveral: there is no such object
+  bool uniform = false;      ///< all voxels have one code and one order
   std::uint8_t greatest_code = 0;
-  std::uint8_t greatest_fluid_code = 0;  ///< of the voxels of layers and guard
+  std::uint8_t greatest_fluid_code = 0;  ///< the greatest code among voxels of layers and guard
 };
 struct BrickContent {
   BrickData voxels;
   BrickFacts facts;
 };
 
-/// The facts, found by looking at every voxel.
+/// Computes the facts by reading every voxel.
 BrickFacts facts_of(const BrickData& brick);
 
 }  // namespace phantom::workspace

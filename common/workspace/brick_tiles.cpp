@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-// Compiled once per instruction set; the best one that the machine has is picked when it runs.
+// Compiled once per instruction set; the best one that the processor supports is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "common/workspace/brick_tiles.cpp"
 #include <hwy/foreach_target.h>
@@ -18,7 +18,7 @@ namespace phantom::workspace::detail {
 
 constexpr std::size_t kTileVoxels = 64, kTiles = kBrickVoxels / kTileVoxels;
 
-/// The brick's kinds, by number.
+/// Holds the brick's kinds, indexed by their number.
 struct Kinds {
   std::size_t count = 0;
   std::array<std::uint8_t, 256> code;
@@ -30,19 +30,19 @@ struct Kinds {
   }
 };
 
-/// What stands behind the kinds; who fills it makes it large enough.
+/// Holds the tiles' part of the form. The writer makes sure that nothing exceeds the arrays.
 struct Tiles {
-  std::array<std::uint8_t, kTiles> kinds;  // of each tile, how many
+  std::array<std::uint8_t, kTiles> kinds;  // number of kinds of each tile
   std::array<std::uint8_t, kBrickVoxels> kind;
   std::array<std::uint64_t, kMostTiledBytes / 8> mask;
   std::size_t all_kinds = 0, masks = 0;
 };
 
-/// Adds kinds as they come up; most voxels' is found at once.
+/// Numbers kinds in the order in which they first occur. A table of guesses finds most of them at once.
 class KindFinder {
  public:
   explicit KindFinder(Kinds& kinds) : kinds_(kinds) {}
-  /// 256: there are too many.
+  /// Returns the kind's number, or 256 if there are too many kinds.
   std::size_t find(std::uint8_t code, std::uint8_t order, std::uint16_t object) {
     std::uint8_t& guess = guesses_[(code * 31U + order * 7U + object * 113U) % guesses_.size()];
     if (guess < kinds_.count && kinds_.is(guess, code, order, object)) return guess;
@@ -72,7 +72,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 constexpr hn::CappedTag<std::uint8_t, kTileVoxels> kBytes;
 constexpr hn::CappedTag<std::uint16_t, kTileVoxels / 2> kWords;
 
-/// The voxels of a tile that have that value, a bit each.
+/// Returns which voxels of a tile have this value, one bit each.
 template <class Tag, class T>
 HWY_INLINE std::uint64_t Equal(Tag tag, const T* tile, T value) {
   std::uint64_t equal = 0;
@@ -85,8 +85,8 @@ HWY_INLINE std::uint64_t Equal(Tag tag, const T* tile, T value) {
   return equal;
 }
 
-/// False if there are too many kinds, or more masks than there is room for. `objects`: null if they follow
-/// from the codes, as `sole_object` tells.
+/// Finds the kinds and masks of all tiles. Returns false if there are too many kinds or masks. `objects`:
+/// null if every voxel with a μ code belongs to `sole_object`, and no other voxel does.
 bool FindTiles(const std::uint8_t* codes, const std::uint8_t* orders, const std::uint16_t* objects,
                std::uint16_t sole_object, Kinds& kinds, Tiles& tiles) {
   KindFinder finder(kinds);
@@ -111,7 +111,7 @@ bool FindTiles(const std::uint8_t* codes, const std::uint8_t* orders, const std:
   return true;
 }
 
-/// One tile's voxels; `count` kinds, and masks of all but the first of them.
+/// Writes one tile's voxels from its `count` kinds and the masks of all kinds but the first.
 template <class Tag, class T>
 HWY_INLINE void Paint(Tag tag, const std::array<T, 256>& value, const std::uint8_t* kind, std::size_t count,
                       const std::uint64_t* mask, T* tile) {
@@ -151,7 +151,7 @@ HWY_EXPORT(PaintTiles);
 
 namespace {
 
-/// Too large for a stack.
+/// Kept per thread, as it is too large for a stack.
 Tiles& scratch() {
   thread_local const auto tiles = std::make_unique<Tiles>();
   return *tiles;
@@ -197,7 +197,7 @@ core::Status read(std::span<const std::uint8_t> bytes, Kinds& kinds, Tiles& tile
   return source.empty() ? core::Status::ok() : refused("has bytes too many");
 }
 
-/// Whether every kind occurs, and in every tile each that it names.
+/// Returns whether every kind occurs, and whether in every tile each kind that it names occurs.
 bool all_occur(const Kinds& kinds, const Tiles& tiles) {
   std::array<bool, 256> occurs{};
   const std::uint64_t* mask = tiles.mask.data();
@@ -226,7 +226,7 @@ std::uint16_t sole_object(const Kinds& kinds) {
   return object;
 }
 
-/// As facts_of() finds them, but from the kinds.
+/// Returns the same as facts_of() for voxels, computed from the kinds.
 BrickFacts facts_of(const Kinds& kinds) {
   BrickFacts facts{sole_object(kinds), true};
   for (std::size_t kind = 0; kind < kinds.count; ++kind) {

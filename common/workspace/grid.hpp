@@ -20,7 +20,8 @@ struct GridSpec {
   double voxel_size_m = 0.005;                         ///< s
   std::array<std::int32_t, 3> size_vox{0, 0, 0};       ///< voxels along x, y, z
 
-  /// floor((p − origin) / s) per axis; may lie outside the grid. `p_W_m` must be finite and within ±1e6 m.
+  /// Returns floor((p − origin) / s) per axis; the index may lie outside the grid. `p_W_m` must be finite and
+  /// within ±1e6 m.
   Index3 index_of(const Eigen::Vector3d& p_W_m) const noexcept {
     const Eigen::Vector3d scaled = (p_W_m - origin_m) / voxel_size_m;
     return {static_cast<std::int32_t>(std::floor(scaled.x())),

@@ -16,7 +16,7 @@ void prefer_large_pages(void* memory, std::size_t bytes) noexcept {
 
 void keep_freed_memory(int bytes) noexcept {
 #ifdef __GLIBC__
-  ::mallopt(M_MMAP_MAX, 0);  // large blocks come from the heap as well, and go back to it
+  ::mallopt(M_MMAP_MAX, 0);  // large blocks are allocated on the heap too, and freed to it
   ::mallopt(M_TRIM_THRESHOLD, bytes);
 #else
   static_cast<void>(bytes);

@@ -7,17 +7,18 @@
 
 namespace phantom::workspace {
 
-/// Asks the system for large pages under memory that nobody has written to yet: the first touch of small ones
-/// took a sixth of an activation's time. Only advice; nothing happens where it is not understood or the
-/// memory is small.
+/// Asks the operating system for large pages for memory that has not been written to yet. The first touch of
+/// small pages took a sixth of an activation's time. This is only advice: it has no effect where it is not
+/// supported or the memory is small.
 void prefer_large_pages(void* memory, std::size_t bytes) noexcept;
 
-/// Lets the process keep up to `bytes` of memory that it has freed, for its next activation, rather than give
-/// it back to the system and get it anew, cleared page by page: a seventh of an activation's time. For
-/// main(), early. Only glibc's heap knows how.
+/// Lets the process keep up to `bytes` of freed memory for its next activation. Otherwise the memory goes
+/// back to the operating system and must be cleared page by page when it is allocated again, which took a
+/// seventh of an activation's time. Call it early in main(). Has an effect with glibc's heap only.
 void keep_freed_memory(int bytes) noexcept;
 
-/// For arrays of megabytes: large pages, and elements without a value of their own are not written to.
+/// Allocates arrays of several megabytes: uses large pages, and does not write to elements that are
+/// constructed without a value.
 template <class T>
 struct LargeAllocator : std::allocator<T> {
   template <class U>

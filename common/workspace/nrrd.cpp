@@ -65,7 +65,7 @@ std::vector<char> slice(const Workspace& workspace, NrrdField field, std::int32_
   return bytes;
 }
 
-/// Writes to a file, through gzip if asked.
+/// Writes to a file, compressed by gzip if requested.
 class Sink {
  public:
   Sink(std::ofstream& file, NrrdEncoding encoding) : file_(file), gzip_(encoding == NrrdEncoding::kGzip) {
@@ -104,7 +104,8 @@ class Sink {
 
 core::Status write_nrrd(const std::filesystem::path& path, const Workspace& workspace, NrrdField field,
                         NrrdEncoding encoding) {
-  // A pipe or a device is written to; put in place of a file is only what is whole.
+  // A pipe or a device is written to directly. A file is written under another name and replaces the old one
+  // only when it is complete.
   std::error_code ignored;
   const bool is_file =
       !std::filesystem::exists(path, ignored) || std::filesystem::is_regular_file(path, ignored);

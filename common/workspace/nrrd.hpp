@@ -15,10 +15,10 @@ enum class NrrdField {
 
 enum class NrrdEncoding { kRaw, kGzip };
 
-/// Writes one field of the whole grid as NRRD (x fastest; `space origin` is the centre of voxel (0,0,0),
-/// `space directions` the voxel's edges, both in W and metres), as ParaView and 3D Slicer read it. The file
-/// appears whole or not at all; what is there and no file (a pipe, a device) is written to. Not real-time
-/// safe.
+/// Writes one field of the whole grid as an NRRD file that ParaView and 3D Slicer read. x runs fastest;
+/// `space origin` is the centre of voxel (0,0,0) and `space directions` are the voxel's edges, both in W and
+/// metres. A regular file is replaced only when the new one is complete. A path that exists and is not a
+/// regular file (a pipe, a device) is written to directly. Not real-time safe.
 core::Status write_nrrd(const std::filesystem::path& path, const Workspace& workspace, NrrdField field,
                         NrrdEncoding encoding = NrrdEncoding::kGzip);
 

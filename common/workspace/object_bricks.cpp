@@ -21,7 +21,7 @@ const Orders& all_interior() {
 }  // namespace
 
 std::shared_ptr<std::int8_t[]> BrickMemory::take() {
-  constexpr std::size_t kPiece = 512;  // bricks: 16 MiB
+  constexpr std::size_t kPiece = 512;  // bricks, that is 16 MiB
   const std::lock_guard lock(mutex_);
   if (!spare_.empty()) {
     auto orders = std::move(spare_.back());

@@ -9,16 +9,16 @@
 
 namespace phantom::workspace {
 
-/// Memory for a known number of bricks, taken from the heap in large pieces, each of which lives as long as
-/// one of its bricks. All calls from any thread.
+/// Allocates memory for a known number of bricks in large pieces. A piece is freed when none of its bricks is
+/// used any more. Thread-safe.
 class BrickMemory {
  public:
-  /// `most`: bricks that will be held at once.
+  /// `most`: the number of bricks that will be held at the same time.
   explicit BrickMemory(std::size_t most) : left_(most) {}
 
-  /// kBrickVoxels orders, whatever they are.
+  /// Returns room for kBrickVoxels orders, with undefined content.
   std::shared_ptr<std::int8_t[]> take();
-  /// A brick that is not needed after all.
+  /// Takes back a brick that is not needed, for the next take().
   void give_back(std::shared_ptr<std::int8_t[]> orders);
 
  private:
@@ -28,41 +28,45 @@ class BrickMemory {
   std::vector<std::shared_ptr<std::int8_t[]>> spare_;
 };
 
-/// One object's neighbour orders as sparse bricks of the workspace's grid, one byte a voxel in brick_offset
-/// layout: what an object adds to the workspace, kept so that others can be merged anew beside it. Bricks
-/// that are interior throughout share one block of memory. Movable; treated as immutable once merged.
+/// Holds one object's neighbour orders as sparse bricks of the workspace's grid, one byte per voxel in
+/// brick_offset order. This is what an object adds to the workspace; it is kept so that other objects can be
+/// merged again without recomputing this one. Bricks that are interior throughout share one block of memory.
+/// Movable; treated as immutable once merged.
 class ObjectBricks {
  public:
-  /// A brick to be made; `orders`: kBrickVoxels long, null for "interior throughout".
+  /// A brick of the object. `orders`: kBrickVoxels long; null for "interior throughout".
   struct Part {
     BrickKey key;
     std::shared_ptr<std::int8_t[]> orders;
   };
 
   ObjectBricks() = default;
-  /// Of parts in any order, each key once. Leave out bricks that hold nothing.
+  /// Builds from parts in any order, each key once. Leave out bricks that hold nothing.
   explicit ObjectBricks(std::vector<Part> parts);
 
-  /// Bricks that hold something, rising by BrickKey's order.
+  /// Returns the bricks that hold something, sorted by BrickKey.
   const std::vector<BrickKey>& keys() const noexcept { return keys_; }
-  /// kBrickVoxels orders, or null where the object has nothing. Time: log of the bricks.
+  /// Returns the brick's kBrickVoxels orders, or null if the object has nothing there. Takes time logarithmic
+  /// in the number of bricks.
   const std::int8_t* orders(BrickKey key) const noexcept;
-  /// The same as a share in the memory, not to be changed; null too where the brick is interior throughout.
+  /// Returns the same with shared ownership. The orders must not be changed. Also returns null if the brick
+  /// is interior throughout.
   std::shared_ptr<std::int8_t[]> share(BrickKey key) const noexcept;
-  /// Whether the brick is interior throughout, and known to be.
+  /// Returns whether the brick is stored as "interior throughout".
   bool is_interior(BrickKey key) const noexcept;
-  /// The same as orders(), to be changed (not once share() was called); null where the object has nothing.
+  /// Returns the same as orders(), for changing, or null if the object has nothing there. Must not be called
+  /// once share() has been called.
   std::int8_t* edit(BrickKey key);
-  /// Order of a voxel of the grid, none of whose indices is negative; free where the object has nothing.
+  /// Returns the order of a voxel whose indices are not negative; free if the object has nothing there.
   std::int8_t at(Index3 v) const noexcept;
-  /// The parts that it is made of, as for the constructor; it is empty then.
+  /// Moves the parts out, as the constructor takes them, and leaves the object empty.
   std::vector<Part> take_parts();
-  /// Memory taken.
+  /// Returns the memory used, in bytes.
   std::size_t bytes() const noexcept;
 
  private:
   std::vector<BrickKey> keys_;
-  std::vector<std::shared_ptr<std::int8_t[]>> orders_;  // as keys_; null: interior throughout
+  std::vector<std::shared_ptr<std::int8_t[]>> orders_;  // in the order of keys_; null: interior throughout
 };
 
 }  // namespace phantom::workspace

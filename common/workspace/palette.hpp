@@ -6,8 +6,8 @@
 
 namespace phantom::workspace {
 
-/// Whether `palette_Pa_s_per_m` can serve as a workspace's: 1 to 256 finite entries, the first 0, strictly
-/// rising.
+/// Checks whether `palette_Pa_s_per_m` can be a workspace's palette: 1 to 256 finite entries, the first 0,
+/// strictly rising.
 core::Status check_palette(const std::vector<float>& palette_Pa_s_per_m);
 
 }  // namespace phantom::workspace

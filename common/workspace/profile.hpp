@@ -13,11 +13,11 @@ inline constexpr int kMaxReach_vox = 254;
 /// Greatest number of layers: orders 1…98 (99 is the guard).
 inline constexpr int kMaxLayers = 98;
 
-/// How layers are made (spec 1.4).
+/// How the layers are computed (spec 1.4).
 enum class LayerMethod : std::uint8_t {
   kDistance,  ///< exact Euclidean distance between voxel centres
   kSurface,   ///< distance from a voxel's centre to the mesh's true surface
-  kDilation   ///< the thesis's: a shaping element centred on every voxel of the layer before
+  kDilation   ///< the thesis's method: a shaping element centred on every voxel of the previous layer
 };
 
 /// Shaping element of the dilation method, in a cube of (2m+1)³ voxels.
@@ -31,32 +31,33 @@ enum class ShapingElement : std::uint8_t {
 struct LayerProfile {
   std::vector<int> thickness_vox;     ///< m_i per layer, ≥ 1; layer 1 is the nearest
   std::vector<float> mu_Pa_s_per_m;   ///< per layer, > 0, falling outwards; same length
-  float mu_skin_Pa_s_per_m = 100.0F;  ///< boundary and interior; ≥ the first layer's
-  int guard_vox =
-      0;  ///< j: a protective skin wrapped on the solid, with the μ of layer 1; the layers begin outside it
+  float mu_skin_Pa_s_per_m = 100.0F;  ///< μ of boundary and interior; ≥ the first layer's
+  int guard_vox = 0;  ///< j: thickness of the guard around the solid, which has the μ of layer 1; the layers
+                      ///< begin outside it
   LayerMethod method = LayerMethod::kDistance;
-  ShapingElement element = ShapingElement::kSphere;  ///< of kDilation
+  ShapingElement element = ShapingElement::kSphere;  ///< used by kDilation only
 
-  /// Layers inside the body, order −1 (touching the boundary) to −n: what lies deeper has mu_skin. With them
-  /// the boundary has the μ of order −1, so that a model larger than the real object still gives a continuous
-  /// percept.
+  /// Layers inside the body, from order −1 (touching the boundary) to −n. Deeper voxels have mu_skin. If
+  /// there are such layers, the boundary has the μ of order −1, so that a model larger than the real object
+  /// still gives a continuous percept.
   std::vector<int> inside_thickness_vox;
   std::vector<float> mu_inside_Pa_s_per_m;  ///< rising inwards, from above layer 1's to at most mu_skin
 
-  /// Distance in voxels up to which the object changes the space around it: guard + Σm_i.
+  /// Returns how far, in voxels, the object changes the space around it: guard + Σm_i.
   int reach_vox() const;
-  /// Depth in voxels up to which layers lie inside the body.
+  /// Returns how deep, in voxels, the layers inside the body reach.
   int inside_depth_vox() const;
 };
 
-/// Whether the profile can be used; the message says what is wrong and what is allowed.
+/// Checks the profile. The message of an error says what is wrong and what is allowed.
 core::Status check_profile(const LayerProfile& profile);
 
-/// Palette of a workspace: 0 and every μ that the profiles name, rising. Refuses more than 256 different
+/// Returns a workspace's palette: 0 and every μ of the profiles, rising. Refuses more than 256 different
 /// values.
 core::Expected<std::vector<float>> make_palette(const std::vector<LayerProfile>& profiles);
 
-/// μ code by neighbour order (index: the order's byte). Every μ of the profile must stand in the palette.
+/// Maps a neighbour order (index: the order's byte) to a μ code. The palette must contain every μ of the
+/// profile.
 using CodeTable = std::array<std::uint8_t, 256>;
 CodeTable code_table(const LayerProfile& profile, const std::vector<float>& palette_Pa_s_per_m);
 

@@ -20,12 +20,12 @@ struct VoxelBox {
                    : static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) *
                          static_cast<std::size_t>(size[2]);
   }
-  /// The box with `margin` voxels more on each side.
+  /// Returns the box enlarged by `margin` voxels on each side.
   VoxelBox grown(std::int32_t margin) const {
     return {{min.x - margin, min.y - margin, min.z - margin},
             {size[0] + 2 * margin, size[1] + 2 * margin, size[2] + 2 * margin}};
   }
-  /// What both boxes share; empty if nothing.
+  /// Returns the part that both boxes share; empty if there is none.
   VoxelBox intersection(const VoxelBox& other) const {
     VoxelBox shared;
     const auto axis = [](std::int32_t a, std::int32_t a_size, std::int32_t b, std::int32_t b_size,
@@ -38,7 +38,7 @@ struct VoxelBox {
     axis(min.z, size[2], other.min.z, other.size[2], shared.min.z, shared.size[2]);
     return shared;
   }
-  /// The least box that holds both; an empty one adds nothing.
+  /// Returns the smallest box that holds both; an empty box adds nothing.
   VoxelBox hull(const VoxelBox& other) const {
     if (empty()) return other;
     if (other.empty()) return *this;
@@ -56,14 +56,14 @@ struct VoxelBox {
   static VoxelBox of(const GridSpec& grid) { return {{0, 0, 0}, grid.size_vox}; }
 };
 
-/// Bits set in the words `a`, and those set in `b` alone; `count` words each.
+/// Counts the bits set in `a`, and those set in `b` but not in `a`; `count` words each.
 struct BitCounts {
   std::size_t a = 0, only_b = 0;
 };
 BitCounts count_bits(const std::uint64_t* a, const std::uint64_t* b, std::size_t count);
 
-/// One bit per voxel of a box: rows along x of 64 voxels a word, then y, then z. Bits past the row's end are
-/// 0.
+/// Holds one bit per voxel of a box, as rows along x with 64 voxels per word, then y, then z. Bits past a
+/// row's end are 0.
 class BitVolume {
  public:
   BitVolume() = default;
@@ -72,7 +72,8 @@ class BitVolume {
         words_per_row_((static_cast<std::size_t>(size[0]) + 63) / 64),
         words_(words_per_row_ * static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2]), 0) {}
 
-  /// Its bits are for the caller to write, all of them; so that each thread touches its own part first.
+  /// Returns a volume with undefined bits. The caller must write all of them. This lets each thread touch its
+  /// own part of the memory first.
   static BitVolume unwritten(const std::array<std::int32_t, 3>& size) {
     BitVolume volume;
     volume.size_ = size;
@@ -98,7 +99,7 @@ class BitVolume {
   void flip(std::int32_t x, std::int32_t y, std::int32_t z) {
     row(y, z)[x >> 6] ^= std::uint64_t{1} << (x & 63);
   }
-  /// Bits set.
+  /// Returns the number of bits set.
   std::size_t count() const { return count_bits(words_.data(), words_.data(), words_.size()).a; }
 
  private:

@@ -4,11 +4,12 @@
 
 namespace phantom::workspace {
 
-/// How a piece of work that may take seconds runs, and whom it asks.
+/// How an operation that may take seconds runs, and how its caller can stop it.
 struct WorkOptions {
   int threads = 1;
-  std::function<bool(double share)> go_on;  ///< asked now and then by the caller's thread, with the share
-                                            ///< that is done; "no" ends the work without a result
+  /// Called now and then in the caller's thread with the share that is done. Returning false ends the
+  /// operation without a result.
+  std::function<bool(double share)> go_on;
 };
 
 }  // namespace phantom::workspace

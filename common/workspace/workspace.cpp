@@ -66,7 +66,7 @@ void Workspace::reserve_bricks(std::size_t count) {
   slots_.reserve(count + 1);
 }
 
-/// Memory of the brick's own, anew.
+/// Gives the brick new memory of its own.
 std::uint32_t Workspace::make_slot(BrickKey key, BrickLabels labels) {
   remove_brick(key);
   std::uint32_t slot;

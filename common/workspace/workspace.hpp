@@ -16,21 +16,21 @@ inline constexpr std::int8_t kOrderFree = 0;
 inline constexpr std::int8_t kOrderGuard = 99;
 inline constexpr std::int8_t kOrderBoundary = 100;
 inline constexpr std::int8_t kOrderInterior = 101;  // 1…q: neighbour layers; −1…−n: layers inside the body
-/// Whether voxels of that order are fluid: of a layer or the guard.
+/// Returns whether voxels of this order are fluid: part of a layer or of the guard.
 constexpr bool is_fluid(std::int8_t order) noexcept {
-  return (order > kOrderFree) & (order < kOrderBoundary);  // & lets loops be made of vectors
+  return (order > kOrderFree) & (order < kOrderBoundary);  // & vectorises, && does not
 }
 
-/// The unit of storage and of the topic: a cube of 32³ voxels, stored as 8³ tiles of 4³ voxels (one byte
-/// each: a cache line), so that a coherent skin touches few lines.
+/// A brick, the unit of storage and of the topic, is a cube of 32³ voxels. It is stored as 8³ tiles of 4³
+/// voxels, so that a coherent skin reads few cache lines: a tile has one byte per voxel and fills one line.
 inline constexpr std::int32_t kBrickEdge = 32;
-/// Number of the brick that a voxel lies in, along an axis; rounds down, below 0 too.
+/// Returns the number of the brick, along one axis, in which a voxel lies. Rounds down, also below 0.
 constexpr std::int32_t brick_along(std::int32_t voxel) { return voxel >> 5; }
 static_assert(kBrickEdge == 1 << 5);
 inline constexpr std::size_t kBrickVoxels = 32768;
 
-/// Offset of voxel (x,y,z), each 0…31, inside a brick: tiles in x-fastest order, voxels within a tile
-/// likewise.
+/// Returns the offset of voxel (x,y,z), each 0…31, inside a brick. Tiles are stored x fastest, and so are the
+/// voxels within a tile.
 constexpr std::size_t brick_offset(std::uint32_t x, std::uint32_t y, std::uint32_t z) noexcept {
   return (((z >> 2) << 6 | (y >> 2) << 3 | x >> 2) << 6) | (z & 3) << 4 | (y & 3) << 2 | (x & 3);
 }
@@ -42,17 +42,17 @@ struct BrickKey {
   friend auto operator<=>(const BrickKey&, const BrickKey&) = default;
 };
 
-/// The brick's voxels; those of the last bricks may reach beyond the grid.
+/// Returns the box of the brick's voxels. The last bricks may reach beyond the grid.
 constexpr VoxelBox box_of(BrickKey key) noexcept {
   return {{key.x * kBrickEdge, key.y * kBrickEdge, key.z * kBrickEdge}, {kBrickEdge, kBrickEdge, kBrickEdge}};
 }
 
-/// What a brick says of its voxels besides their μ, each kBrickVoxels long in brick_offset order. Shared by
-/// objects, workspaces and their versions; who holds one alone may change it.
+/// Holds a brick's orders and object ids, each kBrickVoxels long in brick_offset order. Objects, workspaces
+/// and their versions share them; only a sole owner may change them.
 struct BrickLabels {
   std::shared_ptr<std::int8_t[]> orders;
   std::shared_ptr<std::uint16_t[]>
-      objects;  ///< null: every voxel with a μ belongs to `object`, no other does
+      objects;  ///< null: every voxel with a μ belongs to `object`, and no other voxel does
   std::uint16_t object = 0;
 
   std::size_t bytes() const noexcept {
@@ -60,25 +60,25 @@ struct BrickLabels {
   }
 };
 
-/// The workspace voxel array (WVA): all objects of a cell merged, in bricks of which only those that hold
-/// something exist. One whole version; treated as immutable once it is shared (std::shared_ptr<const
+/// The workspace voxel array (WVA): one version of all objects of a cell, merged. It is stored in bricks, and
+/// only bricks that hold something exist. Treated as immutable once it is shared (std::shared_ptr<const
 /// Workspace>).
 ///
-/// A voxel's μ is a code into a palette that rises with the code (code 0 is free space, μ = 0), so "higher μ
-/// prevails" is a byte-wise maximum and sensing reads one byte. Slot 0 of every array is the empty brick: a
-/// lookup never branches on whether a brick exists.
+/// A voxel's μ is stored as a code into a palette. μ rises with the code, and code 0 is free space (μ = 0).
+/// So "the higher μ prevails" is a byte-wise maximum, and sensing reads one byte. Slot 0 of every array is
+/// the empty brick, so that a lookup never branches on whether a brick exists.
 class Workspace {
  public:
   Workspace() = default;
-  /// `palette_Pa_s_per_m`: μ by code; first entry 0, strictly rising, at most 256 entries (check_palette in
-  /// palette.hpp says what is wrong with one that is not). Throws std::invalid_argument.
+  /// `palette_Pa_s_per_m`: μ by code; the first entry is 0, values rise strictly, at most 256 entries (see
+  /// check_palette() in palette.hpp). Throws std::invalid_argument if the palette breaks these rules.
   Workspace(const GridSpec& grid, std::vector<float> palette_Pa_s_per_m);
 
   const GridSpec& grid() const noexcept { return grid_; }
   const std::vector<float>& palette() const noexcept { return palette_; }  ///< Pa·s/m, by code
-  std::uint64_t version = 0;  ///< set by whoever builds it; rises with every change
+  std::uint64_t version = 0;  ///< set by the builder of the workspace; rises with every change
 
-  /// Voxel lookups; everything outside the grid is free space. Real-time safe: yes.
+  /// Look up one voxel. Every voxel outside the grid is free space. Real-time safe: yes.
   std::uint8_t mu_code(Index3 v) const noexcept {
     return grid_.contains(v) ? mu_codes_[address(v)] : std::uint8_t{0};
   }
@@ -94,25 +94,26 @@ class Workspace {
     return view(static_cast<std::uint32_t>(at / kBrickVoxels)).object_of(at % kBrickVoxels);
   }
 
-  /// Bricks along x, y, z.
+  /// Number of bricks along x, y, z.
   const std::array<std::int32_t, 3>& size_bricks() const noexcept { return size_bricks_; }
   bool has_brick(BrickKey key) const noexcept { return directory_[directory_index(key)] != 0; }
-  std::vector<BrickKey> bricks() const;  ///< those that exist, in z, y, x order
+  std::vector<BrickKey> bricks() const;  ///< the existing bricks, sorted by z, then y, then x
   std::size_t brick_count() const noexcept { return brick_count_; }
-  std::size_t bytes() const noexcept;  ///< labels shared with objects and other workspaces among them
+  std::size_t bytes() const noexcept;  ///< includes labels shared with objects and other workspaces
 
-  /// One brick's arrays, kBrickVoxels long, in brick_offset order; the empty brick's if it does not exist.
+  /// Points to one brick's arrays, kBrickVoxels long, in brick_offset order. For a brick that does not exist
+  /// they are those of the empty brick.
   struct BrickView {
     const std::uint8_t* mu_code;
     const std::int8_t* order;
     const std::uint16_t* object;  ///< null: every voxel with a μ belongs to `sole_object`
     std::uint16_t sole_object = 0;
 
-    /// The voxel's object, by brick_offset; 0: none. Real-time safe: yes.
+    /// Returns the object of a voxel, given by its brick_offset; 0 if there is none. Real-time safe: yes.
     std::uint16_t object_of(std::size_t voxel) const noexcept {
       return object != nullptr ? object[voxel] : mu_code[voxel] != 0 ? sole_object : std::uint16_t{0};
     }
-    /// Object ids of all voxels, to kBrickVoxels elements; 0 where there is none.
+    /// Writes the object ids of all kBrickVoxels voxels; 0 where there is none.
     void copy_objects(std::uint16_t* to) const;
   };
   struct MutableBrick {
@@ -121,28 +122,30 @@ class Workspace {
     std::uint16_t* object;
   };
   BrickView brick(BrickKey key) const noexcept { return view(directory_[directory_index(key)]); }
-  /// Makes the brick anew. Its μ codes are for the caller to fill, all of them; the pointer lasts until a
-  /// brick is made for which reserve_bricks() made no room. Not real-time safe.
+  /// Creates or replaces a brick and returns its μ codes, all of which the caller must write. The pointer is
+  /// valid until a brick is created for which reserve_bricks() reserved no room. Not real-time safe.
   std::uint8_t* make_brick(BrickKey key, BrickLabels labels);
-  /// Makes the brick anew with all voxels alike; such bricks share their memory.
+  /// Creates or replaces a brick whose voxels are all equal. Equal bricks of this kind share their memory.
   void fill_brick(BrickKey key, std::uint8_t mu_code, std::int8_t order, std::uint16_t object);
-  /// Makes the brick what it is in `from`, whose grid and palette are alike; labels are shared.
+  /// Copies a brick from `from`, which must have the same grid and palette. Labels are shared.
   void copy_brick(const Workspace& from, BrickKey key);
-  /// The brick to be changed, made of free space if need be; what it shares with others is copied first.
-  /// Pointers last until the next call that makes or edits one. Not real-time safe.
+  /// Returns a brick for changing. Creates it as free space if it does not exist, and copies memory that it
+  /// shares. The pointers are valid until the next call that creates or edits a brick. Not real-time safe.
   MutableBrick edit_brick(BrickKey key);
   void remove_brick(BrickKey key);
-  /// Makes room for `count` bricks in all, so that making them neither moves nor over-allocates.
+  /// Reserves room for `count` bricks in total, so that creating them neither moves nor over-allocates
+  /// memory.
   void reserve_bricks(std::size_t count);
-  /// The same for so many bricks more than there are; room that removed bricks left counts.
+  /// Reserves room for this many additional bricks. Room left by removed bricks counts.
   void reserve_more(std::size_t bricks) {
     if (bricks > free_slots_.size()) reserve_bricks(slots_.size() - 1 + bricks - free_slots_.size());
   }
 
-  /// Hash of grid, palette and all bricks, independent of the order in which they were made.
+  /// Returns a hash of grid, palette and all bricks. It does not depend on the order in which the bricks were
+  /// created.
   std::uint64_t content_hash() const;
 
-  /// Raw arrays for the sensing kernel: μ code of voxel v is codes[directory[brick index]·kBrickVoxels +
+  /// Raw arrays for the sensing kernel. The μ code of voxel v is codes[directory[brick index]·kBrickVoxels +
   /// brick_offset].
   const std::uint32_t* directory() const noexcept { return directory_.data(); }
   const std::uint8_t* codes() const noexcept { return mu_codes_.data(); }
@@ -162,10 +165,10 @@ class Workspace {
     return slot * kBrickVoxels + brick_offset(x & 31, y & 31, z & 31);
   }
 
-  /// What there is to say of one brick's memory.
+  /// Describes the memory of one brick.
   struct Slot {
-    std::uint32_t users = 0;  ///< bricks whose memory it is; 0: free
-    bool uniform = false;     ///< made by fill_brick(): never changed
+    std::uint32_t users = 0;  ///< number of bricks that use this memory; 0: free
+    bool uniform = false;     ///< created by fill_brick(); never changed
     BrickLabels labels;
   };
   BrickView view(std::uint32_t slot) const noexcept {

@@ -27,15 +27,15 @@ bool same_grid(const GridSpec& a, const GridSpec& b) {
   return a.origin_m == b.origin_m && a.voxel_size_m == b.voxel_size_m && a.size_vox == b.size_vox;
 }
 
-/// Whether a volume of that grid and palette can be made of this one.
+/// Returns whether this volume has the given grid and palette, so that another version can be made from it.
 bool is_like(const Workspace& workspace, const GridSpec& grid, const std::vector<float>& palette_Pa_s_per_m) {
   return same_grid(workspace.grid(), grid) && workspace.palette() == palette_Pa_s_per_m;
 }
 
-/// Whether nobody else holds the volume; who did is then done with reading it.
+/// Returns whether nobody else holds the volume. Former holders have then finished reading it.
 bool is_sole(const std::shared_ptr<Workspace>& volume) {
   if (volume.use_count() != 1) return false;
-  // A look at the count does not order what others read before they let go; a change of it does.
+  // Reading the count does not synchronise with the other holders' earlier reads; changing it does.
   std::shared_ptr<Workspace>(volume).reset();
   return true;
 }
@@ -58,7 +58,7 @@ void store_brick(BrickKey key, const BrickContent& content, Workspace& workspace
 constexpr std::size_t kMostReserved =
     32768;  // bricks: 1 GiB of addresses, of which only what is used becomes memory
 
-/// Some bricks to spare: an array that must grow for a change moves all that is in it.
+/// Adds room for some more bricks, because growing an array later would move all of its content.
 std::size_t with_room(std::size_t bricks) { return bricks + bricks / 8 + 64; }
 
 core::Status check(const VersionDescription& description) {
@@ -177,9 +177,9 @@ void WorkspaceAssembler::try_commit() {
 }
 
 void WorkspaceAssembler::drop_left_overs() {
-  // A server's first version is newer than any of its predecessor's and names all of its bricks: left-overs
-  // are the bricks of the lowest versions. Only if the rest then has the committed hash are they dropped;
-  // else they may be bricks that a coming disposal or version will explain.
+  // The first version of a server is newer than any of its predecessor's and names all of its bricks. So
+  // left-over bricks are those with the lowest versions. They are dropped only if the remaining ones then
+  // have the committed hash; otherwise they may be bricks that a later removal or version explains.
   const std::size_t surplus = held_.size() - pending_->brick_count;
   Tally oldest;
   auto rest = tallies_.begin();
@@ -244,7 +244,7 @@ void WorkspaceAssembler::build(const VersionDescription& description) {
   std::uint8_t fluid = 0;
   for (auto& [key, held] : held_) {
     held.formed = false;
-    held.packed = {};  // from now on it stands in current_
+    held.packed = {};  // its content is in current_ now
     fluid = std::max(fluid, held.greatest_fluid_code);
   }
   greatest_neighbour_mu_ = static_cast<double>(description.palette_Pa_s_per_m[fluid]);
@@ -260,10 +260,10 @@ void WorkspaceAssembler::prepare() {
   if (!spare_usable(current_->grid(), current_->palette())) {
     if (spare_ && spare_.use_count() > 1) return;
     spare_ = std::make_shared<Workspace>(current_->grid(), current_->palette());
-    spare_->reserve_more(with_room(current_->brick_count()));  // first, or all would be moved
+    spare_->reserve_more(with_room(current_->brick_count()));  // first: later it would move all content
     *spare_ = *current_;
   } else {
-    // Not from held_: what came since is not known to be whole.
+    // Not copied from held_: bricks received since then may belong to an incomplete version.
     for (const BrickKey key : spare_behind_) spare_->copy_brick(*current_, key);
   }
   spare_behind_.clear();

@@ -14,7 +14,7 @@
 
 namespace phantom::workspace {
 
-/// What a WorkspaceVersion sample says of a version.
+/// Holds the content of a WorkspaceVersion sample.
 struct VersionDescription {
   std::uint64_t version = 0;
   GridSpec grid;
@@ -23,56 +23,57 @@ struct VersionDescription {
   std::uint64_t content_hash = 0;
 };
 
-/// The consumer's side of the workspace topics: collects bricks as they come, in any order, and makes a
-/// Workspace of them when count and hash say that a committed version is whole. Never shows a half-updated
-/// volume: until the next version is whole, current() stays the last whole one.
+/// Collects bricks in any order and builds a Workspace from them once their count and hash show that a
+/// committed version is complete. This is the consumer's side of the workspace topics. A half-updated volume
+/// is never visible: current() stays the last complete version until the next one is complete.
 ///
 ///     reader of workspace_brick:   put_brick
 ///     reader of workspace_version: commit
 ///     after each call:             if (assembler.current() != mine) { mine = assembler.current(); … }
 ///
-/// A version that changes some bricks of the one before costs those bricks only: it is made in the buffer of
-/// the last version but one, as soon as nobody holds that any more (otherwise in a new one). Bricks that wait
-/// for their version are kept as they came, compressed.
+/// A version that changes some bricks of the previous one costs those bricks only. It is built in the buffer
+/// of the last version but one once nobody holds that buffer any more, otherwise in a new buffer. Bricks that
+/// wait for their version are kept as received, compressed.
 ///
-/// Bricks that a server left behind when it died (its successor never names them) are found by their lower
-/// version and dropped. A volume that cannot be made of the current one is formed while its bricks come, once
-/// its version has told grid and palette; nobody sees it before it is whole. Not thread-safe: samples come on
-/// middleware threads, so lock around every call. Not real-time safe.
+/// Bricks left behind by a server that died, which its successor never names, are recognised by their lower
+/// version and dropped. If a version has another grid or palette than current(), its volume is built while
+/// its bricks arrive, once the version has been committed; it stays invisible until it is complete.
+///
+/// Not thread-safe: samples arrive on middleware threads, so lock around every call. Not real-time safe.
 class WorkspaceAssembler {
  public:
-  /// Takes the newest state of one brick; no bytes: it exists no more. Refuses bytes that are no brick and
-  /// keys that no grid can have.
+  /// Takes the newest state of one brick. Empty bytes mean that the brick does not exist any more. Refuses
+  /// bytes that are not a brick, and keys that no grid can have.
   core::Status put_brick(BrickKey key, std::uint64_t version, std::span<const std::uint8_t> bytes);
   void remove_brick(BrickKey key);
-  /// Takes the newest committed version. Refuses a description that contradicts itself (grid, palette).
+  /// Takes the newest committed version. Refuses a description with an invalid grid or palette.
   core::Status commit(const VersionDescription& description);
-  /// Brings the second buffer up to date, so that the next version need not: to be called when there is
-  /// nothing else to do. Does nothing while somebody still holds that buffer.
+  /// Brings the second buffer up to date, so that the next version need not do so. Call it when idle. Does
+  /// nothing while somebody still holds that buffer.
   void prepare();
 
-  /// The newest whole version; null before the first.
+  /// Returns the newest complete version; null before the first.
   const std::shared_ptr<const Workspace>& current() const { return current_; }
-  /// Greatest μ of any layer or guard voxel in current(), Pa·s/m; 0 if there are none.
+  /// Returns the greatest μ of any layer or guard voxel in current(), Pa·s/m; 0 if there are none.
   double greatest_neighbour_mu() const { return greatest_neighbour_mu_; }
-  /// A version was committed that is not whole yet.
+  /// Returns whether a committed version is not complete yet.
   bool pending() const { return pending_.has_value(); }
   std::size_t bricks_held() const { return held_.size(); }
-  /// Bricks of the committed version that is awaited, or of the current one.
+  /// Returns the number of bricks of the pending version, or of the current one if none is pending.
   std::size_t bricks_expected() const;
-  /// Bricks that were copied to make current(): what its change cost.
+  /// Returns how many bricks were written to build current(), that is the cost of the change.
   std::size_t bricks_written() const { return bricks_written_; }
 
  private:
   struct Held {
     std::uint64_t version;
     std::uint64_t hash;
-    std::vector<std::uint8_t> packed;  // encoded; empty: as in forming_ or else in current_
+    std::vector<std::uint8_t> packed;  // encoded; empty: stored in forming_ if `formed`, else in current_
     bool formed;
     std::uint8_t greatest_code;
-    std::uint8_t greatest_fluid_code;  // of layers and guard
+    std::uint8_t greatest_fluid_code;  // among voxels of layers and guard
   };
-  /// Bricks held of one version, together.
+  /// Sums up the held bricks of one version.
   struct Tally {
     std::size_t count = 0;
     std::uint64_t hash = 0;
@@ -92,11 +93,11 @@ class WorkspaceAssembler {
   std::uint64_t hash_sum_ = 0;              // Σ of held_'s hashes
   std::set<BrickKey> changed_;              // where held_ may differ from current_
   std::optional<VersionDescription> pending_;
-  std::shared_ptr<Workspace> forming_;  // for pending_, if it cannot be made of the one before
+  std::shared_ptr<Workspace> forming_;  // for pending_, if its grid or palette differs from current_'s
   std::shared_ptr<const Workspace> current_;
   double greatest_neighbour_mu_ = 0.0;
-  std::shared_ptr<Workspace> buffer_;  // current_, as it was before it was shared
-  std::shared_ptr<Workspace> spare_;   // the version before, or a copy
+  std::shared_ptr<Workspace> buffer_;  // current_, as the mutable pointer
+  std::shared_ptr<Workspace> spare_;   // the previous version, or a copy of current_
   std::set<BrickKey> spare_behind_;    // where spare_ differs from current_
   std::size_t bricks_written_ = 0;
   std::unique_ptr<BrickContent> scratch_ = std::make_unique<BrickContent>();

@@ -19,7 +19,7 @@ constexpr std::uint64_t mix(std::uint64_t h) {
   return h ^ (h >> 32);
 }
 
-/// Four independent lanes, so that the multiplications overlap. `bytes` is a multiple of 32.
+/// Hashes in four independent lanes, so that the multiplications overlap. `bytes` is a multiple of 32.
 std::uint64_t hash_words(const void* data, std::size_t bytes, std::uint64_t seed) {
   const auto* from = static_cast<const std::uint8_t*>(data);
   std::array<std::uint64_t, 4> lanes{seed, seed + kOdd1, seed + 2 * kOdd1, seed + 3 * kOdd1};

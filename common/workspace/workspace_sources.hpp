@@ -11,39 +11,40 @@
 
 namespace phantom::workspace {
 
-/// Names the process that a sample came from.
+/// Identifies the process that sent a sample.
 using SourceId = std::array<std::uint8_t, 12>;
 
-/// The consumer's side of the workspace topics where more than one server may send: every source's samples
-/// are assembled for themselves, so that no brick and no version of one can spoil the workspace of another.
-/// In force is the first source whose workspace is whole, for as long as it is there; the workspace of one
-/// that has gone stays in force until another's is whole. A description is judged before anything is made of
-/// it. Not thread-safe. Real-time safe: no.
+/// Assembles the workspace when more than one server may send. The samples of each source are assembled
+/// separately, so that no brick or version of one source can corrupt the workspace of another. The first
+/// source whose workspace is complete is in force for as long as it is present. After it has gone, its
+/// workspace stays in force until that of another source is complete. A description is checked before it is
+/// used. Not thread-safe. Real-time safe: no.
 class WorkspaceSources {
  public:
-  /// Sources at a time; what others send is refused.
+  /// Greatest number of sources at a time; samples of further sources are refused.
   static constexpr std::size_t kMost = 3;
 
-  /// As WorkspaceAssembler's.
+  /// Takes the newest state of one brick of a source, as WorkspaceAssembler::put_brick().
   core::Status put_brick(const SourceId& source, BrickKey key, std::uint64_t version,
                          std::span<const std::uint8_t> bytes);
-  /// As WorkspaceAssembler's. Refuses as well what no server sends: version 0, a version below one that the
-  /// same source committed, and the same version with other content.
+  /// Takes a source's newest committed version, as WorkspaceAssembler::commit(). Also refuses what no server
+  /// sends: version 0, a version lower than the one that the same source committed last, and that version
+  /// again with other content.
   core::Status commit(const SourceId& source, const VersionDescription& description);
-  /// The source has ended, or is not heard of any more.
+  /// Reports that a source has ended or is not heard any more.
   void gone(const SourceId& source);
-  /// As WorkspaceAssembler's, for the source in force.
+  /// Does the same as WorkspaceAssembler::prepare() for the source in force.
   void prepare();
 
-  /// The newest whole version of the source in force; null before the first.
+  /// Returns the newest complete version of the source in force; null before the first.
   const std::shared_ptr<const Workspace>& current() const;
-  /// Greatest μ of any layer or guard voxel in current(), Pa·s/m; 0 if there are none.
+  /// Returns the greatest μ of any layer or guard voxel in current(), Pa·s/m; 0 if there are none.
   double greatest_neighbour_mu() const;
-  /// The newest version that the source in force has committed, or, once that has gone, its successor. 0:
-  /// none.
+  /// Returns the newest version that the source in force has committed. After that source has gone, returns
+  /// its successor's version as soon as there is one. 0: none.
   std::uint64_t announced() const;
   std::optional<SourceId> in_force() const;
-  /// Whether more than one source is there.
+  /// Returns whether more than one source is present.
   bool contested() const;
 
  private:
@@ -58,7 +59,7 @@ class WorkspaceSources {
   void choose();
 
   std::vector<std::unique_ptr<Source>> sources_;  // in the order in which they were first heard
-  Source* in_force_ = nullptr;                    // of sources_
+  Source* in_force_ = nullptr;                    // one of sources_
 };
 
 }  // namespace phantom::workspace

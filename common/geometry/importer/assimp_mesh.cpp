@@ -26,8 +26,9 @@ Eigen::Vector3d at(const Affine& to_scene, const aiVector3D& p) {
   return {q.x, q.y, q.z};
 }
 
-/// Calls visit(corner, corner, corner) with every triangle of the node and its children, in the scene's
-/// coordinates and outward where the mesh itself is; false and why if the scene is damaged or too large.
+/// Calls visit(corner, corner, corner) for every triangle of the node and its children, in the scene's
+/// coordinates. Outward stays outward, also for mirrored nodes. Returns false, with the reason, if the scene
+/// is damaged or too large.
 template <class Visit>
 bool for_each_triangle(const aiScene& scene, const aiNode& node, const Affine& to_root, std::uint64_t& left,
                        std::string& problem, const Visit& visit) {
@@ -41,7 +42,7 @@ bool for_each_triangle(const aiScene& scene, const aiNode& node, const Affine& t
     const aiMesh& part = *scene.mMeshes[node.mMeshes[m]];
     for (unsigned f = 0; f < part.mNumFaces; ++f) {
       const aiFace& face = part.mFaces[f];
-      if (face.mNumIndices != 3) continue;  // points and lines
+      if (face.mNumIndices != 3) continue;  // skips points and lines
       if (left == 0) {
         problem = "has more triangles than the limit";
         return false;
@@ -53,17 +54,17 @@ bool for_each_triangle(const aiScene& scene, const aiNode& node, const Affine& t
     }
   }
   for (unsigned c = 0; c < node.mNumChildren; ++c) {
-    if (node.mChildren[c] == nullptr) continue;  // some importers leave gaps
+    if (node.mChildren[c] == nullptr) continue;  // some importers leave null pointers
     if (!for_each_triangle(scene, *node.mChildren[c], here, left, problem, visit)) return false;
   }
   return true;
 }
 
-/// Extents of the scene's triangles in the file's units.
+/// Returns the extents of the scene's triangles in the file's units.
 std::array<double, 3> scene_extents(const aiScene& scene, const Eigen::Matrix3d& to_file) {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(INFINITY), high = -low;
   std::uint64_t unlimited = UINT64_MAX;
-  std::string ignored;  // the second pass meets it again
+  std::string ignored;  // the second pass reports it again
   for_each_triangle(scene, *scene.mRootNode, {}, unlimited, ignored, [&](const auto&... corner) {
     ((low = low.cwiseMin(to_file * corner), high = high.cwiseMax(to_file * corner)), ...);
   });
@@ -93,7 +94,7 @@ bool import_by_assimp(const std::filesystem::path& path, const MeshImportOptions
   return settle(corners.finite(), corners.collapsed(), mesh, problem);
 }
 
-/// Whether a text STL has its last line; assimp takes what stands before where it was cut short.
+/// Returns whether a text STL has its last line. assimp reads a truncated file up to the point where it ends.
 bool has_end(const std::filesystem::path& path) {
   std::error_code none;
   const auto size = std::filesystem::file_size(path, none);
@@ -107,7 +108,7 @@ bool has_end(const std::filesystem::path& path) {
   return text.find("endsolid") != std::string::npos;
 }
 
-/// Why a file with an STL's ending is neither kind of STL; the importer does not say.
+/// Explains why a file with the extension of an STL is neither kind of STL, as assimp does not.
 std::string no_stl(const std::filesystem::path& path) {
   std::array<std::uint8_t, kStlHeadBytes> head{};
   std::ifstream file(path, std::ios::binary);

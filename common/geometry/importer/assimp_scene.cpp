@@ -26,15 +26,15 @@ bool starts_with_any(std::string_view text, std::initializer_list<std::string_vi
                      [&](std::string_view start) { return text.starts_with(start); });
 }
 
-/// Whether a shape is read truly although the file requires this extension: assimp reads it, or it is about
-/// looks and motions.
+/// Returns whether the shape is read correctly although the file requires this extension: assimp supports it,
+/// or it concerns appearance and motion only.
 bool leaves_shape_true(std::string_view extension) {
   return starts_with_any(extension,
                          {"KHR_draco_mesh_compression", "KHR_materials_", "KHR_texture_", "EXT_texture_",
                           "MSFT_texture_", "KHR_lights_", "EXT_lights_", "KHR_animation_", "KHR_xmp"});
 }
 
-/// The JSON text of a .gltf or .glb file; empty if there is none.
+/// Returns the JSON text of a .gltf or .glb file; empty if there is none.
 std::string json_of(const std::filesystem::path& path) {
   std::error_code none;
   const auto size = std::filesystem::file_size(path, none);
@@ -54,7 +54,7 @@ std::string json_of(const std::filesystem::path& path) {
   return file ? text : std::string();
 }
 
-/// The lists of extensions of a glTF file, and nothing else of it.
+/// Returns only the extension lists of a glTF file.
 json extension_lists(const std::filesystem::path& path) {
   const json::parser_callback_t only_lists = [](int depth, json::parse_event_t event, json& parsed) {
     if (depth != 1 || event != json::parse_event_t::key) return true;
@@ -81,12 +81,12 @@ bool is_sound(const aiScene& scene) {
   return true;
 }
 
-/// Keeps what the importer calls an error although it goes on: something of the shape that it left out or
-/// made up. Hears it as long as it lives, in the whole process.
+/// Collects the errors that assimp logs although it continues: parts of the shape that it left out or
+/// invented. Replaces assimp's logger in the whole process while this object lives.
 class Complaints {
  public:
   explicit Complaints(std::vector<std::string>& notes) { Assimp::DefaultLogger::set(new Ear(notes)); }
-  ~Complaints() { Assimp::DefaultLogger::set(nullptr); }  // the library's own: it deletes the ear
+  ~Complaints() { Assimp::DefaultLogger::set(nullptr); }  // restores the default, deletes the logger
   Complaints(const Complaints&) = delete;
   Complaints& operator=(const Complaints&) = delete;
 
@@ -98,7 +98,7 @@ class Complaints {
     bool detachStream(Assimp::LogStream*, unsigned) override { return false; }
 
    private:
-    static constexpr std::size_t kMost = 5;  // of a kind or not: a damaged file repeats itself
+    static constexpr std::size_t kMost = 5;  // enough: a damaged file repeats its errors
 
     void OnDebug(const char*) override {}
     void OnVerboseDebug(const char*) override {}
@@ -121,7 +121,7 @@ class Complaints {
   };
 };
 
-/// The importer's refusal, in words that tell a person what to do.
+/// Returns a message about a failed import that tells the user what to do.
 std::string refusal(const Assimp::Importer& importer, const std::filesystem::path& path,
                     std::uint64_t max_memory_bytes) {
   const std::string ending = ending_of(path), said = importer.GetErrorString();
@@ -136,19 +136,20 @@ std::string refusal(const Assimp::Importer& importer, const std::filesystem::pat
   return "is not a readable mesh" + (said.empty() ? ", the importer does not say why" : ": " + said);
 }
 
-/// The extension of glTF 2 that this file (.gltf, .glb) depends on and which assimp passes over, so that it
-/// would give another shape; empty if there is none, or the file is something else.
+/// Returns a glTF 2 extension on which the shape of this file (.gltf, .glb) depends and which assimp ignores.
+/// Empty if there is none, or if the file has another format.
 std::string unread_gltf_extension(const std::filesystem::path& path) {
   const std::string ending = ending_of(path);
   if (ending != "gltf" && ending != "glb") return {};
   const json lists = extension_lists(path);
-  if (!lists.is_object()) return {};  // not JSON: the importer says so
+  if (!lists.is_object()) return {};  // not JSON: the importer reports it
   for (const auto& [list, names] : lists.items()) {
     if (!names.is_array()) continue;
     for (const json& name : names) {
       if (!name.is_string()) continue;
       const auto& extension = name.get_ref<const std::string&>();
-      // Numbers of other types, and copies of a mesh, also count where a reader may do without them.
+      // Other number types and instances of a mesh change the shape even if the file does not require them of
+      // a reader.
       const bool shape = extension == "KHR_mesh_quantization" || extension == "EXT_mesh_gpu_instancing";
       if (shape || (list == "extensionsRequired" && !leaves_shape_true(extension))) return extension;
     }
@@ -166,16 +167,16 @@ const aiScene* read_scene(Assimp::Importer& importer, const std::filesystem::pat
     return nullptr;
   }
   const Complaints complaints(notes);
-  // Only shape matters here. Normals and the like would also keep equal vertices apart.
+  // Only the shape is needed. Normals and the like would also keep equal vertices apart.
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
                               aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_COLORS |
                                   aiComponent_TEXCOORDS | aiComponent_BONEWEIGHTS | aiComponent_ANIMATIONS |
                                   aiComponent_TEXTURES | aiComponent_LIGHTS | aiComponent_CAMERAS |
                                   aiComponent_MATERIALS);
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);  // the caller turns
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // made up where there is no shape
-  // Not aiProcess_ValidateDataStructure: it also refuses a light without a node, an empty part, points
-  // beside the triangles. What is used of the scene is looked at here, before polygons are cut up.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);  // the caller rotates
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // invented where there is no shape
+  // aiProcess_ValidateDataStructure is not used: it also refuses a light without a node, an empty part, or
+  // points beside triangles. The used parts of the scene are checked below, before polygons are triangulated.
   const aiScene* scene = importer.ReadFile(path.string(), aiProcess_RemoveComponent);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     problem = refusal(importer, path, max_memory_bytes);

@@ -1,8 +1,8 @@
-// The importer that load_mesh() starts: reads one mesh file under limits of its own, and writes the outcome
-// to its standard output. Some malformed files make what reads them crash, hang or eat memory; here that
-// costs nothing but this process.
+// The importer that load_mesh() starts. It reads one mesh file under limits of its own and writes the result
+// to its standard output. If a malformed file makes the reader crash, hang or exhaust memory, only this
+// process is lost.
 //   phantom_mesh_import FILE SCALE UP MAX_TRIANGLES MAX_CPU_S MAX_MEMORY_BYTES
-// SCALE: metres per unit, or "-"; UP: y, z, or "-"; see MeshImportOptions. Ends with 2 if these are wrong.
+// SCALE: metres per unit, or "-"; UP: y, z, or "-"; see MeshImportOptions. Exits with 2 if these are wrong.
 
 #include <fcntl.h>
 #include <sys/prctl.h>
@@ -43,7 +43,7 @@ void set_limit(int resource, rlim_t value) {
   setrlimit(static_cast<__rlimit_resource>(resource), &limit);
 }
 
-/// Address space in use now, so that the limit counts only what the import adds.
+/// Returns the address space in use, so that the limit counts only what the import adds.
 [[maybe_unused]] std::uint64_t address_space_bytes() {
   unsigned long long pages = 0;
   if (FILE* statm = std::fopen("/proc/self/statm", "r")) {
@@ -54,15 +54,15 @@ void set_limit(int resource, rlim_t value) {
 }
 
 void limit_this_process(const MeshImportOptions& options) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);  // no import outlives who asked for it
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // no import outlives the process that started it
   set_limit(RLIMIT_CORE, 0);
-  set_limit(RLIMIT_FSIZE, 0);  // it writes to a pipe, and to nothing else
+  set_limit(RLIMIT_FSIZE, 0);  // it writes to a pipe only
   set_limit(RLIMIT_CPU, static_cast<rlim_t>(options.max_cpu_s));
 #if !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)  // their shadow memory counts as address space
+    !defined(__SANITIZE_THREAD__)  // sanitizers' shadow memory counts as address space
   set_limit(RLIMIT_AS, address_space_bytes() + options.max_memory_bytes);
 #endif
-  // A crash is told by its signal, not by what a sanitizer makes of it.
+  // The parent recognises a crash by its signal, so a sanitizer must not handle it.
   for (const int number : {SIGXCPU, SIGABRT, SIGSEGV, SIGBUS, SIGFPE}) std::signal(number, SIG_DFL);
 }
 
@@ -107,10 +107,10 @@ int main(int count, char** words) {
     return 2;
   }
   limit_this_process(options);
-  // Whatever the importer prints must not stand in the answer.
+  // Output that assimp prints must not become part of the answer.
   const int answer = dup(STDOUT_FILENO);
   const int nowhere = open("/dev/null", O_WRONLY);
   if (answer < 0 || nowhere < 0 || dup2(nowhere, STDOUT_FILENO) < 0) return 1;
   const bool sent = import_and_send(words[1], options, answer);
-  _exit(sent ? 0 : 1);  // no destructors: what is left of a damaged file's scene is not worth the risk
+  _exit(sent ? 0 : 1);  // no destructors: freeing the scene of a damaged file could crash
 }

@@ -24,14 +24,14 @@ std::string head_of_file(const std::filesystem::path& path) {
   return head;
 }
 
-/// First bytes of the archive's first member whose name passes; empty if there is none.
+/// Returns the first bytes of the archive's first member whose name passes; empty if there is none.
 template <class Passes>
 std::string head_of_member(const std::filesystem::path& path, const Passes& passes) {
   const std::unique_ptr<void, int (*)(void*)> archive(unzOpen(path.c_str()), unzClose);
   if (!archive || unzGoToFirstFile(archive.get()) != UNZ_OK) return {};
   do {
     char name[512] = {};
-    unz_file_info info{};  // minizip 1.1 writes to it unasked
+    unz_file_info info{};  // minizip 1.1 writes to it even if not requested
     if (unzGetCurrentFileInfo(archive.get(), &info, name, sizeof name - 1, nullptr, 0, nullptr, 0) !=
             UNZ_OK ||
         !passes(std::string_view(name))) {
@@ -51,7 +51,8 @@ std::string head_of_first(const std::filesystem::path& path, std::string_view en
   return head_of_member(path, [&](std::string_view name) { return name.ends_with(ending); });
 }
 
-/// Head of a 3MF package's model: of those in it, the one that its relationships name as the root.
+/// Returns the head of a 3MF package's model. If there are several, it is the root model that the package's
+/// relationships name.
 std::string head_of_3mf_model(const std::filesystem::path& path) {
   const std::string target = root_model_of_3mf(head_of_first(path, "_rels/.rels"));
   std::string head;
@@ -59,7 +60,7 @@ std::string head_of_3mf_model(const std::filesystem::path& path) {
   return head.empty() ? head_of_first(path, ".model") : head;
 }
 
-/// A text format's head, out of its archive where it comes in one.
+/// Returns the head of a text format, from within its archive if it is in one.
 std::string head_of(const std::filesystem::path& path, std::string_view format) {
   std::string head = head_of_file(path);
   if (!head.starts_with("PK")) return head;
@@ -75,13 +76,13 @@ DeclaredFrame fbx(const aiScene& scene) {
   if (scene.mMetaData->Get("UnitScaleFactor", centimetres) && std::isfinite(centimetres) && centimetres > 0)
     frame.scale = std::round(static_cast<double>(centimetres) * 1e7) * 1e-9;  // a float: 2.54 → 0.0254
   scene.mMetaData->Get("UpAxisSign", sign);
-  // A downward axis is left to the caller: nothing writes it.
+  // A downward axis is left to the caller: no known tool writes it.
   if (scene.mMetaData->Get("UpAxis", axis) && axis >= 0 && axis < 3 && sign > 0)
     frame.up = static_cast<UpAxis>(axis);
   return frame;
 }
 
-/// Scale of the importer's root node where it alone holds the unit.
+/// Returns the scale of the importer's root node, which alone contains the unit.
 double unit_in_root(const aiScene& scene, const DeclaredFrame& declared) {
   const aiMatrix4x4& root = scene.mRootNode->mTransformation;
   const double length =
@@ -99,7 +100,7 @@ SceneFrame scene_frame(const aiScene& scene, const std::filesystem::path& path) 
   const std::string_view format = frame.format;
   const auto is = [&](std::string_view start) { return format.starts_with(start); };
   if (is("glTF") || is("Extensible 3D")) {
-    frame.declared = {1.0, UpAxis::kY};  // by their standards
+    frame.declared = {1.0, UpAxis::kY};  // as defined by their standards
   } else if (is("Autodesk FBX")) {
     frame.declared = fbx(scene);
   } else if (is("Industry Foundation Classes")) {
@@ -107,7 +108,7 @@ SceneFrame scene_frame(const aiScene& scene, const std::filesystem::path& path) 
     frame.declared = {1.0, UpAxis::kZ};
     frame.to_file = to_z_up(UpAxis::kY);
   } else if (is("Discreet 3DS") || is("ASE")) {
-    frame.declared.up = UpAxis::kZ;  // 3ds Max; the importer turns it into +y up
+    frame.declared.up = UpAxis::kZ;  // as in 3ds Max; the importer turns it into +y up
     frame.to_file = to_z_up(UpAxis::kY);
   } else {
     frame.declared = declared_in_text(format, head_of(path, format));

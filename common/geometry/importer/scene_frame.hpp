@@ -1,6 +1,6 @@
 #pragma once
 
-// Private to the importer: in which coordinates the importer delivers a scene, and what the file declares.
+// Private to the importer: the coordinates of an imported scene, and what the file declares about its own.
 
 #include <Eigen/Core>
 #include <filesystem>
@@ -12,9 +12,9 @@ struct aiScene;
 
 namespace phantom::geometry::detail {
 
-/// The importer's scene against the file: p_file = to_file · p_scene, a turn and a scale.
+/// Relates the scene's coordinates to the file's: p_file = to_file · p_scene, a rotation and a scale.
 struct SceneFrame {
-  std::string format;  ///< the importer's name of the format
+  std::string format;  ///< the importer's name for the format
   DeclaredFrame declared;
   Eigen::Matrix3d to_file = Eigen::Matrix3d::Identity();
 };
