@@ -1,5 +1,6 @@
 // The real executable on a userspace bus: killed, frozen, and with faults of its own; on the real clock, with
 // times that a busy machine can keep.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -68,6 +69,10 @@ class DriveProcess : public testing::Test {
   std::optional<test::Process> process_;
 };
 
+/// What a drive that falls silent is found by. If it does so between its two PDOs of a SYNC, the second is
+/// the one that has been missing for longer.
+const auto kSilent = testing::AnyOf(DriveFault::kFeedbackMissing, DriveFault::kMeasurementMissing);
+
 TEST_F(DriveProcess, FollowsAndIsFoundWhenKilledAndWhenItComesBack) {
   start();
   ASSERT_TRUE(reaches(DriveGroupState::kEnabled)) << group_->sentence();
@@ -77,7 +82,7 @@ TEST_F(DriveProcess, FollowsAndIsFoundWhenKilledAndWhenItComesBack) {
   EXPECT_NEAR(group_->report().position[0], 0.2, 1e-3);
   end();
   ASSERT_TRUE(reaches(DriveGroupState::kFault));
-  EXPECT_EQ(group_->report().drives[0].fault, DriveFault::kFeedbackMissing);
+  EXPECT_THAT(group_->report().drives[0].fault, kSilent);
   start();
   EXPECT_TRUE(recovers()) << group_->sentence();
 }
@@ -87,7 +92,7 @@ TEST_F(DriveProcess, AFrozenProcessIsFoundAndTakenBackAfterAReset) {
   ASSERT_TRUE(reaches(DriveGroupState::kEnabled)) << group_->sentence();
   process_->signal(SIGSTOP);
   ASSERT_TRUE(reaches(DriveGroupState::kFault));
-  EXPECT_EQ(group_->report().drives[0].fault, DriveFault::kFeedbackMissing);
+  EXPECT_THAT(group_->report().drives[0].fault, kSilent);
   process_->signal(SIGCONT);
   reaches(DriveGroupState::kEnabled,
           0.5);  // what had piled up goes over the bus; nothing follows without a reset
@@ -138,7 +143,7 @@ TEST_P(DriveOnSocketCan, FollowsAndIsFoundWhenFrozenAndWhenKilled) {
   EXPECT_NEAR(group_->report().position[0], 0.2, 1e-3);
   process_->signal(SIGSTOP);
   ASSERT_TRUE(reaches(DriveGroupState::kFault));
-  EXPECT_EQ(group_->report().drives[0].fault, DriveFault::kFeedbackMissing);
+  EXPECT_THAT(group_->report().drives[0].fault, kSilent);
   process_->signal(SIGCONT);
   reaches(DriveGroupState::kEnabled, 0.5);
   ASSERT_TRUE(recovers()) << group_->sentence();

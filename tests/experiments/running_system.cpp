@@ -53,7 +53,7 @@ std::filesystem::path write_deployment(const std::filesystem::path& folder, cons
   std::string master = source("components/master_io/master_io.yaml");
   for (const auto& [from, to] : std::vector<std::pair<std::string, std::string>>{
            {"  percept: alternate ", "  percept: on "},
-           {"  in_s: 3.0", "  in_s: " + std::to_string(kEnd_deg / kSpeed_deg_s / (1.0 - kRampShare))},
+           {"  in_s: 3 ", "  in_s: " + std::to_string(kEnd_deg / kSpeed_deg_s / (1.0 - kRampShare)) + " "},
            {"  overreach: 0.06", "  overreach: 0"},
            {"  duration_scatter: 0.05", "  duration_scatter: 0"},
            {"    ramp_share: 0.1 ", "    ramp_share: " + std::to_string(kRampShare) + " "},
