@@ -33,6 +33,10 @@ Option& Option::between(double lowest, double highest) {
   option_->check(CLI::Range(lowest, highest))->check(not_nan());
   return *this;
 }
+Option& Option::not_negative() {
+  option_->check(CLI::NonNegativeNumber)->check(not_nan());
+  return *this;
+}
 Option& Option::one_of(const std::vector<std::string>& allowed) {
   option_->check(CLI::IsMember(allowed));
   return *this;

@@ -23,6 +23,8 @@ class Option {
   /// Accepts numbers from `lowest` to `highest` and refuses NaN.
   Option& between(int lowest, int highest);
   Option& between(double lowest, double highest);
+  /// Numbers from 0; NaN is refused.
+  Option& not_negative();
   Option& one_of(const std::vector<std::string>& allowed);
   /// Lets one argument hold several values, e.g. "4,4,2".
   Option& separated_by(char delimiter);

@@ -12,7 +12,7 @@ void add_settings(Command command, core::OperatorRequest& request) {
     Command app = command.subcommand(name, summary);
     app.option("VALUE", request.value, "the gain, 0 or more; master_io refuses what is not stable")
         .required()
-        .between(0.0, 1e6);
+        .not_negative();
     app.option("--joint", request.joint_name, "of this joint alone, by its name; default: of all");
     app.on_use([&request, what] { request.what = what; });
   };

@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 /// A command line with an option of every kind.
 struct Line {
   CommandLine line{"tool", "a tool", "tool 1"};
-  double share = 0.5;
+  double share = 0.5, gain = 1.0;
   int count = 1;
   std::string colour, taken;
   bool fast = false, used = false;
@@ -25,6 +25,7 @@ struct Line {
   Line() {
     Command root = line.root();
     root.option("--share", share, "a share").between(0.0, 1.0);
+    root.option("--gain", gain, "a gain").not_negative();
     root.option("--count", count, "a count").between(1, 9);
     root.option("--colour", colour, "a colour").one_of({"red", "blue"});
     root.option(
@@ -75,6 +76,9 @@ TEST(CommandLine, AnOptionOfTheWholeMayStandBehindTheSubcommand) {
 TEST(CommandLine, SaysWhatIsAllowed) {
   for (const char* wrong : {"--share 1.5", "--share -0.1", "--share nan", "--share x"})
     EXPECT_THAT(Line().refusal(wrong), HasSubstr("--share")) << wrong;
+  for (const char* wrong : {"--gain -1", "--gain nan"})
+    EXPECT_THAT(Line().refusal(wrong), HasSubstr("--gain")) << wrong;
+  EXPECT_EQ(Line().refusal("--gain 1e9"), "accepted");
   EXPECT_THAT(Line().refusal("--count 10"), HasSubstr("range 1 to 9"));
   EXPECT_THAT(Line().refusal("--count 1.5"), HasSubstr("--count"));
   EXPECT_THAT(Line().refusal("--colour green"), HasSubstr("{red,blue}"));
